@@ -58,6 +58,7 @@ from lathesim.identification.execution.budget import Progress
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.recordings.finding import Finding
 
 
@@ -122,7 +123,7 @@ def describe(
         baseline=baseline,
         insert=_entries(outcome, effects, ranked),
         left=_left(outcome, possible),
-        not_told=(*not_determined(effects), *unseen_forms(ranked)) if outcome.names else (),
+        not_told=(*not_determined(effects), *unseen_forms(ranked), *_sides(outcome, ranked)) if outcome.names else (),
         discovered=f"{formula.formula}, which explains {formula.share:.0%} of what is left at {formula.at}" if formula else "",
         plugin=plugin_text(formula) if formula else "",
         evidence=evidence,
@@ -132,6 +133,12 @@ def describe(
         possible=possible,
         stability=stability(grounds),
     )
+
+
+def _sides(outcome: _Outcome, ranked: Sequence[RankedEffect]) -> list[str]:
+    """Return what is assumed of the sensors at the springs that are named."""
+    hosts = dict.fromkeys(item.candidate.at.partition(".")[0] for item in ranked if item.candidate.effect.beyond)
+    return [told for host in hosts if (told := assumed_sides(outcome.prepared.question.machine.assembly, host))]
 
 
 def _own_simulation(validation: Experiment, found: SearchResult, before: Fitted, reported_fit: Fitted) -> Compared:

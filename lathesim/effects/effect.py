@@ -45,6 +45,8 @@ class Effect(Component):
     """Further ports it sits on at the same time: role -> (input, output) of the effect (a spring acts on both of its ends)."""
     beyond: ClassVar[str] = ""
     """Output that sensors of the host's displacement see added to it where they close no loop: a scale at the table, behind the spring."""
+    seen_from: ClassVar[str] = ""
+    """Side of a spring, ``motor`` or ``load``, on which a sensor sees what sits on its way; empty where it does on both."""
     behind: ClassVar[dict[str, str]] = {}
     """Input of a friction -> output of this effect that takes its place, where the friction comes before it and so holds what is behind the
     spring; what takes the place of ``flow`` is added to it."""

@@ -120,6 +120,7 @@ class TorsionalWindUp(Effect):
     """
 
     catalogue, family, site = 14, "lag", "measured"
+    seen_from = "load"
     neutral = {"compliance": 0.0}
     identification = Identification(
         carried=("m", "rad"),

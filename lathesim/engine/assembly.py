@@ -16,12 +16,17 @@ from lathesim.component import Component
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
 
 
+SIDES = ("motor", "", "load")
+"""On which side of a spring a sensor sits, in the order of the drive; empty where nobody says it."""
+
+
 @dataclass(frozen=True)
 class Part:
     """One component placed in a machine under a name.
 
     ``parameters`` and ``start`` hold what differs from the defaults [SI]; ``tables`` the arrays (rows, columns); ``memory_lengths`` other
-    lengths than declared; ``every`` n means that the part is sampled at each n-th sample instant of the machine.
+    lengths than declared; ``every`` n means that the part is sampled at each n-th sample instant of the machine. ``side`` says on which
+    side of a spring a sensor sits, one of ``SIDES``; empty where nobody says it.
     """
 
     name: str
@@ -31,6 +36,7 @@ class Part:
     tables: Mapping[str, FloatArray] = field(default_factory=dict)
     memory_lengths: Mapping[str, int] = field(default_factory=dict)
     every: int = 1
+    side: str = ""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_tables import table_of
 from lathesim.lessons.part_values import no_item, placed_at, seconds, si_value, take_value
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of, tools_of
+from lathesim.lessons.sensor_sides import is_motion_sensor
 from lathesim.plugins import Registry
 from lathesim.units import same_dimension
 
@@ -72,12 +73,15 @@ class _Placed:
         self.case = case
         self.entry = entry
         self.every = case.every.get(name, entry.every)
+        self.side = str(case.side[name].value) if name in case.side else entry.side or ""
         with placed_at(source.place((*location, "component"))):
             template = registry.component(entry.component).with_units(entry.units)
             self.component = registry.component(entry.component).with_units(units)
         if replaced:
             with placed_at(replaced.place):
                 self.component = registry.component(str(replaced.value)).with_units(units)
+        if self.side:
+            self._check_side(case.side[name].key_place if name in case.side else source.place((*location, "side")))
         changed = replaced is not None or units != entry.units
         self.parameters: dict[str, float] = {}
         self.start: dict[str, float] = {}
@@ -92,6 +96,11 @@ class _Placed:
             if part == name:
                 self._take(item, given)
 
+    def _check_side(self, place: str) -> None:
+        if not is_motion_sensor(self.component):
+            fact = f"{self.name} ({self.component.__name__}) measures no motion, so it sits on no side of a spring."
+            raise LessonError(fact, place=place, remedy="Give the side of a sensor of a place or a speed.")
+
     def _take(self, item: str, given: Given) -> None:
         take_value(self.name, self.component, item, given, self.parameters, self.start)
 
@@ -100,7 +109,7 @@ class _Placed:
         tables = {name: path for name in self.component.declared(Table) if name == "path" and path is not None}
         tables |= _tables(self.case, self.name, self.component)
         lengths = {name: length for name, length in self.entry.memory.items() if name in self.component.declared(Memory)}
-        return Part(self.name, self.component, self.parameters, self.start, tables, lengths, self.every)
+        return Part(self.name, self.component, self.parameters, self.start, tables, lengths, self.every, self.side)
 
 
 def _tables(case: Case, part: str, component: type[Component]) -> dict[str, FloatArray]:
@@ -124,7 +133,7 @@ def _refuse_unknown_parts(case: Case) -> None:
     entries = [(name.partition(".")[0], given, True) for name, given in case.set.items()]
     entries += [(name.partition(".")[0], given, False) for name, given in case.wires.items()]
     entries += [(name, given, False) for name, given in case.replace.items()]
-    entries += [(name, given, False) for name, given in case.every_given.items()]
+    entries += [(name, given, False) for name, given in (*case.every_given.items(), *case.side.items())]
     for name, given, may_be_effect in entries:
         known = [*parts, *inserted] if may_be_effect else list(parts)
         if name not in known:

@@ -69,6 +69,7 @@ class Case:
     every_given: Mapping[str, Given]
     tables: Mapping[str, Given]
     alarms: Mapping[str, Given]
+    side: Mapping[str, Given]
     insert: tuple[Insertion, ...]
 
 
@@ -82,7 +83,7 @@ def case_of(
     layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
     if variant is not None:
         layers.append((_variant(lesson, variant), ("variants", variant)))
-    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}, "tables": {}, "alarms": {}}
+    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}, "tables": {}, "alarms": {}, "side": {}}
     parts = {name: PartOfCase(entry, lesson.machine.source, ("parts", name)) for name, entry in lesson.machine.settings.parts.items()}
     units: dict[str, dict[str, str]] = {}
     every: dict[str, int] = {}
@@ -119,6 +120,7 @@ def case_of(
         every_given=every_given,
         tables=changed["tables"],
         alarms=changed["alarms"],
+        side=changed["side"],
         insert=tuple(inserted),
     )
 

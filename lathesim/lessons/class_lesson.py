@@ -15,7 +15,7 @@ from lathesim.shipped import shipped_files
 
 _KEPT = (
     "lesson", "text", "try", "machine", "dialect", "tools", "engine", "program", "duration", "sample_period", "step", "add",
-    "units", "set", "replace", "wires", "every", "tables", "start_point", "insert", "record", "recordings", "uncertain",
+    "units", "set", "replace", "wires", "every", "side", "tables", "start_point", "insert", "record", "recordings", "uncertain",
 )  # fmt: skip
 """Keys that a class lesson has, in this order; variants, goals and published values stay behind."""
 

@@ -16,6 +16,7 @@ from lathesim.component import Component, Declaration, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.errors import WiringError, nearest
+from lathesim.lessons.sensor_sides import SeenBeyond, sensors_of
 
 _PUSHED = "effort"
 """Role of the port where forces and frictions act."""
@@ -30,18 +31,6 @@ class Machinery(Assembly):
     """An assembly that knows its effects: ``seen_as`` tells which output stands for a part's output once effects sit on it."""
 
     seen_as: Mapping[str, str] = field(default_factory=dict)
-
-
-class SeenBeyond(Component):
-    """What is seen behind a spring: place or speed before it, and how far or how fast it gives,  y = x + d."""
-
-    incoming = Input("{signal}", doc="place or speed before the spring")
-    beyond = Input("{signal}", doc="how far or how fast the spring gives")
-    outgoing = Output("{signal}", doc="place or speed behind the spring")
-
-    @staticmethod
-    def output(incoming: float, beyond: float) -> float:
-        return incoming + beyond
 
 
 class GoesWithMain(Component):
@@ -104,6 +93,7 @@ def insert_effect(
     seen_as = dict(assembly.seen_as) if isinstance(assembly, Machinery) else {}
     bench = _Bench({part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}, seen_as)
     host = _host(bench, at)
+    _refuse_other_side(effect, host)
     places = _places(bench, effect, at, host)
     name = name or effect_part_name(at, effect.__name__)
     if name in bench.parts:
@@ -310,28 +300,25 @@ def _let_go_along(bench: _Bench, place: str, name: str) -> None:
 
 
 def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> None:
-    """Let the sensors of the host's displacement that close no loop see what is beyond the effect too; where none of several closes one,
-    the first sits at the motor."""
-    place = f"{host.name}.{host.component.ports.get('displacement', '')}"
-    unit = host.component.declarations[place.partition(".")[2]].unit
-    fed = {wire.source for wire in bench.wires.values()}
-    sensors: list[tuple[Part, str, bool]] = []
-    for sensor in list(bench.parts.values()):
-        ports = sensor.component.ports
-        if "measured" not in ports or "reading" not in ports:
+    """Let the sensors of the host's motion that sit on the load side see what is beyond the effect too."""
+    beyond = {"displacement": effect.beyond, "flow": effect.behind.get("flow", "")}
+    for sensor in sensors_of(bench.parts, bench.wires, bench.seen_as, host.name):
+        if sensor.side != "load" or not beyond[sensor.role]:
             continue
-        reading = f"{sensor.name}.{ports['reading']}"
-        head = first_input(bench.parts, bench.wires, f"{sensor.name}.{ports['measured']}")
-        if head in bench.wires and bench.wires[head].source == place:
-            sensors.append((sensor, head, bench.seen_as.get(reading, reading) in fed))
-    if len(sensors) > 1 and not any(closes for _, _, closes in sensors):
-        del sensors[0]
-    for sensor, head in ((sensor, head) for sensor, head, closes in sensors if not closes):
         adder = f"{name}_beyond_{sensor.name}"
+        port = f"{host.name}.{host.component.ports[sensor.role]}"
+        unit = host.component.declarations[host.component.ports[sensor.role]].unit
         bench.parts[adder] = Part(adder, SeenBeyond.with_units({"signal": unit}))
-        bench.wires[f"{adder}.incoming"] = Wire(f"{adder}.incoming", place)
-        bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", f"{name}.{effect.beyond}")
-        bench.wires[head] = Wire(head, f"{adder}.outgoing")
+        bench.wires[f"{adder}.incoming"] = Wire(f"{adder}.incoming", port)
+        bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", f"{name}.{beyond[sensor.role]}")
+        bench.wires[sensor.head] = Wire(sensor.head, f"{adder}.outgoing")
+
+
+def _refuse_other_side(effect: type[Effect], host: Part) -> None:
+    """Refuse an effect at a sensor that sits on the side of the spring from which it is not seen (:class:`WiringError`)."""
+    if effect.seen_from and host.side and host.side != effect.seen_from:
+        fact = f"{host.name} sits on the {host.side} side, from which {effect.__name__} is not seen."
+        raise WiringError(fact, remedy=f"Put it at a sensor on the {effect.seen_from} side, or change 'side'.")
 
 
 def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
@@ -354,24 +341,6 @@ def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
                     given = f"{adder}.outgoing"
                 bench.wires[target] = Wire(target, given)
         before = bench.wires[f"{before}.incoming"].source.partition(".")[0]
-
-
-def first_input(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> str:
-    """Return the input at which the chain of effects that ends at ``target`` begins: what feeds that one comes before all of them."""
-    while target in wires and wires[target].source:
-        name, _, given = wires[target].source.partition(".")
-        before = f"{name}.{_taken(parts[name].component, given)}"
-        if before not in wires:
-            break
-        target = before
-    return target
-
-
-def _taken(component: type[Component], given: str) -> str:
-    """Return the input that belongs to an output of an effect, or of what stands in its line; empty where there is none."""
-    if issubclass(component, Effect):
-        return next((taken for taken, output in component.pairs().values() if output == given), "")
-    return "incoming" if given == "outgoing" else ""
 
 
 def _senses(bench: _Bench, target: str) -> bool:

@@ -1,5 +1,5 @@
 """What may go wrong in a run, told before it: rapids into the stock, noses left out, axes that do not stand where the program starts, a
-drag that acts nowhere."""
+drag that acts nowhere, sensors whose side of a spring nobody says."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from lathesim.engine.wiring import Plan
 from lathesim.lessons.case import Case
 from lathesim.lessons.program_path import program_of, program_warnings
 from lathesim.lessons.raw_stock import raw_stock
+from lathesim.lessons.sensor_sides import assumed_sides
 
 _SAME_PLACE = 1e-6
 """The largest distance of one place from another that counts as none [m], assumed: below what an encoder of a lathe tells."""
@@ -18,9 +19,10 @@ _SAME_PLACE = 1e-6
 def run_warnings(case: Case, plan: Plan) -> tuple[str, ...]:
     """Return the warnings of a case, each once; those of program and axes only on a machine with a stock."""
     stock = raw_stock(plan)
+    always = [*unread_drags(plan), *springs_with_assumed_sides(case, plan)]
     if stock is None:
-        return tuple(unread_drags(plan))
-    return tuple(dict.fromkeys([*unread_drags(plan), *program_warnings(case, stock), *starts_elsewhere(case, plan)]))
+        return tuple(always)
+    return tuple(dict.fromkeys([*always, *program_warnings(case, stock), *starts_elsewhere(case, plan)]))
 
 
 def unread_drags(plan: Plan) -> list[str]:
@@ -34,6 +36,12 @@ def unread_drags(plan: Plan) -> list[str]:
         and plan.parameter_values[at] > 0.0
         and f"{name}.drag" not in read
     ]
+
+
+def springs_with_assumed_sides(case: Case, plan: Plan) -> list[str]:
+    """Return a sentence for each part behind which a spring was put whose sensors do not say on which side of it they sit."""
+    hosts = [entry.entry.at.partition(".")[0] for entry in case.insert if getattr(plan.parts[entry.part_name].component, "beyond", "")]
+    return [sentence for host in dict.fromkeys(hosts) if (sentence := assumed_sides(plan.assembly, host))]
 
 
 def starts_elsewhere(case: Case, plan: Plan) -> list[str]:

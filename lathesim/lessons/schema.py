@@ -45,6 +45,7 @@ PartItem = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")]
 Unit = Annotated[str, PlainValidator(_unit), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
 """A unit, as 'mm/s'; 1 for a pure number."""
 Count = Annotated[int, Field(strict=True, ge=1)]
+Side = Literal["motor", "load"]
 
 
 def _there(*keys: str) -> dict[str, Any]:
@@ -75,6 +76,7 @@ class PartEntry(_Model):
     start: dict[str, Quantity] = Field(default_factory=dict, description="state -> quantity at the beginning")
     every: Count = Field(default=1, description="sampled at each n-th sample instant of the machine")
     memory: dict[str, Count] = Field(default_factory=dict, description="memory -> length")
+    side: Side | None = Field(default=None, description="of a sensor: on which side of a spring it sits")
 
 
 class Travel(_Model):
@@ -332,6 +334,7 @@ class Changes(_Model):
     insert: list[InsertEntry] = Field(default_factory=list, description="effects, in the order in which they act")
     wires: dict[PartItem, Quantity] = Field(default_factory=dict, description="input -> part.output or a quantity; adds or replaces a wire")
     every: dict[str, Count] = Field(default_factory=dict, description="part -> sampled at each n-th sample instant")
+    side: dict[str, Side] = Field(default_factory=dict, description="sensor -> on which side of a spring it sits, motor or load")
     alarms: dict[PartItem, Quantity] = Field(default_factory=dict, description=_ALARMS)
     tables: dict[PartItem, Text] = Field(default_factory=dict, description="part.table -> CSV file of numbers, beside the lesson")
 

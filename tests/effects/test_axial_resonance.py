@@ -1,6 +1,7 @@
 """Two masses and a spring, against SciPy's integrator: the motor side is the host, and a scale that closes no loop sees the table."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,12 +9,15 @@ from scipy.integrate import solve_ivp
 
 from lathesim.components.axes.force_axis import ForceAxis
 from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.components.sensors.tachometer import Tachometer
+from lathesim.components.spindles.torque_spindle import TorqueSpindle
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
-from lathesim.effects.structure import AxialResonance
+from lathesim.effects.structure import AxialResonance, TorsionalWindUp
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
+from lathesim.errors import WiringError
 from lathesim.identification.replay.open_loop import sense
 from lathesim.lessons.insertion import insert_effect
 
@@ -76,6 +80,49 @@ def test_of_two_sensors_that_close_no_loop_the_first_is_on_the_motor_side() -> N
     source = {item.target: item.source for item in assembly.wires}
     assert source["x_encoder.measured"] == "x_axis.position"
     assert source["x_scale.measured"] == "resonance_beyond_x_scale.outgoing"
+
+
+def sides(encoder: str, scale: str) -> dict[str, str]:
+    """Return what feeds an encoder that closes a loop and a scale, with the sides that they say and a spring in between."""
+    parts = (
+        Part("x_axis", ForceAxis), Part("x_encoder", LinearEncoder, side=encoder), Part("x_scale", LinearEncoder, side=scale),
+        Part("after", LinearEncoder),
+    )  # fmt: skip
+    wires = (
+        Wire("x_axis.force", constant=PUSH), Wire("x_encoder.measured", "x_axis.position"), Wire("x_scale.measured", "x_axis.position"),
+        Wire("after.measured", "x_encoder.position"),
+    )  # fmt: skip
+    assembly = insert_effect(Assembly(parts, wires, 1e-3, 1e-3), AxialResonance, "x_axis", name="spring")
+    source = {item.target: item.source for item in assembly.wires}
+    return {name: source[f"{name}.measured"] for name in ("x_encoder", "x_scale")}
+
+
+def test_a_sensor_sits_on_the_side_of_the_spring_that_it_says() -> None:
+    """A loop may be closed by the scale at the load, and an encoder that closes none may sit at the motor."""
+    assert sides("load", "motor") == {"x_encoder": "spring_beyond_x_encoder.outgoing", "x_scale": "x_axis.position"}
+    assert sides("load", "load") == {"x_encoder": "spring_beyond_x_encoder.outgoing", "x_scale": "spring_beyond_x_scale.outgoing"}
+    assert sides("motor", "motor") == dict.fromkeys(("x_encoder", "x_scale"), "x_axis.position")
+    # what does not say it sits at the motor where nothing else does
+    assert sides("load", "") == sides("load", "motor")
+
+
+def test_a_tachometer_at_the_load_sees_the_speed_behind_the_spring() -> None:
+    parts = (Part("spindle", TorqueSpindle), Part("tachometer", Tachometer, {"gain": 1.0}, side="load"))
+    wires = (Wire("spindle.torque", constant=1.0), Wire("tachometer.speed", "spindle.speed"))
+    bare = Assembly(parts, wires, 1e-3, 1e-4, record=("spindle.speed", "tachometer.voltage"))
+    values = {"table_share": SHARE, "frequency": FREQUENCY, "damping": DAMPING}
+    assembly = insert_effect(bare, AxialResonance, "spindle", name="spring", parameters=values)
+    found = run(wire(replace(assembly, record=(*bare.record, "spring.stretch_speed"))), duration=0.1)
+    behind = found["spindle.speed"] + found["spring.stretch_speed"]
+    assert found["tachometer.voltage"] == pytest.approx(behind, abs=1e-12)
+    assert np.max(np.abs(found["spring.stretch_speed"])) > 0.0
+
+
+def test_a_wind_up_is_refused_at_a_sensor_on_the_motor_side() -> None:
+    parts = (Part("x_axis", ForceAxis), Part("x_encoder", LinearEncoder, side="motor"))
+    wires = (Wire("x_axis.force", constant=PUSH), Wire("x_encoder.measured", "x_axis.position"))
+    with pytest.raises(WiringError, match="x_encoder sits on the motor side, from which TorsionalWindUp is not seen"):
+        insert_effect(Assembly(parts, wires, 1e-3, 1e-3), TorsionalWindUp, "x_encoder")
 
 
 def test_a_friction_that_comes_before_the_spring_holds_the_table() -> None:

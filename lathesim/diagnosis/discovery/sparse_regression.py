@@ -30,7 +30,8 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.replay.recorded_parts import SplineTerm
-from lathesim.lessons.insertion import Machinery, first_input
+from lathesim.lessons.insertion import Machinery
+from lathesim.lessons.sensor_sides import first_input
 
 _TERM = "discovered_term"
 

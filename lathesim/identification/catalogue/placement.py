@@ -15,7 +15,7 @@ from scipy.stats import qmc
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.identification.machine.roles import decides, further_readings_of, inputs_of_readings, readings_of
@@ -165,13 +165,14 @@ def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> boo
 
 
 def _second_sensors(assembly: Assembly) -> set[str]:
-    """Return the sensors of a part of which another sensor tells already: one that closes a loop, or comes before them."""
+    """Return the sensors of a part of which another tells already: one at the motor, one that closes a loop, or one before them."""
     sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
     feeding = {source for target, source in sources.items() if target.partition(".")[0] != source}
     sensors: dict[str, list[str]] = {}
     for sensor, part in _measured_parts(assembly).items():
         sensors.setdefault(part, []).append(sensor)
-    first = [sorted(names, key=lambda name: name not in feeding)[0] for names in sensors.values()]
+    side = {part.name: SIDES.index(part.side) for part in assembly.parts}
+    first = [sorted(names, key=lambda name: (side[name], name not in feeding))[0] for names in sensors.values()]
     return {name for names in sensors.values() for name in names} - set(first)
 
 

@@ -9,7 +9,7 @@ from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.errors import LessonError
-from lathesim.lessons.insertion import SeenBeyond
+from lathesim.lessons.sensor_sides import SeenBeyond
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Loop:
 
     ``reference`` and ``reading`` are outputs ``part.name``; ``axis`` is the part that moves, ``sensor`` the one whose reading closes the
     loop, ``converter`` the one that holds the command, empty where there is none. ``beyond`` is a sensor of the same axis that closes no
-    loop: a scale at the table.
+    loop: a scale at the table; where the one that closes it is at the load, it is that one.
     """
 
     controller: str
@@ -75,9 +75,10 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
     axis = seen.partition(".")[0]
     if axis not in parts or "effort" not in parts[axis].component.ports:
         return None
-    beyond = ""
+    beyond = reading if sensor in parts and parts[sensor].side == "load" else ""
     for part in assembly.parts:
-        if part.name != sensor and "reading" in part.component.ports and "measured" in part.component.ports:
+        seated = {"reading", "measured"} <= set(part.component.ports) and part.side != "motor"
+        if seated and part.name != sensor and parts[sensor].side != "load":
             other = _passed(wires, parts, wires.get(f"{part.name}.{part.component.ports['measured']}", ""))
             if other.partition(".")[0] == axis and part.component.declarations[part.component.ports["reading"]].unit == "m":
                 beyond = f"{part.name}.{part.component.ports['reading']}"

@@ -20,7 +20,7 @@ from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.open_loop import ROUNDED, ROUNDING
 from lathesim.identification.replay.recorded_parts import HeldSignal
-from lathesim.lessons.insertion import SeenBeyond
+from lathesim.lessons.sensor_sides import SeenBeyond
 
 _TWIN = "without_steps_"
 

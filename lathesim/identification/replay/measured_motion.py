@@ -17,7 +17,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from lathesim.component import Input, Parameter
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Wire
 from lathesim.identification.machine.roles import comes_from_effect
 from lathesim.identification.signal.resolution import channel_floor
 
@@ -115,10 +115,11 @@ class _Shown:
 
 
 def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Iterator[_Shown]:
-    """Return what whole channels show of the motion of machine parts; places only in their unit."""
+    """Return what whole channels show of the motion of machine parts, those at the motor first; places only in their unit."""
     parts = {part.name: part for part in assembly.parts}
+    side = {part.name: part.side for part in assembly.parts}
     wires = {wire.target: wire for wire in assembly.wires}
-    for channel, values in recorded.items():
+    for channel, values in sorted(recorded.items(), key=lambda item: SIDES.index(side.get(item[0].partition(".")[0], ""))):
         source = _shown_through(parts, wires, channel)
         host, _, item = source.partition(".")
         ports = _ports(parts, source)

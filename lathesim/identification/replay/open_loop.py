@@ -18,7 +18,8 @@ from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.wiring import wire
 from lathesim.identification.machine.roles import SENSED, comes_from_effect, goes_to_effect, is_sensed_share
 from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
-from lathesim.lessons.insertion import GoesWithMain, Machinery, first_input
+from lathesim.lessons.insertion import GoesWithMain, Machinery
+from lathesim.lessons.sensor_sides import first_input
 
 ROUNDING, ROUNDED = "rounding_", "rounded_"
 """How the names of parts begin that stand for what was recorded."""

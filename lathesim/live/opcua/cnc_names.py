@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from lathesim.engine.assembly import Assembly, Part
+from lathesim.engine.assembly import SIDES, Assembly, Part
 from lathesim.live.sources.samples import Signal
 
 NAMESPACE = "http://opcfoundation.org/UA/CNC"
@@ -82,7 +82,7 @@ def _unit(signals: Sequence[Signal], name: str) -> str:
 
 
 def _sensors(parts: Mapping[str, Part], sources: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return for each motion (``part.output``) the outputs of the sensors that see it; those a controller uses come first."""
+    """Return for each motion (``part.output``) the outputs of its sensors; at the motor, then used by a controller, come first."""
     found: dict[str, list[str]] = {}
     closing = set(sources.values())
     for part in parts.values():
@@ -90,7 +90,10 @@ def _sensors(parts: Mapping[str, Part], sources: Mapping[str, str]) -> dict[str,
         if "measured" in ports and "reading" in ports and "drive" not in ports:
             seen = _behind_effects(f"{part.name}.{ports['measured']}", sources)
             found.setdefault(seen, []).append(f"{part.name}.{ports['reading']}")
-    return {motion: sorted(outputs, key=lambda name: name not in closing) for motion, outputs in found.items()}
+    side = {name: SIDES.index(part.side) for name, part in parts.items()}
+    return {
+        motion: sorted(outputs, key=lambda name: (side[name.partition(".")[0]], name not in closing)) for motion, outputs in found.items()
+    }
 
 
 def _behind_effects(target: str, sources: Mapping[str, str]) -> str:

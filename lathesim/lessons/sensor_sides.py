@@ -1,0 +1,105 @@
+"""On which side of a spring the sensors of a part sit, motor or load: as the lesson says, else as is assumed, and then told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from lathesim.component import Component, Input, Output
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Assembly, Part, Wire
+
+_OF_MOTION = ("m", "rad", "m/s", "rad/s")
+
+
+class SeenBeyond(Component):
+    """What is seen behind a spring: place or speed before it, and how far or how fast it gives,  y = x + d."""
+
+    incoming = Input("{signal}", doc="place or speed before the spring")
+    beyond = Input("{signal}", doc="how far or how fast the spring gives")
+    outgoing = Output("{signal}", doc="place or speed behind the spring")
+
+    @staticmethod
+    def output(incoming: float, beyond: float) -> float:
+        return incoming + beyond
+
+
+class SeatedSensor(NamedTuple):
+    """A sensor of a part's motion: the input at which its chain of effects begins, the port that it sees, and where it sits."""
+
+    name: str
+    head: str
+    role: str
+    side: str
+    assumed: bool
+
+
+def is_motion_sensor(component: type[Component]) -> bool:
+    """Return whether a part measures a place or a speed, and commands nothing."""
+    ports = component.ports
+    if not {"measured", "reading"} <= set(ports) or "drive" in ports or issubclass(component, Effect):
+        return False
+    return component.declarations[ports["measured"]].unit in _OF_MOTION
+
+
+def sensors_of(parts: Mapping[str, Part], wires: Mapping[str, Wire], seen_as: Mapping[str, str], host: str) -> list[SeatedSensor]:
+    """Return the sensors of a part's place and speed, each with its side.
+
+    What nobody says is assumed: a sensor of the place that closes no loop sits at the load, where none closes one the first of several at
+    the motor, and all others at the motor. ``seen_as`` tells which output stands for a reading once effects sit on it.
+    """
+    ports = parts[host].component.ports
+    seen = {f"{host}.{ports[role]}": role for role in ("displacement", "flow") if role in ports}
+    fed = {wire.source for wire in wires.values()}
+    found: list[tuple[Part, str, str, bool]] = []
+    for part in parts.values():
+        measured, reading = part.component.ports.get("measured"), part.component.ports.get("reading")
+        if measured is None or reading is None:
+            continue
+        head = first_input(parts, wires, f"{part.name}.{measured}")
+        if head in wires and (role := seen.get(wires[head].source)) is not None:
+            output = f"{part.name}.{reading}"
+            found.append((part, head, role, seen_as.get(output, output) in fed))
+    places = [(part, closes) for part, _, role, closes in found if role == "displacement"]
+    at_motor = {part.name for part, closes in places if closes and not part.side}
+    if len(places) > 1 and not at_motor and all(part.side != "motor" for part, _ in places):
+        at_motor = {part.name for part in [part for part, _ in places if not part.side][:1]}
+    return [
+        SeatedSensor(
+            part.name,
+            head,
+            role,
+            part.side or ("load" if role == "displacement" and part.name not in at_motor else "motor"),
+            not part.side and is_motion_sensor(part.component),
+        )
+        for part, head, role, _ in found
+    ]
+
+
+def assumed_sides(assembly: Assembly, host: str) -> str:
+    """Return a sentence about the sensors of a part whose side of its spring nobody says; empty where there is none."""
+    parts, wires = {part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}
+    assumed = [sensor for sensor in sensors_of(parts, wires, getattr(assembly, "seen_as", {}), host) if sensor.assumed]
+    if not assumed:
+        return ""
+    sit = ", ".join(f"{sensor.name} on the {sensor.side} side" for sensor in assumed)
+    written = ", ".join(f"{sensor.name}: {sensor.side}" for sensor in assumed)
+    return f"Assumed at the spring of {host}: {sit}. If so, write 'side: {{{written}}}' in the lesson; else write the other side."
+
+
+def first_input(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> str:
+    """Return the input at which the chain of effects that ends at ``target`` begins: what feeds that one comes before all of them."""
+    while target in wires and wires[target].source:
+        name, _, given = wires[target].source.partition(".")
+        before = f"{name}.{_taken(parts[name].component, given)}"
+        if before not in wires:
+            break
+        target = before
+    return target
+
+
+def _taken(component: type[Component], given: str) -> str:
+    """Return the input that belongs to an output of an effect, or of what stands in its line; empty where there is none."""
+    if issubclass(component, Effect):
+        return next((taken for taken, output in component.pairs().values() if output == given), "")
+    return "incoming" if given == "outgoing" else ""
