@@ -59,14 +59,18 @@ def _rows(file: Path, declared: Table) -> list[list[float]]:
     return rows
 
 
-def write_table(file: Path, columns: tuple[str, ...], rows: FloatArray) -> None:
-    """Write a table so that :func:`table_of` reads the same numbers back, bit for bit."""
-    write_text(file, table_text(columns, rows))
+def write_table(file: Path, columns: tuple[str, ...], rows: FloatArray, unit: str = "") -> None:
+    """Write a table so that :func:`table_of` reads the same numbers back, bit for bit; its ``unit``, where all columns have one."""
+    write_text(file, table_text(columns, rows, unit))
 
 
-def table_text(columns: tuple[str, ...], rows: FloatArray) -> str:
+def table_text(columns: tuple[str, ...], rows: FloatArray, unit: str = "") -> str:
     """Return a table as :func:`write_table` writes it."""
-    lines = [",".join(columns), *[",".join(repr(float(value)) for value in row) for row in rows]]
+    lines = [
+        *([f"# all columns in {unit}"] if unit not in ("", "1") else []),
+        ",".join(columns),
+        *[",".join(repr(float(value)) for value in row) for row in rows],
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -97,6 +97,7 @@ def test_what_was_learned_is_a_lesson(tmp_path: Path, capsys: pytest.CaptureFixt
     told = json.loads(capsys.readouterr().out)
     assert told["schema"] == "lathesim-learning/1"
     assert len(told["laps"]) == 3
+    assert (tmp_path / "out" / "x_controller_learned.csv").read_text(encoding="utf-8").startswith("# all columns in ")
     assert run_command_line(["run", str(tmp_path / "out" / "lesson.yaml"), "--json", "--out", str(tmp_path / "r.h5")]) == 0
     metrics = json.loads(capsys.readouterr().out)["metrics"]
     assert metrics["max_path_error"]["value"] == pytest.approx(told["laps"][told["kept"]]["largest_m"], rel=1e-6)

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from lathesim.stability.assembly.assembly_file import Assembly
 
 _LINES_OF_FIGURE, _LINES_OF_BAND = 800, 200
+_UNITS = {"receptance": [["m/N", "1/N"], ["1/N", "1/(N*m)"]]}
+"""Of the four terms: displacement and rotation of the tip over a force and over a moment."""
 
 
 @click.command()
@@ -74,7 +76,7 @@ def _tip(loaded: Assembly, asked: Any, as_json: bool, save: Path | None) -> None
         if band is not None:
             for row, low, high in zip(rows, band[0].tolist(), band[1].tolist(), strict=True):
                 row |= {"low_m_per_n": low, "high_m_per_n": high}
-        click.echo(json.dumps({"schema": "lathesim-couple/1", "model": loaded.model, "rows": rows}, indent=2))
+        click.echo(json.dumps({"schema": "lathesim-couple/1", "model": loaded.model, "units": _UNITS, "rows": rows}, indent=2))
         return
     click.echo(f"{loaded.title}: displacement over force at the tip, model {loaded.model}\n")
     click.echo(
@@ -103,7 +105,7 @@ def _inverse(artefact: Assembly, measured: Path, as_json: bool) -> None:
     share = base_share(artefact, tip.frequency, tip.receptance)
     if as_json:
         rows = _rows(tip.frequency, share)
-        click.echo(json.dumps({"schema": "lathesim-couple/1", "model": artefact.model, "rows": rows}, indent=2))
+        click.echo(json.dumps({"schema": "lathesim-couple/1", "model": artefact.model, "units": _UNITS, "rows": rows}, indent=2))
         return
     click.echo(f"{artefact.title}: what it is fixed to, displacement over force\n\n{'f [Hz]':>10}{'Re H [m/N]':>16}{'Im H [m/N]':>16}")
     for value, matrix in zip(tip.frequency, share, strict=True):

@@ -117,9 +117,9 @@ class Bench:
         return {name: value for name, value in found.items() if name not in self.batch.plan.feeds}
 
     def units(self, part: str) -> dict[str, str]:
-        """Return the units of the parameters of a placed part."""
+        """Return the units of what a placed part declares."""
         placed = next(item for item in self.machinery.parts if item.name == part)
-        return {name: item.unit for name, item in placed.component.declared(Parameter).items()}
+        return {name: item.unit for name, item in placed.component.declarations.items()}
 
     def _known(self) -> dict[str, float]:
         plan = self.batch.plan
@@ -150,7 +150,7 @@ class Diagnosed:
         text = changed_lesson(self.lesson, entries, dict(self.values), folder, variant=self.variant, further=further)
         for line in lines:
             for name, (columns, rows) in line.tables.items():
-                write_table(folder / f"{line.name}_{name}.csv", columns, rows)
+                write_table(folder / f"{line.name}_{name}.csv", columns, rows, units.get(line.name, {}).get(name, ""))
         return text
 
     def bench(self, lines: Sequence[Line] = (), noise: Mapping[str, float] | None = None) -> Bench:
