@@ -14,10 +14,11 @@ class MillingCut(Component):
         F = -b sum_j g(phi_j) (Kt cos phi_j + Kn sin phi_j) h_j,   h_j = sin(phi_j) (f_z + x(t) - x(t - tau)),   tau = 60/(n N)
 
     phi_j is the angle of a tooth, g is 1 between ``entry`` and ``leave``, f_z the feed of a tooth and b the axial depth. The displacement
-    is kept in cells over two turns, as one tooth meets the wave of a whole turn before. Cells are written by cubic Hermite between samples
-    and read by cubic interpolation. Where a tooth passes in less than a sample, the force is no number, and the run names it. Source: T.
-    Insperger, G. Stepan, Semi-Discretization for Time-Delay Systems (2011), milling with one degree of freedom. Left out: teeth that leave
-    the cut by vibration (with ``always_in_contact`` 0 the force ends there, the memory still is one tooth), helix, run-out of teeth.
+    is kept in cells over two turns, because a single tooth cuts the wave of the whole previous turn. Cells are written by cubic Hermite
+    between samples and read by cubic interpolation. Where a tooth passes in less than a sample, the force is no number, and the run names
+    it. Source: T. Insperger, G. Stepan, Semi-Discretization for Time-Delay Systems (2011), milling with one degree of freedom. Left out:
+    teeth that leave the cut by vibration (with ``always_in_contact`` 0 the force ends there, the memory still is one tooth), helix, run-out
+    of teeth.
     """
 
     group = "process"

@@ -16,8 +16,8 @@ class RegenerativeCut(Component):
 
     x is the displacement of the tool out of the part, along the normal of the surface, h0 the feed per turn, w the height of the surface
     over the one that a stiff tool would have left. The process damping F_d acts along that normal, whatever the angle of the cutting force,
-    so it is an output of its own: wire it to the ``drag`` of each mode. As w keeps the deepest of all turns, the memory does not end with
-    one turn when the tool leaves the cut. With an exponent e other than 1 the force is b Ks (h0/e) (h/h0)^e: Ks is the slope at h = h0. The
+    so it is an output of its own: wire it to the ``drag`` of each mode. w keeps the deepest of all turns, so the memory outlasts one turn
+    when the tool leaves the cut. With an exponent e other than 1 the force is b Ks (h0/e) (h/h0)^e: Ks is the slope at h = h0. The
     surface is kept in cells over two turns, written by cubic Hermite between samples and read by cubic interpolation. Where a turn takes
     less than a sample, the force is no number, and the run names it. Over the edges of a slot the cut fades in and out over one step.
     Source: J. Tlusty, F. Ismail, Ann. CIRP 30 (1981), basic non-linearity in machining chatter; process damping as in Y. Altintas,

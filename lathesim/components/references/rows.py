@@ -16,7 +16,7 @@ def takes_time(path: Any, row: int) -> bool:
 
 
 def next_row(path: Any, row: int) -> int:
-    """Return the first row after ``row`` that takes time, or the number of rows where there is none."""
+    """Return the first row after ``row`` that takes time, or the number of rows if there is none."""
     rows = len(path)
     following = row + 1
     while following < rows and not takes_time(path, following):

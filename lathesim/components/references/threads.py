@@ -1,4 +1,4 @@
-"""How threads follow the angle of the spindle: where one begins, how it goes on from row to row, and the way out of a tapped hole."""
+"""Threads that follow the angle of the spindle: their start, their course from row to row, and the way out of a tapped hole."""
 
 from __future__ import annotations
 
@@ -10,33 +10,32 @@ from lathesim.path_columns import FEED, FEED_MODE, LENGTH, SPINDLE_DIRECTION, ST
 
 TWO_PI = 2.0 * math.pi
 NO_ANGLE = -1.0e300
-"""Spindle angle [rad] that means "nothing is wired here" (a thread then follows the speed alone, without an index), or that no thread is in
-work."""
+"""Spindle angle [rad] that means "no thread is being cut", or "no angle is wired": a thread then follows the speed, without an index."""
 
 
 def sense_of(path: Any, row: int) -> float:
-    """Return the sense in which the spindle turns in a row: -1 for M04, else 1."""
+    """Return the direction of the spindle in a row: -1 for M04, else 1."""
     return -1.0 if path[row][SPINDLE_DIRECTION] < 0.0 else 1.0
 
 
 def thread_start(turned: float, start_angle: float) -> float:
-    """Return the first angle [rad] from ``turned`` on that lies ``start_angle`` behind the index, a whole turn of the spindle."""
+    """Return the first angle [rad] from ``turned`` on that lies ``start_angle`` [rad] behind an index (a multiple of 2 pi)."""
     return math.ceil((turned - start_angle) / TWO_PI - 1e-12) * TWO_PI + start_angle
 
 
 def angle_of_speed(path: Any, row: int, travelled: float, index: float, way: float) -> float:
-    """Return the angle [rad] that a spindle without an angle has turned, so that the tool goes on by ``way`` [m] in this sample."""
+    """Return the spindle angle [rad] at which the tool has moved on by ``way`` [m] in this sample, for a spindle without a wired angle."""
     lead = path[row][FEED] * 1.0
     return sense_of(path, row) * (index + TWO_PI * (travelled + way) / lead) if lead > 0.0 else 0.0
 
 
 def walk_thread(path: Any, row: int, travelled: float, index: float, angle: float) -> tuple[float, float, float, float, float]:
-    """Return row and way in it [m] at a spindle angle [rad], where the row began [rad], the way of this sample [m], and 1 at the end.
+    """Return row, way in the row [m], angle at the start of the row [rad], way of this sample [m], and 1 at the end of the thread, else 0.
 
-    The way is s = lead (turned - index)/(2 pi), with the angle turned in the sense of the row. A thread that waits begins at the first
-    index behind the lowest angle, as the spindle may still turn the other way. One that goes on begins at the angle of the joint, within
-    the sample, so that the tool stays on the lead. The tool never goes back on a thread. Only on the way out of a tapped hole s is below
-    0, deeper than the bottom, until the spindle has reversed.
+    The way is s = lead (turned - index)/(2 pi), with the angle counted in the direction of the row. A thread that waits begins at the first
+    index after the lowest angle, because the spindle may still turn the other way. A thread that goes on begins at the angle of the joint,
+    within the sample, so that the tool stays on the lead. The tool never moves back on a thread. Only on the way out of a tapped hole is s
+    below 0, deeper than the bottom, until the spindle has reversed.
     """
     done = 0.0
     while True:

@@ -10,8 +10,8 @@ class AngularPositionController(Component):
 
         d = (Tf d_before + e - e_before)/(Tf + T),   e = reference - measured
 
-    d is the slope of the error behind a lag of Tf; with Tf = 0 it is that of the last sample. V is kept within the range of the converter,
-    and while it is not, a sample that would push it further out is not added to the integral (conditional integration).
+    d is the slope of the error, filtered with a lag of Tf; with Tf = 0 it is the slope over the last sample. V is limited to the range of
+    the converter. While it is limited, the integral leaves out errors that would push it further out (conditional integration).
 
     Source: K. J. Astrom, T. Hagglund, PID Controllers (1995), sections 3.4 (filtered derivative, backward difference) and 3.5; the gain is
     assumed. Left out: feed forward, weights of the reference.
@@ -81,5 +81,5 @@ class AngularPositionController(Component):
 
     @staticmethod
     def output(held_voltage: float, held_error: float) -> tuple[float, float]:
-        """What was computed at the last sample."""
+        """Return the voltage and the error of the last sample."""
         return held_voltage, held_error

@@ -10,8 +10,8 @@ from lathesim.component import Component, Input, Output, Parameter, State
 class TorqueSpindle(Component):
     """Gives speed and angle of an inertia turned against viscous friction and gravity:  J dw/dt = T_drive - b w - G sin(a - a0) - T.
 
-    G is the weight of what turns times the distance of its centre from the shaft, as of an arm or of a part clamped beside the centre;
-    a0 is the angle at which it hangs at rest. Source: Newton's law; L. Meirovitch, Fundamentals of Vibrations (2001), section 1.9
+    G is the weight of the rotating body times the distance of its centre of gravity from the shaft, as for an arm or a part clamped off
+    centre; a0 is the angle at which it hangs at rest. Source: Newton's law; L. Meirovitch, Fundamentals of Vibrations (2001), section 1.9
     (pendulum). The defaults are the data sheet of the motor bench HSM150 (University bench, 2023): J 1.2e-4 kg m^2, b 7.03e-5 N m s, and
     a shaft in balance. Left out: dry friction, elasticity, the drive's own dynamics.
     """
@@ -33,8 +33,8 @@ class TorqueSpindle(Component):
 
     inertia = Parameter("kg*m^2", 1.2e-4, low=1e-12, doc="inertia of all that turns")
     viscous = Parameter("N*m*s/rad", 7.03e-5, low=0.0, doc="viscous friction")
-    gravity = Parameter("N*m", 0.0, low=0.0, doc="torque of gravity where the arm is level: weight times distance from the shaft")
-    lowest = Parameter("rad", 0.0, doc="angle at which gravity lets it hang")
+    gravity = Parameter("N*m", 0.0, low=0.0, doc="torque of gravity on a horizontal arm: weight times distance from the shaft")
+    lowest = Parameter("rad", 0.0, doc="angle at which it hangs at rest")
 
     rotation = State("rad/s", doc="spindle speed")
     turned = State("rad", doc="angle turned")
@@ -46,7 +46,7 @@ class TorqueSpindle(Component):
     def derivative(
         rotation: float, turned: float, torque: float, disturbance: float, inertia: float, viscous: float, gravity: float, lowest: float
     ) -> tuple[float, float]:
-        """Newton's law; without gravity not even a rounding is added."""
+        """Newton's law; zero gravity adds nothing, not even rounding."""
         pull = gravity * math.sin(turned - lowest) if gravity > 0.0 else 0.0
         return (torque - viscous * rotation - disturbance - pull) / inertia, rotation
 

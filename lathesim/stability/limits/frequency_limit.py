@@ -1,9 +1,9 @@
 """The limit of the chip width in the frequency domain, at one speed and over all.
 
 On the limit the tip vibrates at a frequency f and  1 + b [Ks (1 - exp(-j w tau)) G(w) + j w C/V N(w)] = 0,  tau = 60/n the delay of a
-turn, C the process damping [N/m] and V the cutting speed. G is the receptance for the cutting force, N that for a force along the normal,
-as process damping is one. At a speed, 1/b = D(w) = -[Ks (1 - exp(-j w tau)) G(w) + j w C/V N(w)] must be real and positive: the zeros of
-Im D are found on a grid and refined, and the largest D gives the smallest limit.
+turn, C the process damping [N/m] and V the cutting speed. G is the receptance for the cutting force, N the receptance
+for a force along the normal, such as process damping. At a speed, 1/b = D(w) = -[Ks (1 - exp(-j w tau)) G(w) + j w C/V N(w)] must be real
+and positive: the zeros of Im D are found on a grid and refined, and the largest D gives the smallest limit.
 
 Source: J. Tlusty, M. Polacek (1963); Y. Altintas, Manufacturing Automation (2012), analytical stability lobes; D-subdivision for the
 process damping. Left out: the tool leaving the cut, and what is not linear.
@@ -65,9 +65,9 @@ def limit_of_response(
     process_damping: float = 0.0,
     diameter: float = 0.0,
 ) -> Limit:
-    """Return the limit at a speed [rpm] from a measured response, straight between its lines.
+    """Return the limit at a speed [rpm] from a measured response, interpolated linearly between its lines.
 
-    The cutting force feels the ``factor`` of it, and process damping the ``normal_factor``.
+    The response times ``factor`` applies to the cutting force, times ``normal_factor`` to the process damping.
     """
     count = math.ceil(response.highest * 60.0 / speed * _POINTS_OF_A_TURN)
     first = max(float(response.frequency[0]), 1e-6)

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from lathesim.stability.tool_point.choose_modes import FoundModes
 
 _FAR, _WELL_DAMPED = 3.0, 0.5
-"""Frequency over the end of the band, and damping ratio, of the mode that stands for a residual term: assumed, so that it does not
-chatter first."""
+"""Frequency over the end of the band, and damping ratio, of the mode that represents a residual term (assumed so that it does not chatter
+first)."""
 _NO_REST = 1e-3
-"""Share of the response at its chatter frequency below which a residual term is left out."""
+"""Share of the response at its chatter frequency below which a residual term is left out (assumed)."""
 RPM = 60.0 / (2.0 * math.pi)
 """Revolutions a minute of a radian per second."""
 
@@ -44,8 +44,8 @@ class Milling:
 class Cut:
     """A tool point and the cut: Ks [N/m^2], process damping [N/m], diameter [m], share of a turn in the cut.
 
-    ``tool`` is the modes, or the response as it was measured in a ``direction`` [rad] from the normal, with the ``factor`` of the force on
-    it. ``chosen`` is the speed [rpm] and width [m] of the lesson's own cut.
+    ``tool`` is the modes, or a response measured in a ``direction`` [rad] from the normal, with the ``factor`` of the force on it.
+    ``chosen`` is the speed [rpm] and width [m] of the lesson's own cut.
     """
 
     tool: ToolPoint | FrequencyResponse
@@ -148,7 +148,7 @@ def natural_frequencies(cut: Cut) -> tuple[float, ...]:
 
 
 def _fitted(response: FrequencyResponse) -> tuple[list[Mode], FoundModes]:
-    """Return the modes of a response that a tool point can have, and all that was found; :class:`LessonError` where there are none."""
+    """Return the modes of a response with a positive stiffness, and the whole fit. Raises :class:`LessonError` if there is no such mode."""
     from lathesim.stability.tool_point.choose_modes import find_modes
 
     found = find_modes(replace(response, hits=None) if response.force_noise == 0.0 else response)
@@ -159,10 +159,10 @@ def _fitted(response: FrequencyResponse) -> tuple[list[Mode], FoundModes]:
 
 
 def with_modes(cut: Cut) -> tuple[ToolPoint, str]:
-    """Return the modes of a cut, and a sentence where they were fitted to a response for it.
+    """Return the modes of a cut, and a sentence if they were fitted to a response.
 
-    What lies outside the band of the response counts too: poles that the data determine as modes, and the rest by one stiff, well damped
-    mode far above, which gives the same real part where the response chatters first.
+    Modes outside the band of the response count too. Poles that the data determine become modes. One stiff, well damped mode far above
+    represents the rest: it gives the same real part at the lowest point of the real part, where chatter begins.
     """
     if isinstance(cut.tool, ToolPoint):
         return cut.tool, ""
@@ -178,8 +178,8 @@ def with_modes(cut: Cut) -> tuple[ToolPoint, str]:
         far = _FAR * cut.tool.highest
         modes.append(Mode(far, _WELL_DAMPED, 1.0 / abs(rest) / (1.0 - float(lines[first] / far) ** 2)))
         factors.append(math.copysign(cut.factor, cut.factor * rest))
-    told = f"Modes fitted to the response: {', '.join(f'{mode.frequency:.1f} Hz' for mode in inside)}"
+    sentence = f"Modes fitted to the response: {', '.join(f'{mode.frequency:.1f} Hz' for mode in inside)}"
     if len(modes) > len(inside):
         ends = f"{cut.tool.frequency[0]:.3g} to {cut.tool.highest:.0f} Hz"
-        told += f"; what lies outside its {ends} is kept" + "".join(f", as a mode near {mode.frequency:.0f} Hz" for mode in known)
-    return ToolPoint(tuple(replace(mode, direction=cut.direction) for mode in modes), tuple(factors)), f"{told}."
+        sentence += f"; the residual term outside {ends} is kept" + "".join(f", as a mode near {mode.frequency:.0f} Hz" for mode in known)
+    return ToolPoint(tuple(replace(mode, direction=cut.direction) for mode in modes), tuple(factors)), f"{sentence}."

@@ -58,18 +58,18 @@ def stability_map(cut: Cut, speeds: Sequence[float], method: str, progress: Prog
             word = "An interrupted cut" if cut.milling is None else "Milling"
             raise LessonError(f"{word.lower()} has no limit in the frequency domain.", remedy="Use the method 'collocation'.")
         return _by_frequency(cut, speeds)
-    tool, told = with_modes(cut)
+    tool, fitted = with_modes(cut)
     # what holds at any speed is known in closed form for an uninterrupted cut only
     whole = cut.milling is None and cut.share == 1.0
     smallest = smallest_limit(tool, cut.stiffness) if whole else Limit(math.nan, math.nan)
-    findings = (*(cut.tool.findings if isinstance(cut.tool, FrequencyResponse) else ()), *((told,) if told else ()))
+    findings = (*(cut.tool.findings if isinstance(cut.tool, FrequencyResponse) else ()), *((fitted,) if fitted else ()))
     points = []
     for place, speed in enumerate(speeds):
         points.append(_by_collocation(cut, tool, speed) if method == "collocation" else _by_time(cut, tool, speed))
         if progress is not None:
             progress(place + 1, len(speeds))
     if isinstance(cut.tool, FrequencyResponse) and any(point.limit.frequency > cut.tool.highest for point in points):
-        findings += (f"Where chatter lies above {cut.tool.highest:g} Hz, the limit rests on what lies outside the response.",)
+        findings += (f"Limits with chatter above {cut.tool.highest:g} Hz rest on the residual term, beyond the measured response.",)
     return StabilityMap(tuple(points), method, smallest, findings)
 
 

@@ -32,8 +32,8 @@ VIBRATIONS = 4.0
 _DENSE = 300
 """Columns up to which all eigenvalues are found."""
 _LARGEST, _BASIS = 8, 80
-"""Eigenvalues of a large map that are found, and vectors of Arnoldi's basis, assumed: several multipliers are nearly as large as the
-largest."""
+"""Eigenvalues to find of a large map, and vectors of the Arnoldi basis (assumed: several multipliers are nearly as large as the
+largest)."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class DelayEquation:
 
 
 def multipliers(equation: DelayEquation, points: int = POINTS) -> Complex:
-    """Return the multipliers of an equation, the largest first; of a large one, of which there are too many, only the largest few."""
+    """Return the multipliers of an equation, largest first; for a large equation only the largest few."""
     values = _PeriodMap(equation, points).values()
     return np.asarray(values[np.argsort(-np.abs(values))])
 
@@ -91,8 +91,8 @@ def _weights(equation: DelayEquation, points: int) -> FloatArray:
 class _PeriodMap:
     """The map of the values at the points of one period to those of the next, element by element.
 
-    In an element, with the values v at its points, the value u at its left end, and those of the period before w:  P v = B w - d u.  Its
-    part of the map is v = T w + S u, and u is the last value of the element before. No matrix of the whole period is built.
+    An element has the values v at its points, the value u at its left end, and the values w of the previous period:  P v = B w - d u.  Its
+    part of the map is v = T w + S u, and u is the last value of the previous element. No matrix of the whole period is built.
     """
 
     def __init__(self, equation: DelayEquation, points: int) -> None:
@@ -117,13 +117,13 @@ class _PeriodMap:
             solved = scipy.linalg.solve(present, np.concatenate([former, -start / half], axis=1))
             self.through[number], self.onward[number] = solved[:, :block], solved[:, block:]
         self.times = np.array(times)
-        # what of the period before counts: the columns that T reads, and the last value, which the first element begins with
+        # the values of the previous period that count: the columns that T reads, and the last value, with which the first element begins
         counts = np.asarray(self.through.any(axis=1))
         counts[-1, -size:] = True
         self.counts = np.flatnonzero(counts.ravel())
 
     def __call__(self, before: Any) -> Any:
-        """Return the values of a period from those of the period before, (values,) or (values, columns)."""
+        """Return the values of a period from those of the previous period, (values,) or (values, columns)."""
         columns = before.reshape(len(before), -1)
         after = self.through @ columns.reshape(len(self.through), self.block, -1)
         end = columns[-self.size :]
@@ -145,13 +145,13 @@ class _PeriodMap:
         return np.asarray(values), self(vectors)
 
     def _dense(self) -> FloatArray:
-        """Return the map of what counts. What is not read has columns of zeros: the rest alone has the same eigenvalues other than 0."""
+        """Return the map of the values that count. All other columns are zero, so leaving them out changes no eigenvalue other than 0."""
         columns = np.zeros((len(self.through) * self.block, len(self.counts)))
         columns[self.counts, np.arange(len(self.counts))] = 1.0
         return np.asarray(self(columns)[self.counts])
 
     def _largest(self) -> tuple[Complex, Complex] | None:
-        """Return the largest eigenvalues of a large map, by Arnoldi's method; none of a small one, or where it does not converge."""
+        """Return the largest eigenvalues of a large map by the Arnoldi method, or none for a small map or without convergence."""
         from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs
 
         count = len(self.counts)

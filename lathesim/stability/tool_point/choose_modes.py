@@ -17,14 +17,14 @@ from lathesim.stability.tool_point.noise_weights import NoiseWeights, weights_of
 
 MOST_MODES = 12
 _OUTSIDE = 2
-"""Poles outside the band that are tried where the number of modes is given, assumed: one above and one below."""
+"""Poles outside the band that are tried if the number of modes is given (assumed: one above and one below)."""
 NORMAL_95 = 1.959964
 _WORTH = 2.0
 """Standard errors by which held-out taps have to be met better before a further mode is believed."""
 _CHANCE = 0.3
 """A gain has to exceed this share of the chance scatter of a misfit as well, assumed: filters and windows are not perfect either."""
 _KNOWN = 0.7
-"""Width of an interval over its value up to which a pole outside the band is taken for a mode, assumed."""
+"""Largest relative width of the intervals of a pole outside the band that counts as a mode (assumed)."""
 _NOT_WORTH = 2
 _DESCRIBED = 1.5
 """A search ends after so many further modes that brought nothing, once the misfit is about that of the noise."""
@@ -54,14 +54,14 @@ class FoundMode:
 
     @property
     def is_known(self) -> bool:
-        """Whether its damping and stiffness are known to about a third."""
+        """Whether damping and stiffness are known to about a third."""
         return all(abs(item.high - item.low) < _KNOWN * abs(item.value) for item in (self.damping, self.stiffness))
 
 
 @dataclass(frozen=True, eq=False)
 class FoundModes:
-    """The modes of a response within its band, the model they belong to, and how their number was decided: its text and the held-out
-    misfit of each number of poles. ``outside`` are poles beside the band: residual terms, which bend the response inside it."""
+    """The modes of a response within its band, their model, the text on how their number was decided, and the held-out misfit of each
+    number of poles. ``outside`` are poles outside the band: residual terms, which bend the response inside it."""
 
     modes: tuple[FoundMode, ...]
     outside: tuple[FoundMode, ...]
@@ -73,8 +73,8 @@ class FoundModes:
 def find_modes(response: FrequencyResponse, count: int | None = None) -> FoundModes:
     """Return the modes of a response; ``count`` fixes their number, else the hits that were not fitted decide.
 
-    Without single hits every second line is held out. Pairs that cancel each other and poles that the data do not determine are taken out.
-    :class:`RecordingError` where no mode within the band stands out of the noise.
+    Without single hits every second line is held out. Pairs that cancel each other and poles that the data do not determine are removed.
+    Raises :class:`RecordingError` if no mode within the band stands out of the noise.
     """
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         start, held, text = _count(response, count)
@@ -149,9 +149,9 @@ def _fitted_without_hits(response: FrequencyResponse, count: int, start: ModalMo
 
 
 def _count(response: FrequencyResponse, given: int | None) -> tuple[ModalModel | None, tuple[tuple[int, float], ...], str]:
-    """Return where the fit of the right number of poles begins, the held-out misfit of each number tried, and what was held out.
+    """Return the start of the fit with the right number of poles, the held-out misfit of each number tried, and the text on held-out data.
 
-    With a number of modes ``given``, only that of the poles outside the band is left to decide.
+    With a ``given`` number of modes, only the number of poles outside the band is decided.
     """
     if response.hits is not None and len(response.hits) >= 3:
         folds = _folds_of_hits(response)

@@ -40,7 +40,7 @@ UNITS: dict[str, tuple[Quantity, float]] = {
 FEWEST_LINES = 8
 POOR_COHERENCE = 0.5
 _LAST_LINES = 4
-"""Lines at least, and a fiftieth of all, by which the end of a response is judged."""
+"""Smallest number of lines that judge the end of a response; otherwise it is a fiftieth of all lines (assumed)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,10 +164,10 @@ def within(response: FrequencyResponse, low: float, high: float, place: str) -> 
 
 
 def ends_too_low(response: FrequencyResponse, factor: float) -> tuple[str, ...]:
-    """Return a sentence where a response of which the cutting force feels the ``factor`` ends below a frequency at which the cut chatters.
+    """Return a warning if a response, times the ``factor`` of the cutting force, ends below the chatter frequency of the cut.
 
-    Above all its modes the real part of a tool point is negative, that of a mass. Where it is positive at the end, a mode lies above. Where
-    the oriented real part is lowest there, it falls on.
+    Above all its modes a tool point acts as a mass: the real part is negative. If it is positive at the end, a mode lies above. If the
+    oriented real part is lowest at the end, it falls further.
     """
     last = max(_LAST_LINES, len(response.frequency) // 50)
     real = response.receptance_values.real
@@ -175,7 +175,7 @@ def ends_too_low(response: FrequencyResponse, factor: float) -> tuple[str, ...]:
     if (factor * end).min() <= (factor * real).min() < 0.0:
         return (f"the response ends at {response.highest:g} Hz, below the chatter frequency: the limits are too high. Measure further up",)
     if end.mean() > 3.0 * float(scatter.std()) / np.sqrt(last):
-        fact = f"the response ends at {response.highest:g} Hz, below a mode that still holds it there"
+        fact = f"the response ends at {response.highest:g} Hz, below a mode that still adds to it"
         return (f"{fact}: chatter above is not measured. Measure further up",)
     return ()
 

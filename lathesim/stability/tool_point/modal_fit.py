@@ -3,7 +3,7 @@
     H(w) = sum_i R_i / (s^2 + 2 zeta_i w_i s + w_i^2) + U + L/s^2,   s = j w + r
 
 R_i is 1/m_i, so that k_i = w_i^2/R_i; U and L stand for the modes far above and below the band, and r is the rate of an exponential
-window. A pole may lie outside the band: a mode not far from it bends the response inside, which no constant does.
+window. A pole may lie outside the band: a mode close to the band bends the response inside, unlike a constant.
 Poles and residues are found together by Levenberg and Marquardt; a further mode begins where the misfit is largest. Source: N. M. M. Maia,
 J. M. M. Silva, Theoretical and Experimental Modal Analysis (1997), chapter 4. Left out: complex residues.
 """
@@ -32,11 +32,11 @@ _ENOUGH = 1e-3
 """A fit ends when a step gains less than this of the sum of squares."""
 _LEAST_DAMPING, _MOST_DAMPING = 1e-6, 0.9
 _BELOW, _ABOVE = 0.2, 5.0
-"""Shares of the lowest and highest frequency of the band up to which a pole may lie outside, assumed: further out U and L do as well."""
+"""Factors on the lowest and highest frequency of the band that limit a pole (assumed: further out U and L fit as well)."""
 _DETERMINED = 1.0
-"""Largest standard deviation of the logarithm of a value that data determine."""
+"""Largest standard deviation of the logarithm of a value that counts as determined by the data (assumed)."""
 _CANCEL = 0.2
-"""A pair cancels where the sum of its residues is below this share of the larger one, assumed."""
+"""Share of the larger residue below which the sum of the residues of a pair counts as zero (assumed)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class ModalModel:
         return (place >= frequency[0]) & (place <= frequency[-1])
 
     def phantoms(self, frequency: FloatArray) -> list[int]:
-        """Return the poles that are no modes: pairs that cancel each other, and poles within the band that the data do not determine."""
+        """Return the indices of poles that are no modes: pairs that cancel, and poles in the band that the data do not determine."""
         assert self.covariance is not None
         count, spread = len(self.omega), np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         unknown = (spread[count : 2 * count] > _DETERMINED) | (spread[2 * count : 3 * count] > _DETERMINED)
@@ -88,7 +88,7 @@ class ModalModel:
         return sorted(found)
 
     def without(self, out: list[int]) -> ModalModel:
-        """Return the model less some of its modes."""
+        """Return the model without some of its modes."""
         kept = np.delete(np.arange(len(self.omega)), out)
         return replace(self, omega=self.omega[kept], damping=self.damping[kept], residue=self.residue[kept])
 

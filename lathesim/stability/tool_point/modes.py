@@ -46,7 +46,7 @@ class ToolPoint:
     """Modes of a tool point with the factor of each: how much of the force acts along it, and how much of it counts along the normal.
 
     The factor is mu_i = cos(beta - alpha_i) cos(alpha_i), beta the angle of the cutting force from the normal, alpha_i that of the mode.
-    A force along the normal, as that of process damping, has the factor cos^2(alpha_i) instead. Source: Y. Altintas, Manufacturing
+    A force along the normal, such as process damping, has the factor cos^2(alpha_i) instead. Source: Y. Altintas, Manufacturing
     Automation (2012), oriented transfer function; T. Schmitz, K. S. Smith, Machining Dynamics (2019).
     """
 
@@ -61,7 +61,7 @@ class ToolPoint:
 
     @property
     def normal_factors(self) -> tuple[float, ...]:
-        """The factor of each mode for a force along the surface normal: cos^2(alpha_i)."""
+        """The factor of each mode for a force along the normal of the surface: cos^2(alpha_i)."""
         return tuple(math.cos(mode.direction) ** 2 for mode in self.modes)
 
     def receptance(self, frequency: Any) -> Complex:

@@ -1,4 +1,4 @@
-"""Writes a frequency response as CSV, MAT or universal file, in the quantity that was measured: its noise belongs to that."""
+"""Write a frequency response as CSV, MAT or universal file, in the measured quantity, to which its noise belongs."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _NUMERATORS: dict[Quantity, tuple[int, str, str]] = {
 
 
 def write_response(response: FrequencyResponse, path: Path, *, binary: bool = True) -> None:
-    """Write a response [m/N, m/s/N or m/s^2/N] with its coherence, mean force and single hits, and what is known of window and noise.
+    """Write a response [m/N, m/s/N or m/s^2/N] with its coherence, mean force, single hits, and notes on window and noise.
 
-    The ending of the name (.csv, .mat, .uff) says how.
+    The ending of the name (.csv, .mat, .uff) gives the format.
     """
     kind = path.suffix.lower()
     if kind not in (*UNIVERSAL, ".mat", ".csv"):
@@ -45,7 +45,7 @@ def write_response(response: FrequencyResponse, path: Path, *, binary: bool = Tr
 
 
 def _measured(response: FrequencyResponse) -> tuple[Complex, list[Complex]]:
-    """Return the mean response and those of single hits in the quantity that was measured."""
+    """Return the mean response and the responses of single hits in the measured quantity."""
     rows = [response.receptance_values, *(response.hits if response.hits is not None else ())]
     mean, *hits = (from_receptance(response.frequency, row, response.quantity) for row in rows)
     return mean, hits
