@@ -165,7 +165,7 @@ def split_quantity(text: str) -> tuple[float, str]:
             return float(text.strip()[:end]), text.strip()[end:].strip()
         except ValueError:
             continue
-    raise UnitError(f"'{text}' is no quantity.", remedy="Write a number and a unit, for example '5 ms'.")
+    raise UnitError(f"'{text}' is not a number with a unit.", remedy="Write a number and a unit, for example '5 ms'.")
 
 
 @functools.lru_cache(maxsize=4096)

@@ -1,7 +1,7 @@
-"""Alarms: a run stops where an axis leaves its travel or the error with which it follows, as the control of a machine would stop it.
+"""Alarms: a run stops once an axis exceeds its travel or its limit of following error, as a control would stop it.
 
-LinuxCNC has FERROR and MIN_LIMIT, MAX_LIMIT for it (Integrator Manual, INI configuration), Fanuc the parameters 1320, 1321 and 1828. Left
-out: a limit that grows with the speed, as that of FERROR, and one for an axis that stands.
+LinuxCNC has FERROR, MIN_LIMIT and MAX_LIMIT for this (Integrator Manual, INI configuration), Fanuc the parameters 1320, 1321 and 1828. Left
+out: a limit that grows with the speed, as in LinuxCNC, and a smaller limit for an axis at rest.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from lathesim.lessons.part_values import no_item, placed_at, si_value
 from lathesim.units import split_quantity
 
 _GAINS = ("loop_gain", "inner_gain", "integral_gain")
-"""Roles of the parameters of a controller that are above zero in a loop that holds its axis."""
+"""Roles of the controller parameters that are positive in a stable loop."""
 _GROWING = 4
-"""Swings in a row, each larger than the one before, that count as a loop that swings up (assumed)."""
+"""Growing swings in a row that count as an unstable loop (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Alarm:
 
 
 def alarms_of(case: Case, machinery: Machinery) -> tuple[Alarm, ...]:
-    """Return the alarms of the machine template, and of the lesson in their place; one that a replaced part no longer has is left out.
+    """Return the alarms of the machine template; those of the lesson replace them. Outputs that a replaced part lacks are left out.
 
-    Raises :class:`LessonError` with the place of an entry that is at fault.
+    Raises :class:`LessonError` with the place of a faulty entry.
     """
     parts = {part.name: part.component for part in machinery.parts}
     source = case.lesson.machine.source
@@ -77,9 +77,9 @@ def _alarm(name: str, given: Given, parts: dict[str, type]) -> Alarm:
 
 
 class AlarmWatch:
-    """Looks through the blocks of one run for the first value that leaves the alarms; those of channels that are not recorded are left out.
+    """Searches the blocks of one run for the first value outside the alarms; only recorded channels are watched.
 
-    An alarm is armed once its value is inside: an axis that does not stand where its program starts has a large error at first.
+    An alarm is armed once its value is inside: an axis that does not stand at the start of its program begins with a large error.
     """
 
     def __init__(self, plan: Plan, alarms: Sequence[Alarm], overrides: Mapping[str, float] | None = None) -> None:
@@ -92,7 +92,7 @@ class AlarmWatch:
         self._errors: dict[str, list[FloatArray]] = {error: [] for error in errors.values() if error in plan.channels}
 
     def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
-        """Return the first sample of a block (channels, samples) that leaves its limits, and the alarm as a sentence; none without one."""
+        """Return the first sample of a block (channels, samples) outside its limits and the alarm as a sentence, or none."""
         tripped: tuple[int, Alarm] | None = None
         for alarm, row in self._rows.items():
             outside = (values[row] < alarm.low) | (values[row] > alarm.high)
@@ -110,9 +110,9 @@ class AlarmWatch:
         if tripped is None:
             return None
         sample, alarm = tripped
-        return sample, self._told(alarm, float(values[self._rows[alarm], sample]), first + sample)
+        return sample, self._sentence(alarm, float(values[self._rows[alarm], sample]), first + sample)
 
-    def _told(self, alarm: Alarm, value: float, sample: int) -> str:
+    def _sentence(self, alarm: Alarm, value: float, sample: int) -> str:
         part, _, item = alarm.channel.partition(".")
         unit = self._plan.unit(alarm.channel)
         at = f"{sample * self._plan.assembly.sample_period:.4g} s"
@@ -126,7 +126,7 @@ class AlarmWatch:
         return f"the {what} of {part} is {shown_with_unit(value, unit)} at {at}, {limit}; {cause}."
 
     def _cause(self, alarm: Alarm) -> str:
-        """Return why an axis ran away: a gain of the wrong sign, or an error that swings up."""
+        """Return the cause of an alarm: a gain of the wrong sign, or growing swings of the error."""
         loops = self._loops[alarm]
         gains = [name for part in loops for role in _GAINS if (name := _role(self._plan, part, role))]
         for name in gains:
@@ -156,7 +156,7 @@ def _role(plan: Plan, part: str, role: str) -> str:
 
 
 def _swings_up(error: FloatArray) -> bool:
-    """Return whether an error ends in swings about zero of which each is larger than the one before."""
+    """Return whether an error ends in growing swings about zero."""
     ends = np.flatnonzero(np.diff(np.sign(error)) != 0) + 1
     swings = [float(np.max(np.abs(swing))) for swing in np.split(error, ends)[-_GROWING - 1 : -1] if len(swing)]
     return len(swings) == _GROWING and all(later > swing for swing, later in pairwise(swings)) and math.isfinite(swings[-1])

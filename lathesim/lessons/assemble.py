@@ -23,7 +23,7 @@ from lathesim.plugins import Registry
 from lathesim.units import same_dimension
 
 _WRITTEN = 2e-3
-"""Share by which a quantity of three digits may stand beside the one that is meant."""
+"""Largest relative rounding of a quantity with three digits."""
 _SOURCE = re.compile(r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")
 
 
@@ -204,7 +204,7 @@ def _refuse_settings_without_effect(case: Case, wires: Mapping[str, Wire]) -> No
 
 
 def _dividing(period: float, step: float) -> float:
-    """Return the step [s] that divides a period where both have few digits, as 0.666667 ms and 0.166667 ms, else as given."""
+    """Return the nearest step [s] that divides the period if both are rounded, as 0.666667 ms and 0.166667 ms, else the given step."""
     steps = max(1, round(period / step))
     return period / steps if abs(period / step - steps) < _WRITTEN * steps else step
 

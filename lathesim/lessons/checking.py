@@ -1,4 +1,4 @@
-"""A lesson looked through as a whole: all its cases, and what it says itself that every variant overrides, so that no case shows it."""
+"""Check a whole lesson: all its cases, and its own entries that every variant overrides, so that no case contains them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lathesim.plugins import Registry
 
 
 def check_lesson(lesson: Lesson, registry: Registry) -> None:
-    """Refuse what :func:`lathesim.lessons.simulate.prepare` refuses of any case, and an overridden entry that would be refused."""
+    """Raise :class:`LessonError` if a case cannot be prepared, or if an overridden entry of the lesson itself is faulty."""
     itself = case_of(lesson)
     for case in (itself, *(prepare(lesson, registry, variant).case for variant in lesson.variants or (None,))):
         if case.duration is not None:
@@ -33,7 +33,7 @@ def check_lesson(lesson: Lesson, registry: Registry) -> None:
 
 
 def _always_overridden(lesson: Lesson) -> Iterator[tuple[str, str]]:
-    """Yield key and name of the entries of a lesson that each of its variants overrides."""
+    """Yield key and name of the entries of a lesson that all its variants override."""
     variants = lesson.settings.variants.values()
     for key in ("set", "wires", "tables"):
         for name in getattr(lesson.settings, key):
@@ -42,5 +42,5 @@ def _always_overridden(lesson: Lesson) -> Iterator[tuple[str, str]]:
 
 
 def _without_change(lesson: Lesson, parts: set[str]) -> str | None:
-    """Return a variant in which ``parts`` are those of the lesson itself; none, for the lesson itself, where each changes one."""
+    """Return the name of a variant that leaves ``parts`` unchanged, or none if every variant changes one."""
     return next((name for name, variant in lesson.settings.variants.items() if not parts & {*variant.replace, *variant.units}), None)

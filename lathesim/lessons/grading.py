@@ -47,7 +47,7 @@ class GoalResult:
     reason: str = ""
     """Why it could not be measured, or is not judged."""
     is_judged: bool = True
-    """Whether the run came to its end: one that did not meets nothing."""
+    """Whether the run came to its end; a run that was stopped meets no goal."""
 
     @property
     def met(self) -> bool:
@@ -101,16 +101,16 @@ class Grade:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What became of one run: ``result`` is ``REACHED``, ``MISSED``, ``NO_GOALS`` or ``UNFINISHED``."""
+    """The result of one run: ``result`` is ``REACHED``, ``MISSED``, ``NO_GOALS`` or ``UNFINISHED``."""
 
     result: str
     goals: tuple[GoalResult, ...]
 
 
 def judge_run(goals: Sequence[Goal], measurements: Measurements, status: str, unstable: str = "") -> Judgement:
-    """Hold one run against the goals of a lesson. It reaches them where it came to its end and met all of them itself.
+    """Return the judgement of one run. It reaches the goals if it came to its end and met all of them.
 
-    ``unstable`` says that a loop was unstable: it takes the place of the hints, which are made for loops that hold.
+    ``unstable`` is a hint on an unstable loop. It replaces the hints of the goals, which are written for stable loops.
     """
     found = judge(goals, measurements.values, measurements.skipped)
     if unstable:
@@ -218,7 +218,7 @@ def _is_of(record: Record, lesson: Yardstick) -> bool:
 
 
 def lesson_title(record: Record) -> str:
-    """Return the title of the lesson in a record, empty where it holds none."""
+    """Return the title of the lesson in a record, or an empty text."""
     settings = _settings_in(record)
     return settings.lesson if settings is not None else ""
 

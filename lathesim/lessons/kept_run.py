@@ -42,7 +42,7 @@ class KeptRun:
 
     @property
     def goals(self) -> tuple[GoalResult, ...]:
-        """The goals held against the run."""
+        """The result of each goal."""
         return self.judgement.goals
 
     @property
@@ -57,7 +57,7 @@ class KeptRun:
 
 
 def record_path(case: Prepared, *read: Path | None) -> Path:
-    """Return where the record of a case goes unless another place is given: CASE.h5 in :func:`results_folder`."""
+    """Return the default place for the record of a case: CASE.h5 in :func:`results_folder`."""
     return results_folder(case.case.lesson, *read) / f"{case.name}.h5"
 
 
@@ -76,9 +76,9 @@ def run_and_keep(
 ) -> KeptRun:
     """Run a case, save its record at ``path`` and return it measured and judged; see :func:`lathesim.lessons.simulate.run_prepared`.
 
-    With ``further`` places nothing is replaced: the record takes the first place, ``path`` or one of these, where there is no file.
+    With ``further`` places nothing is replaced: the record goes to the first free place of ``path`` and these.
 
-    The place is checked before the run: :class:`WriteError` where it cannot be written. A law that breaks is told in ``failure``
+    The place is checked before the run. Raises :class:`WriteError` if it cannot be written. A law that breaks is reported in ``failure``
     with the data up to then kept; :class:`SimulationError` is raised only where there are none.
     """
     make_folder(path.parent)

@@ -60,12 +60,12 @@ def _rows(file: Path, declared: Table) -> list[list[float]]:
 
 
 def write_table(file: Path, columns: tuple[str, ...], rows: FloatArray, unit: str = "") -> None:
-    """Write a table so that :func:`table_of` reads the same numbers back, bit for bit; its ``unit``, where all columns have one."""
+    """Write a table so that :func:`table_of` reads the same numbers back, bit for bit; ``unit`` is that of all columns."""
     write_text(file, table_text(columns, rows, unit))
 
 
 def table_text(columns: tuple[str, ...], rows: FloatArray, unit: str = "") -> str:
-    """Return a table as :func:`write_table` writes it."""
+    """Return the text of a table file: a comment with the common ``unit``, a header and the rows."""
     lines = [
         *([f"# all columns in {unit}"] if unit not in ("", "1") else []),
         ",".join(columns),

@@ -31,7 +31,7 @@ def si_value(given: Given, unit: str) -> float:
 
 
 def seconds(given: Given) -> float:
-    """Return a length of time [s], or refuse one that is not above zero (:class:`LessonError`)."""
+    """Return a duration [s]. Raises :class:`LessonError` if it is not above zero."""
     value = si_value(given, "s")
     if not (value > 0.0 and math.isfinite(value)):
         raise LessonError(f"the time is {value:g} s, and it must be above zero.", place=given.place)

@@ -21,7 +21,7 @@ from lathesim.units import is_count
 
 _LASTING = 10e-3
 _MEASURED = ("N", "N*m", "A")
-"""Units of what pushes a part and is measured as a rule."""
+"""Units of forces, torques and currents, which are usually measured."""
 _EXAMPLE = "recordings: {time: {column: t, unit: s}, drive: {x_controller.reference: {column: r, unit: m}}, compare: {...}}"
 
 
@@ -89,10 +89,10 @@ def _signal(
 
 
 def _between_rows(signal: SignalMapping, entry: DrivingSignal, assembly: Assembly) -> SignalMapping:
-    """Return what drives an input with what it does between two rows, and whether that is an assumption.
+    """Return a driving signal with its course between two rows (``moves``), and whether that course is assumed.
 
-    A force, torque or current that pushes a moving part was measured, except where a controller or a converter of the machine gives it.
-    A voltage was commanded, and so was what a controller or a converter takes.
+    A force, torque or current on a moving part was measured, unless a controller or a converter of the machine gives it. A voltage was
+    commanded, and so was the input of a controller or a converter.
     """
     if entry.held is not None or signal.threshold is not None:
         return replace(signal, moves=entry.held is False)

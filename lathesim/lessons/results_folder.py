@@ -1,4 +1,4 @@
-"""Where results go that are given no other place: a folder named after what was read, so that no input replaces what another one left."""
+"""The default folder of results, named after the files that were read, so that no input replaces the results of another."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ RUNS_FOLDER = Path("lathesim_runs")
 
 
 def results_folder(lesson: Lesson, *read: Path | None, variant: str | None = None) -> Path:
-    """Return ``lathesim_runs/LESSON`` for a lesson, with a folder more for its variant and for each further file that was ``read``.
+    """Return ``lathesim_runs/LESSON`` for a lesson, with one more folder for its variant and for each further file that was ``read``.
 
-    A lesson of ``lesson_configs/`` has its name, another one the way to its file: ``lathesim_runs/case_1/lesson``. A further file has its
-    name where it lies beside the lesson, else its way too.
+    For a lesson of ``lesson_configs/``, LESSON is its name; for others it is the path to the file: ``lathesim_runs/case_1/lesson``. A file
+    beside the lesson adds its name, others their path.
     """
     path = lesson.path.resolve()
     known = path.parent in (Path("lesson_configs").resolve(), shipped_folder("lesson_configs").resolve())
@@ -30,15 +30,15 @@ def results_folder(lesson: Lesson, *read: Path | None, variant: str | None = Non
 
 
 def keep_read_lesson(lesson: Lesson, folder: Path | None) -> None:
-    """Refuse (:class:`LessonError`) a folder for results whose ``lesson.yaml`` would replace the lesson that was read."""
+    """Raise :class:`LessonError` if the ``lesson.yaml`` of a results folder would replace the lesson that was read."""
     if folder is not None and (folder / "lesson.yaml").resolve() == lesson.path.resolve():
-        fact = "the lesson that was read stands here, and the one that is to be written would replace it."
+        fact = "the new lesson.yaml would replace the lesson that was read."
         raise LessonError(fact, place=str(folder / "lesson.yaml"), remedy="Choose another folder with --out.")
 
 
 def _way(path: Path) -> Path:
-    """Return the way to a file from the current folder, or from the root for one outside; from the folder above where a name alone would
-    be that of a lesson or of a file in another folder."""
+    """Return the path to a file from the current folder, or from the root for a file outside. It starts one folder higher if the bare name
+    could be a shipped lesson or a file of another folder."""
     here = Path.cwd()
     name = path.stem if path.suffix == ".yaml" else path.name.replace(".", "_")
     if here in path.parents:

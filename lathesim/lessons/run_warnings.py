@@ -1,5 +1,5 @@
-"""What may go wrong in a run, told before it: rapids into the stock, noses left out, axes that do not stand where the program starts, a
-drag that acts nowhere, sensors whose side of a spring nobody says."""
+"""Warnings before a run: rapids into the stock, missing noses, axes that do not stand at the start of the program, a drag without a wire,
+sensors on an unknown side of a spring."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def run_warnings(case: Case, plan: Plan) -> tuple[str, ...]:
 
 
 def unread_drags(plan: Plan) -> list[str]:
-    """Return a sentence for each part whose process damping gives a drag that no wire takes to a mode."""
+    """Return a sentence for each part with process damping whose output ``drag`` is not wired."""
     read = {source for kind, source in plan.feeds.values() if kind == "output"}
     return [
         f"{name}: its process damping acts on nothing. Wire the drag of a mode to {name}.drag."

@@ -103,7 +103,7 @@ class ToolEntry(_Model):
     orientation: Annotated[int, Field(strict=True, ge=0, le=9)] = 3
 
 
-_ALARMS = "output -> its largest size, as '50 mm', or its range, as '-100..500 mm'; beyond it the run stops"
+_ALARMS = "output -> its largest magnitude, as '50 mm', or its range, as '-100..500 mm'; beyond it the run stops"
 
 
 class MachineSettings(_Model):
@@ -125,7 +125,7 @@ class MachineSettings(_Model):
 
 
 def _with_effect_or_remedy(schema: dict[str, Any]) -> None:
-    """Let ``remedy`` stand for ``effect``, as the alias of the field does."""
+    """Accept ``remedy`` as another name of ``effect``, as the alias of the field does."""
     schema["properties"]["remedy"] = schema["properties"]["effect"]
     schema["required"].remove("effect")
     schema["oneOf"] = [_there("effect"), _there("remedy")]
@@ -145,7 +145,7 @@ class InsertEntry(BaseModel):
     @classmethod
     def _is_one(cls, data: Any) -> Any:
         if isinstance(data, dict) and "effect" in data and "remedy" in data:
-            raise PydanticCustomError("insert", "'effect' and 'remedy' stand in one entry. Write one of them.")
+            raise PydanticCustomError("insert", "'effect' and 'remedy' exclude each other. Write one of them.")
         return data
 
 
@@ -213,7 +213,7 @@ class DrivingSignal(RecordedSignal):
     held: bool | None = Field(
         default=None,
         strict=True,
-        description="whether a value stays until the next row, as a command does; a force on a moving part was measured, and moves",
+        description="whether a value is held until the next row, as a command is; a measured force is interpolated",
     )
 
     @model_validator(mode="after")
@@ -375,10 +375,10 @@ class LessonSettings(Changes):
 
 
 class _Strict(GenerateJsonSchema):
-    """JSON Schema in which a mapping has no keys but those of its pattern."""
+    """JSON Schema in which a mapping has only keys that match its pattern."""
 
     def dict_schema(self, schema: core_schema.DictSchema) -> JsonSchemaValue:
-        """Return the schema of a mapping; pydantic alone lets keys pass that match no pattern."""
+        """Return the schema of a mapping; pydantic itself accepts keys that match no pattern."""
         found = super().dict_schema(schema)
         return {**found, "additionalProperties": False} if "patternProperties" in found else found
 

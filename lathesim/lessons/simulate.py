@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 class Prepared:
     """A case of a lesson, ready to run: any number of times, with other overrides and seeds.
 
-    ``recording`` names what drives it, if any; ``alarms`` stop a run whose values leave them.
+    ``recording`` names the recording that drives it, if any; ``alarms`` stop a run whose values leave their limits.
     """
 
     case: Case

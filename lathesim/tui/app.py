@@ -162,9 +162,9 @@ class LathesimApp(RepaintingApp[None]):
         self._leave()
 
     def action_run_or_stop(self) -> None:
-        """Run what stands on the bench or is chosen on the screen, or stop the run under way.
+        """Run the lesson on the bench or under the cursor, or stop the run under way.
 
-        Before the lesson is read, note that it shall run, or shall not.
+        While the lesson is still being read, note whether it shall run.
         """
         if self.workbench.is_opening:
             self.workbench.want_run(not self.workbench.run_is_wanted)

@@ -1,4 +1,4 @@
-"""An app that repaints what was held back while updates were batched."""
+"""An app that repaints its screens after a batch of updates."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ Result = TypeVar("Result")
 class RepaintingApp(App[Result]):
     """An app whose screens are painted once a batch of updates ends.
 
-    Textual 8.2 paints nothing during a batch. Markdown and the footer hold a batch open over many turns of the event loop. A screen that
-    turns idle meanwhile puts its repaint off, and the end of the batch wakes the app alone. The old screen would stay drawn until an event
-    reaches the new one.
+    Textual 8.2 paints nothing during a batch. Markdown and the footer keep a batch open over many turns of the event loop. A screen that
+    becomes idle meanwhile postpones its repaint, and the end of the batch wakes only the app. The old screen would stay drawn until an
+    event reaches the new one.
     """
 
     _has_missed = False
-    """Whether a picture was dropped because a batch was open."""
+    """Whether a frame was dropped because a batch was open."""
 
     @contextmanager
     def batch_update(self) -> Iterator[None]:
-        """Hold repaints back, then wake the screens; a picture that was dropped is painted anew."""
+        """Postpone repaints, then wake the screens; a dropped frame is painted again."""
         try:
             with super().batch_update():
                 yield
@@ -33,7 +33,7 @@ class RepaintingApp(App[Result]):
                 self._wake_screens()
 
     def post_display_hook(self) -> None:
-        """Note a picture that the open batch dropped."""
+        """Note a frame that the open batch dropped."""
         super().post_display_hook()
         self._has_missed = self._has_missed or self._batch_count > 0
 

@@ -33,7 +33,7 @@ class TwinApp(RepaintingApp[str]):
         Binding("minus", "magnify(0.5)", "Less", key_display="-", priority=True),
         Binding("0", "magnify(0)", "By itself"),
         Binding("space", "hold", "Hold the picture"),
-        Binding("q,ctrl+c,ctrl+q", "leave", "Leave", priority=True),
+        Binding("q,ctrl+c,ctrl+q", "leave", "Quit", priority=True),
     ]
     DEFAULT_CSS = """
     TwinApp #where { height: 1; background: $panel; padding: 0 1; }

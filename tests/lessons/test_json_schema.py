@@ -92,4 +92,4 @@ def test_an_entry_is_an_effect_or_a_remedy() -> None:
     text = "lesson: L\nmachine: two_axis_lathe\ninsert: [{effect: CoulombFriction, remedy: LearnedCorrection, at: x_axis}]\n"
     with pytest.raises(LessonError) as caught:
         validated(LessonSettings, source_of(text, "mine.yaml"))
-    assert str(caught.value) == "mine.yaml:3:10: 'effect' and 'remedy' stand in one entry. Write one of them."
+    assert str(caught.value) == "mine.yaml:3:10: 'effect' and 'remedy' exclude each other. Write one of them."

@@ -27,7 +27,10 @@ WRONG = {
         "set: {table.mass: 3 kilo}",
         "4:19: 'kilo' is no unit. Write units as in 'mm', 'm/s', 'N*s/m', 'V/mm', 'rpm'.",
     ),
-    "no quantity": ("set: {table.mass: heavy}", "4:19: 'heavy' is no quantity. Write a number and a unit, for example '5 ms'."),
+    "no quantity": (
+        "set: {table.mass: heavy}",
+        "4:19: 'heavy' is not a number with a unit. Write a number and a unit, for example '5 ms'.",
+    ),
     "not finite": ("set: {table.mass: inf kg}", "4:19: 'inf kg' is not a finite number. Write a number and a unit."),
     "true for a quantity": ("set: {table.mass: true}", "4:19: true stands here, and a quantity is due, for example '5 ms'."),
     "list for a quantity": ("step: [1 ms]", "4:7: a list stands here, and a quantity is due, for example '5 ms'."),

@@ -40,11 +40,11 @@ async def test_a_saved_configuration_gives_the_same_bits_on_the_command_line() -
 
 
 WRONG = [
-    ("x_controller.proportional", "fast", "'fast' is no quantity"),
+    ("x_controller.proportional", "fast", "'fast' is not a number with a unit"),
     ("x_controller.proportional", "3 mm", "is given in mm, but V/m is wanted"),
     ("x_dac.bits", "-3", "outside"),
     ("x_controller.proportional", "0,449", "x_controller.proportional: the comma of '0,449'"),
-    ("x_controller.proportional", "1,000 V/mm", "Write a point before decimals."),
+    ("x_controller.proportional", "1,000 V/mm", "Write a decimal point."),
     ("x_axis.time_constant", "-24", "outside"),
     ("duration", "-1", "it must be above zero"),
 ]

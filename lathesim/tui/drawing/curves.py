@@ -1,4 +1,4 @@
-"""What a plot shows: curves of records and lines of any two quantities, made ready to be drawn."""
+"""The contents of a plot: curves of records, and lines of any two quantities, scaled for drawing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lathesim.tui.drawing.envelope import envelope
 
 BoolArray = npt.NDArray[np.bool_]
 _MOST_POINTS = 4000
-"""Points of a line that are drawn at most."""
+"""Largest number of points drawn of a line (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +28,9 @@ class Curve:
     title: str = ""
     until: int | None = None
     run: str = ""
-    """The run, where several are shown."""
+    """Name of the run if several runs are shown."""
     only: FloatArray | None = None
-    """Where given, only samples at which this is above 0.5 are drawn."""
+    """Values (samples,); only samples with a value above 0.5 are drawn."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Line:
     title: str
 
     def points(self, columns: int) -> tuple[FloatArray, FloatArray]:
-        """Return the points that are drawn: peaks are kept where the line goes one way along."""
+        """Return the points to draw; peaks are kept if x never decreases."""
         usable = np.isfinite(self.x) & np.isfinite(self.y)
         x, y = self.x[usable], self.y[usable]
         if len(x) and bool((np.diff(x) >= 0.0).all()):
@@ -52,14 +52,14 @@ class Line:
 
 
 def said_once(labels: Sequence[tuple[str, str]]) -> tuple[str, list[str]]:
-    """Return what is said once, and the name of each curve: of one quantity in several runs only the run is said each time."""
+    """Return the common label and the name of each curve: curves of one quantity share the label and are named by their run."""
     if len(labels) > 1 and len({label for label, _ in labels}) == 1 and all(run for _, run in labels):
         return labels[0][0], [run for _, run in labels]
     return "", [f"{label} {run}".rstrip() for label, run in labels]
 
 
 def power_beside(largest: float, own: float, units: set[str]) -> float:
-    """Return the power of ten by which a curve of another unit is drawn larger or smaller, so that it stands beside the others."""
+    """Return the power of ten by which a curve in another unit is scaled to the size of the others."""
     if len(units) < 2 or largest <= 0.0 or own <= 0.0:
         return 1.0
     return float(10.0 ** math.floor(math.log10(largest / own)))
@@ -74,7 +74,8 @@ def range_of(values: Sequence[FloatArray]) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class Scaled:
-    """A curve over time [s], its ``values`` [SI] divided by ``scale``; ``low`` and ``high`` [``unit``] bound what is to be seen of it."""
+    """A curve over time [s] with ``values`` [SI], divided by ``scale`` for drawing; ``low`` and ``high`` [``unit``] bound the visible
+    part."""
 
     time: FloatArray
     values: FloatArray
@@ -88,7 +89,7 @@ class Scaled:
         return replace(self, scale=self.scale / power, low=self.low * power, high=self.high * power)
 
     def points(self, columns: int) -> tuple[FloatArray, FloatArray]:
-        """Return time and values as they are drawn, thinned to what ``columns`` can show."""
+        """Return time and values for drawing, thinned to ``columns``."""
         time, values = envelope(self.time, self.values, columns)
         return time, values / self.scale
 
@@ -117,7 +118,7 @@ def _in_unit(item: Scaled, factor: float, unit: str) -> Scaled:
 
 
 def _to_be_seen(curve: Curve, finite: BoolArray, fit_to_feed: bool) -> BoolArray:
-    """Return the samples that bound the axis: of what happened in the cut, or else in blocks run at feed, where the record tells."""
+    """Return the samples that bound the axis: those in the cut, or else those in blocks at feed, if they are recorded."""
     for sign in (".engaged", ".cutting_block") if fit_to_feed else ():
         name = find_channel(curve.record, sign)
         there = finite & (curve.record[name][: curve.until] > 0.5) if name is not None else finite

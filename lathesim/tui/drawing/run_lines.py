@@ -1,4 +1,4 @@
-"""What Results draws of runs beside their channels: paths, surfaces and waves, and the title of a figure."""
+"""The other plots of Results: paths, surfaces and waves of runs, and the title of a figure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lathesim.tui.drawing.curves import Line
 
 
 def figure_title(runs: Sequence[tuple[str, Record]]) -> str:
-    """Return lesson and case of a run, or of several each with its number: ``Servo control: 002 case II, 001 case I``."""
+    """Return lesson and case of one run, or of several runs with their numbers: ``Servo control: 002 case II, 001 case I``."""
     from lathesim.lessons.grading import lesson_title
 
     lessons = {title: lesson_title(record) or title for title, record in runs}
@@ -31,7 +31,7 @@ def _case(record: Record) -> str:
 
 
 def path_lines(runs: list[tuple[str, Record]]) -> list[Line]:
-    """Return the path asked for, and where the tip of each run went: Z and X as a radius [mm]."""
+    """Return the reference path and the path of the tool tip of each run: Z and X as a radius [mm]."""
     from lathesim.tui.drawing.lathe_scene import Motion
 
     lines: list[Line] = []

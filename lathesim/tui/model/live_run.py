@@ -33,7 +33,7 @@ class LiveRun:
 
     ``pace`` is simulated seconds a second: 1 is real time, 0 as fast as possible; it may be changed while the run goes on.
     :meth:`record` is what was simulated so far; after the end ``kept`` holds the result, or ``fault`` the sentence why there is none.
-    ``path`` is where the record is to go; another app may take the number first, and then the record gets the next one that is free.
+    ``path`` is the place of the record. If another app takes its number first, the record gets the next free number.
     A ``lesson_text`` is written beside the record.
     """
 
@@ -54,7 +54,7 @@ class LiveRun:
 
     @property
     def lesson(self) -> str:
-        """The name of the lesson in the student's book: lessons of one name in several folders are told apart."""
+        """The name of the lesson in the student's book; it differs for lessons of one name in several folders."""
         return results_folder(self.case.case.lesson).relative_to(RUNS_FOLDER).as_posix()
 
     @property

@@ -86,9 +86,9 @@ def simulation_entries(case: Prepared, setup: Setup) -> list[Entry]:
 
 
 def taken_value(case: Prepared, entry: Entry, typed: str) -> str:
-    """Return a text as the value of an entry: a number alone is taken in the unit that is shown.
+    """Return the typed text as a value with a unit; a number without a unit is taken in the unit that is shown.
 
-    Raises :class:`LatheSimError` where it is no value, or may be read in two ways.
+    Raises :class:`LatheSimError` if it is no value, or has two readings.
     """
     text = _in_shown_unit(entry, typed.strip())
     part, _, item = entry.name.partition(".")
@@ -97,7 +97,7 @@ def taken_value(case: Prepared, entry: Entry, typed: str) -> str:
         take_value(part, component, item, Given(text, entry.name, entry.name), {}, {})
     elif entry.name == "seed":
         if not (text.isascii() and text.isdigit()):
-            raise UnitError("the seed is a whole number from 0 on.", place=entry.name, remedy="Write digits alone.")
+            raise UnitError("the seed is a whole number from 0 on.", place=entry.name, remedy="Write digits only.")
     else:
         seconds(Given(text, entry.name, entry.name))
     return text
@@ -107,8 +107,8 @@ def _in_shown_unit(entry: Entry, typed: str) -> str:
     with placed_at(entry.name):
         shown = split_quantity(entry.text)[1] or entry.unit
         if "," in typed:
-            fact = f"the comma of '{typed}' may divide decimals or thousands."
-            raise UnitError(fact, remedy="Write a point before decimals.")
+            fact = f"the comma of '{typed}' may be a decimal or a thousands separator."
+            raise UnitError(fact, remedy="Write a decimal point.")
         number, unit = split_quantity(typed)
         if unit or shown == "1" or not math.isfinite(number):
             return typed
@@ -209,7 +209,7 @@ def _written(case: Prepared, setup: Setup, part: Part, item: str) -> str:
 
 
 def _in_unit_of(text: str, value: float, unit: str) -> str:
-    """Return a value [``unit``] in the unit in which ``text`` is written, so that both can be held against each other."""
+    """Return a value [``unit``] as text in the unit of ``text``, so that both can be compared."""
     try:
         written = split_quantity(text)[1]
         if written and written != unit:

@@ -32,9 +32,9 @@ class Best:
 
 @dataclass(frozen=True)
 class LessonEntry:
-    """What was done in one lesson: how many runs came to their end, when the last one did, and the best value of each goal.
+    """The progress in one lesson: the number of complete runs, the time of the last one, and the best value of each goal.
 
-    ``met`` are the goals with their limits that one run met together; none before a run meets all there are.
+    ``met`` are the goals with their limits that one run met together; it is empty until a run meets all of them.
     """
 
     tries: int = 0
@@ -43,13 +43,13 @@ class LessonEntry:
     met: tuple[str, ...] = ()
 
     def has_met(self, goals: Iterable[str]) -> bool:
-        """Return whether one run met all of these goals, each written as ``metric at most 0.4 mm``; False for none."""
+        """Return whether one run met all of these goals, each written as ``metric at most 0.4 mm``; False without goals."""
         wanted = set(goals)
         return bool(wanted) and wanted <= set(self.met)
 
 
 class StudentBook:
-    """Entries by the name of the lesson; read and written anew after each run, so that several apps may share the file."""
+    """Entries by the name of the lesson; read and written again after each run, so that several apps can share the file."""
 
     def __init__(self, path: Path = BOOK) -> None:
         self.path = path

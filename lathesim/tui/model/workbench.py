@@ -24,7 +24,7 @@ SETUP, RUN, RUNS, REGISTRY = "setup", "run", "runs", "registry"
 
 @dataclass
 class BenchRun:
-    """A run of this session, or an older record that was opened; ``place`` is where that stands and ``name`` says what it is."""
+    """A run of this session, or an older record with its path ``place``; ``name`` describes it."""
 
     name: str
     place: Path
@@ -34,7 +34,7 @@ class BenchRun:
 
     @property
     def path(self) -> Path:
-        """Where the record stands; that of a run may move on to the next number until it is kept."""
+        """The path of the record; a run may get a higher number until its record is written."""
         return self.live.path if self.live is not None else self.place
 
     @property
@@ -208,6 +208,6 @@ class Workbench:
 
 
 def _newest(folder: Path) -> int:
-    """Return the largest number of a record or lesson in a folder, 0 where there is none."""
+    """Return the largest number of a record or lesson in a folder, or 0."""
     found = (path.stem for path in folder.glob("*") if path.suffix in (".h5", ".yaml")) if folder.is_dir() else ()
     return max((int(stem) for stem in found if stem.isdecimal()), default=0)

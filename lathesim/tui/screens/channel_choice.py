@@ -19,7 +19,7 @@ from lathesim.tui.widgets.tick_list import TickList
 class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
     """Gives the names chosen, or None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave"), Binding("ctrl+s", "take", "Take")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel"), Binding("ctrl+s", "take", "Use")]
 
     def __init__(self, known: Mapping[str, tuple[str, str]], chosen: Sequence[str]) -> None:
         super().__init__()
@@ -32,8 +32,8 @@ class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
             yield Input(placeholder="Type to find a channel", id="wanted", compact=True)
             yield TickList[str](id="channels")
             with Horizontal(classes="buttons"):
-                yield Button("Take", variant="primary", id="take", compact=True)
-                yield Button("Leave", id="leave", compact=True)
+                yield Button("Use", variant="primary", id="take", compact=True)
+                yield Button("Cancel", id="leave", compact=True)
 
     def on_mount(self) -> None:
         """Fill the list."""

@@ -25,7 +25,7 @@ class Order:
 class ConcealForm(ModalScreen[Order | None]):
     """Gives the order, or None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     ConcealForm #fault { color: $error; height: auto; }
     ConcealForm Input { margin-bottom: 1; }
@@ -49,7 +49,7 @@ class ConcealForm(ModalScreen[Order | None]):
             yield Static("", id="fault", markup=False)
             with Horizontal(classes="buttons"):
                 yield Button("Make it", variant="primary", id="take", compact=True)
-                yield Button("Leave", id="leave", compact=True)
+                yield Button("Cancel", id="leave", compact=True)
 
     @on(Button.Pressed, "#take")
     @on(Input.Submitted)

@@ -227,7 +227,7 @@ class ConfigureScreen(WorkbenchScreen):
         self._taken(event.value)
 
     def _taken(self, typed: str) -> str | None:
-        """Return what is typed as a value, and show below the field as what it is taken, or what is wrong with it."""
+        """Return the typed text as a value, and show below the field the value taken, or the fault."""
         entry = self.entry
         if entry is None:
             return None
@@ -240,7 +240,7 @@ class ConfigureScreen(WorkbenchScreen):
         return text
 
     def _tell(self, entry: Entry | None, fault: str, taken: str = "") -> None:
-        """Show below the field what is wrong with the text, or else as what it is taken, what the entry is and its bounds."""
+        """Show below the field the fault of the text, or else the value taken, the description of the entry and its bounds."""
         bounds = f" ({entry.bounds})" if entry is not None and entry.bounds else ""
         words = f"✗ {fault}" if fault else f"{taken}{entry.doc}{bounds}" if entry is not None else ""
         self.query_one("#fault", Static).update(words)

@@ -32,7 +32,7 @@ _STRAIGHT, _TAPER = "straight cut", "taper cut"
 class CutForm(ModalScreen[Path | None]):
     """Writes the part program and gives its file; None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     CutForm .dialog { height: 95%; padding: 0 1; }
     CutForm .field { height: 1; }
@@ -54,7 +54,7 @@ class CutForm(ModalScreen[Path | None]):
             yield Static("", id="fault", markup=False)
             with Horizontal(classes="buttons"):
                 yield Button("Write it", variant="primary", id="take", compact=True)
-                yield Button("Leave", id="leave", compact=True)
+                yield Button("Cancel", id="leave", compact=True)
 
     @on(Select.Changed, "#kind")
     def _choose_kind(self) -> None:

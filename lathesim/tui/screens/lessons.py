@@ -132,7 +132,7 @@ class LessonsScreen(WorkbenchScreen):
             self.app.switch_mode("bench")
 
     def make_ready(self) -> bool:
-        """Put the lesson under the cursor on the bench, unless it stands there with what was changed of it."""
+        """Put the lesson under the cursor on the bench; if it is already there, keep its changes."""
         return self.query_one("#lessons", OptionList).highlighted is None or self._put_on_bench(anew=False)
 
     def _put_on_bench(self, *, anew: bool) -> bool:
@@ -164,7 +164,7 @@ class LessonsScreen(WorkbenchScreen):
         self.notify(f"Set: {self.workbench.setup.summary}. F5 runs it.", markup=False)
 
     def command(self) -> str:
-        """Return the command that runs what F5 runs."""
+        """Return the command that does the same as F5."""
         lesson = self._chosen() if self.is_mounted else None
         if lesson is not None and self._is_on_bench(lesson):
             return self.workbench.command()
@@ -182,7 +182,7 @@ def _limits(lesson: Lesson) -> list[tuple[str, str, Goal]]:
 
 
 def _together(entry: LessonEntry, limits: list[tuple[str, str, Goal]]) -> str:
-    """Return whether one run met all goals, in words, where there are several and each was met by some run."""
+    """Return in words whether one run met all goals, if there are several and each was met by some run."""
     if len(limits) < 2 or not all(key in entry.best and entry.best[key].met for key, _, _ in limits):
         return ""
     return "; one run met all" if entry.has_met(f"{key} {limit}" for key, limit, _ in limits) else "; no run met all of them together"

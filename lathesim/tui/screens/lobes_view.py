@@ -29,7 +29,7 @@ class LobesView(ModalScreen[None]):
     """Shows the limit of the chip width over the spindle speed; raises :class:`LessonError` where the lesson has no tool point,
     or an interrupted cut."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Close")]
     DEFAULT_CSS = """
     LobesView .dialog { width: 96%; max-width: 140; height: 90%; }
     LobesView TimePlot { height: 1fr; }

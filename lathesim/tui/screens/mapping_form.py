@@ -20,7 +20,7 @@ from lathesim.tui.model.column_mapping import COMPARE, DRIVE, IGNORE, TIME, Colu
 class MappingForm(ModalScreen[list[ColumnMeaning] | None]):
     """Gives the meaning of each column, or None where the dialog was left; guesses stand in the fields at first."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     MappingForm .dialog { width: 98%; max-width: 130; height: 95%; padding: 0 1; }
     MappingForm .column { height: 1; }
@@ -56,8 +56,8 @@ class MappingForm(ModalScreen[list[ColumnMeaning] | None]):
                         yield Input(f"{item.scale:g}", classes="scale", compact=True, id=f"scale-{place}", type="number")
             yield Static("", id="fault", markup=False)
             with Horizontal(classes="buttons"):
-                yield Button("Take", variant="primary", id="take", compact=True)
-                yield Button("Leave", id="leave", compact=True)
+                yield Button("Use", variant="primary", id="take", compact=True)
+                yield Button("Cancel", id="leave", compact=True)
 
     def _meanings(self) -> list[ColumnMeaning]:
         found = []

@@ -25,7 +25,7 @@ class PartChoice(ModalScreen[tuple[str, str] | None]):
     one for the class that is looked at.
     """
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     PartChoice .dialog { width: 96%; max-width: 130; height: 90%; padding: 0 1; }
     PartChoice #found { width: 36; height: 1fr; }
@@ -60,8 +60,8 @@ class PartChoice(ModalScreen[tuple[str, str] | None]):
                 yield Label("Place: a part, or part.name")
                 yield Input(self._place, id="place", compact=True)
             with Horizontal(classes="buttons"):
-                yield Button("Take", variant="primary", id="take", compact=True)
-                yield Button("Leave", id="leave", compact=True)
+                yield Button("Use", variant="primary", id="take", compact=True)
+                yield Button("Cancel", id="leave", compact=True)
 
     def on_mount(self) -> None:
         """Fill the list and look at it."""

@@ -24,7 +24,7 @@ _ENDINGS = {".nc", ".ngc", ".tap", ".cnc", ".gcode", ".mpf", ".iso", ".txt"}
 class ProgramChoice(ModalScreen[Path | None]):
     """Gives the file chosen; None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     ProgramChoice .dialog { width: 96%; max-width: 130; height: 90%; padding: 0 1; }
     ProgramChoice .columns { height: 1fr; }
@@ -52,8 +52,8 @@ class ProgramChoice(ModalScreen[Path | None]):
             yield Label("or a path")
             yield Input(placeholder="programs/shaft.nc", id="path", compact=True)
             with Horizontal(classes="buttons"):
-                yield Button("Take", variant="primary", id="take", compact=True)
-                yield Button("Leave", id="leave", compact=True)
+                yield Button("Use", variant="primary", id="take", compact=True)
+                yield Button("Cancel", id="leave", compact=True)
 
     @on(OptionList.OptionHighlighted)
     def _look(self, event: OptionList.OptionHighlighted) -> None:

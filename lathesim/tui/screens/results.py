@@ -288,7 +288,7 @@ class ResultsScreen(WorkbenchScreen):
         self._ticked.append(run.path)
 
     def action_figure(self) -> None:
-        """Save what stands in the plot as a figure."""
+        """Save the plot as a figure."""
         from lathesim.tui.screens.text_question import TextQuestion
 
         runs = self._records()

@@ -13,7 +13,7 @@ from textual.widgets import Button, Input, Label
 class TextQuestion(ModalScreen[str | None]):
     """Gives the text, or None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
 
     def __init__(self, question: str, text: str = "", placeholder: str = "") -> None:
         super().__init__()
@@ -26,7 +26,7 @@ class TextQuestion(ModalScreen[str | None]):
             yield Input(self._text, placeholder=self._placeholder, id="answer", compact=True)
             with Horizontal(classes="buttons"):
                 yield Button("OK", variant="primary", id="take", compact=True)
-                yield Button("Leave", id="leave", compact=True)
+                yield Button("Cancel", id="leave", compact=True)
 
     @on(Input.Submitted, "#answer")
     @on(Button.Pressed, "#take")

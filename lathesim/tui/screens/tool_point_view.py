@@ -21,7 +21,7 @@ from lathesim.tui.widgets.time_plot import TimePlot
 class ToolPointView(ModalScreen[None]):
     """Shows the real part of the response with the fitted modes; raises :class:`LessonError` where the lesson has no tool point."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Leave")]
+    BINDINGS = [Binding("escape", "dismiss(None)", "Close")]
     DEFAULT_CSS = """
     ToolPointView .dialog { width: 96%; max-width: 140; height: 90%; }
     ToolPointView TimePlot { height: 1fr; }

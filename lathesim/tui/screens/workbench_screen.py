@@ -97,7 +97,7 @@ class WorkbenchScreen(Screen[None]):
         return self.workbench.command()
 
     def make_ready(self) -> bool:
-        """Put on the bench what F5 is to run from this screen; return whether there is something to run."""
+        """Put the lesson that F5 runs from this screen on the bench; return whether there is one."""
         return True
 
     def tell_fault(self, sentence: str, **further: Any) -> None:

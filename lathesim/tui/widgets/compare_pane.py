@@ -46,7 +46,9 @@ class ComparePane(Vertical):
         select = self.query_one("#channel", Select)
         with self.prevent(Select.Changed):
             names = [item.channel for item in case.comparison.channels]
-            select.set_options([(f"{item.channel}: {item.over_floor:.3g} floors off", item.channel) for item in case.comparison.channels])
+            select.set_options(
+                [(f"{item.channel}: {item.over_floor:.3g} times the noise", item.channel) for item in case.comparison.channels]
+            )
             if names:
                 select.value = names[0]
         self.query_one("#chain", Static).update(wiring_chain(case))

@@ -27,7 +27,7 @@ from lathesim.tui.drawing.curve_looks import look_of
 from lathesim.tui.drawing.curves import Curve, Line, Scaled, power_beside, range_of, said_once, scaled
 
 FIGURE_POINTS = 3000
-"""Columns to which a curve is thinned in a figure: more than a page has dots across."""
+"""Columns to which a curve is thinned in a figure: more than the dots across a page."""
 _LOW = 12
 """Rows below which the margins are made smaller."""
 _COLUMNS_A_TICK, _ROWS_A_TICK = 12, 2
@@ -248,11 +248,11 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         self.plot(*item.points(columns), hires_mode=HiResMode.BRAILLE)
 
     def _ends(self) -> list[float]:
-        """Return the ends of what is to be seen of the curves drawn so far."""
+        """Return the limits of the visible parts of all curves drawn so far."""
         return [end for item in self._drawn if isinstance(item, Scaled) for end in (item.low, item.high)]
 
     def picture(self) -> Picture:
-        """Return what stands in the frame, with the limits that a person has set, for a figure."""
+        """Return the contents of the plot with its current limits, for a figure."""
         looks = [look_of(place) for place in range(len(self._drawn))]
         before, names = self._names_shown[1], self._names_shown[0]
         lines = [
