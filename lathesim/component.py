@@ -105,15 +105,17 @@ class Input(Declaration):
     """Arrives by a wire.
 
     ``previous=True``: an ``update`` that reads it sees the value of the sample instant before, so a loop among sampled parts may close
-    here. ``default``: the value where no wire arrives; without a default an unconnected input is refused.
+    here. ``default``: the value where no wire arrives; without a default an unconnected input is refused. ``shown=False``: the default is
+    a sign of the law's own and no value for a person.
     """
 
     kind = "input"
 
-    def __init__(self, unit: str, *, doc: str, previous: bool = False, default: float | None = None) -> None:
+    def __init__(self, unit: str, *, doc: str, previous: bool = False, default: float | None = None, shown: bool = True) -> None:
         super().__init__(unit, doc=doc)
         self.previous = previous
         self.default = default
+        self.shown = shown
 
 
 class Output(Declaration):
@@ -123,13 +125,14 @@ class Output(Declaration):
 
 
 class State(Declaration):
-    """Continuous, integrated by RK4 from ``start``."""
+    """Continuous, integrated by RK4 from ``start``. ``shown=False``: its start is a sign of the law's own and no value for a person."""
 
     kind = "state"
 
-    def __init__(self, unit: str, start: float = 0.0, *, doc: str) -> None:
+    def __init__(self, unit: str, start: float = 0.0, *, doc: str, shown: bool = True) -> None:
         super().__init__(unit, doc=doc)
         self.start = float(start)
+        self.shown = shown
 
 
 class DiscreteState(State):

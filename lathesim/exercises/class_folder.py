@@ -19,7 +19,7 @@ from lathesim.exercises.sealed_answer import answer_of, seal_of
 from lathesim.lessons.class_lesson import class_lesson, files_beside
 from lathesim.lessons.lesson import Lesson
 from lathesim.units import si_factor
-from lathesim.whole_file import WholeFiles, make_folder
+from lathesim.whole_file import WholeFiles, folder_lock, make_folder
 
 RECORDINGS = ("recording.csv", "validate.csv")
 
@@ -46,7 +46,10 @@ def answer_place(folder: Path, wanted: Path | None) -> Path:
 
 
 def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Path, *, seed: int, noise: float) -> Published:
-    """Write the folder for the class and the answer, all files or none. Raises :class:`WriteError` if one cannot be written."""
+    """Write the folder for the class and the answer, all files or none. Raises :class:`WriteError` if one cannot be written.
+
+    Nothing that is there is replaced (:class:`RecordingError`), also if another process makes a case in the same folder.
+    """
     make_folder(folder)
     make_folder(answer_file.parent)
     contents: dict[Path, bytes] = {}
@@ -57,7 +60,13 @@ def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Pat
     contents |= {folder / path.name: path.read_bytes() for path in files_beside(lesson)}
     digests = {file.name: hashlib.sha256(content).hexdigest() for file, content in contents.items()}
     answer = answer_of(concealed, lesson.name, digests, seed=seed, noise=noise)
-    with WholeFiles() as whole:
+    with folder_lock(folder), folder_lock(answer_file.parent), WholeFiles() as whole:
+        answer_place(folder, answer_file)  # once more: another process may have made a case since then
+        for file, content in contents.items():
+            if file.exists() and file.read_bytes() != content:
+                raise RecordingError(
+                    "this file is there already, and it is not replaced.", place=str(file), remedy="Choose another folder."
+                )
         whole.write_text(answer_file, json.dumps(answer, indent=2) + "\n")  # first: a sealed case without its answer is lost
         for file, content in contents.items():
             whole.place(file).write_bytes(content)

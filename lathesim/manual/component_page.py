@@ -53,9 +53,9 @@ def _row(name: str, item: object) -> tuple[str, str, str, str]:
     if isinstance(item, Parameter):
         value = f"{item.default:g}{_bounds(item)}"
     elif isinstance(item, Input):
-        value = "must be wired" if item.default is None else f"{item.default:g} where unwired"
+        value = "must be wired" if item.default is None else f"{item.default:g} where unwired" if item.shown else "may be unwired"
     elif isinstance(item, (State, Memory)):
-        value = f"starts at {item.start:g}"
+        value = f"starts at {item.start:g}" if getattr(item, "shown", True) else ""
     elif isinstance(item, Table):
         value = f"{len(item.columns)} columns"
     return name, unit, value, doc

@@ -265,6 +265,18 @@ def test_a_changed_recording_is_named(friction: Concealed, lesson: Lesson, tmp_p
     assert changed_files(folder, answer) == ["recording.csv", "validate.csv"]
 
 
+def test_a_file_of_another_is_not_replaced_by_a_case(friction: Concealed, lesson: Lesson, tmp_path: Path) -> None:
+    (tmp_path / "case").mkdir()
+    (tmp_path / "case" / "recording.csv").write_text("t [s]\n0\n", encoding="utf-8")
+    with pytest.raises(RecordingError, match="this file is there already, and it is not replaced"):
+        publish(lesson, friction, tmp_path / "case", tmp_path / "answer.json", seed=3, noise=1.0)
+    assert [path.name for path in tmp_path.rglob("*.*")] == ["recording.csv"]
+    (tmp_path / "case" / "recording.csv").unlink()
+    publish(lesson, friction, tmp_path / "case", tmp_path / "answer.json", seed=3, noise=1.0)
+    with pytest.raises(RecordingError, match="there is a sealed case here already"):  # as where two processes make it at once
+        publish(lesson, friction, tmp_path / "case", tmp_path / "other.json", seed=3, noise=1.0)
+
+
 def test_a_case_is_not_written_over_and_its_answer_not_published(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="the answer would lie in the folder for the class"):
         answer_place(tmp_path, tmp_path / "answer.json")

@@ -33,7 +33,16 @@ async def test_a_saved_configuration_gives_the_same_bits_on_the_command_line() -
         await pilot.pause()
         app.screen.query_one("#answer", Input).value = "mine.yaml"
         await pilot.press("enter")
+        Path("theirs.yaml").write_text("lesson: Theirs\n", encoding="utf-8")
+        for name, fault in (("mine.yaml", ""), ("theirs.yaml", "'theirs.yaml' is there already. Choose another name.")):
+            await pilot.press("ctrl+s")
+            await pilot.pause()
+            app.screen.query_one("#answer", Input).value = name
+            await pilot.press("enter")
+            await pilot.pause()
+            assert fault in told(app)
         await run_to_end(app, pilot)
+    assert Path("theirs.yaml").read_text(encoding="utf-8") == "lesson: Theirs\n"
     assert run_command_line(["run", "mine.yaml", "--out", "again.h5", "--no-plots"]) == 0
     shown, again = load("lathesim_runs/01_contour_error/001.h5"), load("again.h5")
     assert all((shown[name] == again[name]).all() for name in shown)
@@ -118,6 +127,8 @@ async def test_the_interpolator_is_exchanged_and_its_own_parameters_appear() -> 
         found.highlighted = names.index("ConstantAccelerationInterpolator")
         await pilot.press("enter")
         await pilot.pause()
+        assert isinstance(app.screen, ConfigureScreen)
+        assert not [entry for entry in app.screen._entries if "e+300" in entry.text]  # a sign of the law's own
         await edit(app, pilot, "interpolator.acceleration", "0.01 m/s^2")
         await run_to_end(app, pilot)
         assert app.workbench.command().startswith("lathesim run lathesim_runs/01_contour_error/001.yaml")
@@ -265,11 +276,15 @@ async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form()
         app.screen.query_one("#length", Input).value = "20 s"
         await pilot.pause()
         assert "is given in s, but m is wanted" in said(app)
-        app.screen.query_one("#length", Input).value = "20 mm"
+        app.screen.query_one("#length", Input).value = "21"
+        app.screen.query_one("#feed", Input).value = "90"
+        await pilot.pause()
+        assert said(app) == "Taken as Length behind the face 21 mm, Feed (mm/min or mm/rev) 90 mm/min."
         await pilot.click("#take")
         await until(pilot, lambda: Path("part_programs/cut.nc").exists(), "the program")
         await run_to_end(app, pilot)
         assert "--program part_programs/cut.nc" in app.workbench.command()
+        assert "Z36" in Path("part_programs/cut.nc").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

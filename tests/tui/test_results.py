@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from textual.pilot import Pilot
 from textual.widgets import DataTable, Input, SelectionList, Static
@@ -13,6 +14,7 @@ from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.record import load
 from lathesim.tui.app import LathesimApp
+from lathesim.tui.drawing.curves import Line, Scaled
 from lathesim.tui.widgets.time_plot import TimePlot
 from tests.tui.driving import edit, opened, run_to_end, told
 
@@ -120,11 +122,22 @@ async def test_the_saved_figure_is_what_stands_on_the_screen(monkeypatch: pytest
         assert [line.get_label() for line in curves] == ["002", "001"]
         assert [line.get_linestyle() for line in curves] == ["-", "--"]
         assert (panel.get_xlim(), panel.get_ylim()) == (shown.x_limits, shown.y_limits)
+        seen = app.workbench.runs[1].record().between(*shown.x_limits)
+        assert len(curves[0].get_xdata()) == pytest.approx(len(seen), abs=2)
         assert 0.0 < shown.x_limits[0] < shown.x_limits[1] < app.workbench.runs[0].record().time[-1]
         assert (panel.get_xlabel(), panel.get_ylabel()) == ("t / s", "contour error in contact [µm]")
         assert panel.lines[-1].get_xdata()[0] == shown.cursor
         assert figure.get_suptitle() == "Servo control and contour error: 002 case II, 001 case I"
-        assert max(abs(curves[0].get_ydata())) == pytest.approx(337.9, abs=0.1)
+        assert max(abs(curves[0].get_ydata())) == pytest.approx(1e6 * max(abs(seen["contour.contour_error"])), rel=0.05)
+
+
+def test_a_part_that_is_zoomed_to_keeps_each_sample() -> None:
+    time = np.arange(100_000) * 1e-3
+    curve = Scaled(time, np.sin(time), 1.0, "m", -1.0, 1.0)
+    path = Line(np.cos(0.01 * time), np.sin(0.01 * time), "path")
+    assert list(curve.within(2.0, 2.05).points(100)[0]) == list(time[1999:2052])
+    assert list(path.within(0.9999, 1.0).points(100)[0]) == list(path.x[:1416])
+    assert len(curve.points(100)[0]) <= 202
 
 
 async def test_the_cursor_tells_values_with_units() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+from functools import partial
 from pathlib import Path
 
 import click
 
 from lathesim.errors import LatheSimError
-from lathesim.whole_file import make_folder, write_bytes
+from lathesim.whole_file import make_folder, write_new
 
 
 @click.command()
@@ -31,12 +33,13 @@ def init(folder: Path, teacher: bool, yes: bool) -> None:
             if not path.is_file() or "__pycache__" in path.parts or (not teacher and any(path.match(name) for name in SOLUTIONS)):
                 continue
             target = folder / name / path.relative_to(origin)
-            if target.exists():
-                kept += 1
-                continue
             make_folder(target.parent)
-            write_bytes(target, path.read_bytes())
-            copied += 1
+            try:
+                write_new((target,), partial(shutil.copyfile, path))
+            except FileExistsError:
+                kept += 1
+            else:
+                copied += 1
     make_folder(folder)
     mark_workspace(folder)
     click.echo(f"{folder}: {copied} files copied" + (f", {kept} that were there left as they are." if kept else "."))

@@ -58,14 +58,24 @@ def wiring_text(plan: Plan) -> str:
             full = f"{name}.{item}"
             unit = f"[{declared[item].unit}]"
             if full in plan.feeds:
-                source = plan.feeds[full][1]
-                fed = source if source != full else f"{plan.parameter_values[plan.parameters[full]]:g}"
-                lines.append(f"  {item:<22} {unit:<10} <- {fed}")
+                lines.append(f"  {item:<22} {unit:<10} <- {_feeding(plan, full)}")
             elif isinstance(declared[item], Parameter):
                 lines.append(f"  {item:<22} {unit:<10} = {plan.parameter_values[plan.parameters[full]]:g}")
             elif not isinstance(declared[item], Input) and isinstance(declared[item], Output):
                 lines.append(f"  {item:<22} {unit:<10} -> {', '.join(_readers(plan, full)) or '(read by nobody)'}")
     return "\n".join(lines)
+
+
+def _feeding(plan: Plan, target: str) -> str:
+    """Return the source of an input, or its value; a default that is no value for a person is left out."""
+    from lathesim.component import Input
+
+    source = plan.feeds[target][1]
+    if source != target:
+        return source
+    part, _, item = target.partition(".")
+    declared, value = plan.parts[part].component.declarations[item], plan.parameter_values[plan.parameters[target]]
+    return "(not wired)" if isinstance(declared, Input) and not declared.shown and value == declared.default else f"{value:g}"
 
 
 def mermaid_graph(plan: Plan) -> str:

@@ -10,7 +10,7 @@ import click
 
 from lathesim.cli.output_path import OutputPath
 from lathesim.errors import ProgramError
-from lathesim.whole_file import write_text
+from lathesim.whole_file import write_new, write_text
 
 _COMMON: list[Callable[[Any], Any]] = [
     click.option("--length", required=True, help="How far the cut goes behind the face, for example 20mm."),
@@ -71,7 +71,11 @@ def _hand_out(text: str, out: Path | None, force: bool) -> None:
     if out is None:
         click.echo(text, nl=False)
         return
-    if out.exists() and not force:
-        raise ProgramError(f"'{out}' is there already.", remedy="Choose another name, or replace it with --force.")
-    write_text(out, text)
+    if force:
+        write_text(out, text)
+    else:
+        try:
+            write_new((out,), lambda part: part.write_bytes(text.encode()))
+        except FileExistsError:
+            raise ProgramError(f"'{out}' is there already.", remedy="Choose another name, or replace it with --force.") from None
     click.echo(f"wrote {out}")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.output_path import OutputPath
-from lathesim.whole_file import write_text
+from lathesim.whole_file import write_new
 
 if TYPE_CHECKING:
     from lathesim.program.moves import Move, Program
@@ -118,9 +118,11 @@ def _write(interpreted: Program, place: Path) -> None:
     from lathesim.errors import ProgramError
     from lathesim.program.writer import linuxcnc_text
 
-    if place.exists():
-        raise ProgramError(f"'{place}' is there already.", remedy="Choose another name.")
-    write_text(place, linuxcnc_text(interpreted))
+    text = linuxcnc_text(interpreted)
+    try:
+        write_new((place,), lambda part: part.write_bytes(text.encode()))
+    except FileExistsError:
+        raise ProgramError(f"'{place}' is there already.", remedy="Choose another name.") from None
     click.echo(f"wrote {place}", err=True)
 
 

@@ -32,8 +32,8 @@ class FeedforwardController(Component):
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")
-    reference_velocity = Input("m/s", default=MEASURE_FROM_REFERENCE, doc="reference velocity")
-    reference_acceleration = Input("m/s^2", default=MEASURE_FROM_REFERENCE, doc="reference acceleration")
+    reference_velocity = Input("m/s", default=MEASURE_FROM_REFERENCE, doc="reference velocity", shown=False)
+    reference_acceleration = Input("m/s^2", default=MEASURE_FROM_REFERENCE, doc="reference acceleration", shown=False)
     correction = Input("V", default=0.0, doc="voltage added by a contour controller, before saturation")
 
     proportional = Parameter("V/m", 224.5, doc="proportional gain")

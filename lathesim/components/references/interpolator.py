@@ -175,8 +175,8 @@ class ConstantVelocityInterpolator(Component):
 
     path = Table("1", PATH_COLUMNS, doc="the path, one row a segment, SI")
 
-    spindle_speed = Input("rad/s", default=NOT_WIRED, doc="actual spindle speed, which feed per revolution follows")
-    spindle_angle = Input("rad", default=NO_ANGLE, doc="angle turned by the spindle, which threads follow")
+    spindle_speed = Input("rad/s", default=NOT_WIRED, doc="actual spindle speed, which feed per revolution follows", shown=False)
+    spindle_angle = Input("rad", default=NO_ANGLE, doc="angle turned by the spindle, which threads follow", shown=False)
     feed_command = Input("m", default=-1.0, previous=True, doc="feed per revolution from a process controller; below zero: none")
     feed_override = Parameter("1", 1.0, low=0.0, doc="factor on every programmed feed, 1 as programmed; may be wired")
     spindle_override = Parameter("1", 1.0, low=0.0, doc="factor on every programmed spindle or surface speed; may be wired")
@@ -191,7 +191,7 @@ class ConstantVelocityInterpolator(Component):
     at_end = DiscreteState("1", doc="1 when this segment is done")
     started = DiscreteState("1", doc="1 after the first sample")
     done = DiscreteState("1", doc="1 when the path is done")
-    index = DiscreteState("rad", NO_ANGLE, doc="angle, in the sense the spindle turns, at which the thread in work began; -1e300: none")
+    index = DiscreteState("rad", NO_ANGLE, doc="angle, in the sense the spindle turns, at which the thread in work began", shown=False)
 
     x_reference = Output("m", doc="reference radius of the tool tip")
     z_reference = Output("m", doc="reference z position of the tool tip")

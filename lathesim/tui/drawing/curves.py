@@ -41,6 +41,14 @@ class Line:
     y: FloatArray
     title: str
 
+    def within(self, low: float, high: float) -> Line:
+        """Return the part from the first to the last point that lies between two ends of the axis along, and a point on either side."""
+        inside = np.flatnonzero((self.x >= low) & (self.x <= high))
+        if not len(inside):
+            return self
+        part = slice(max(0, inside[0] - 1), inside[-1] + 2)
+        return replace(self, x=self.x[part], y=self.y[part])
+
     def points(self, columns: int) -> tuple[FloatArray, FloatArray]:
         """Return the points to draw; peaks are kept if x never decreases."""
         usable = np.isfinite(self.x) & np.isfinite(self.y)
@@ -87,6 +95,11 @@ class Scaled:
     def times(self, power: float) -> Scaled:
         """Return the curve drawn ``power`` times as high."""
         return replace(self, scale=self.scale / power, low=self.low * power, high=self.high * power)
+
+    def within(self, low: float, high: float) -> Scaled:
+        """Return the samples between two times [s], and one on either side."""
+        part = slice(max(0, int(np.searchsorted(self.time, low)) - 1), int(np.searchsorted(self.time, high, side="right")) + 1)
+        return replace(self, time=self.time[part], values=self.values[part])
 
     def points(self, columns: int) -> tuple[FloatArray, FloatArray]:
         """Return time and values for drawing, thinned to ``columns``."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lathesim.component import GROUPS, Component, DiscreteState, Input, Parameter, State
+from lathesim.component import GROUPS, Component, Input, Parameter, State
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Part
 from lathesim.errors import LatheSimError, UnitError
@@ -60,7 +60,7 @@ def part_entries(case: Prepared, setup: Setup, part: Part) -> list[Entry]:
             fed = feeding[1] if feeding is not None and feeding[1] != name else ""
             limits = [declared.low, declared.high]
             default = declared.default
-        elif isinstance(declared, (State, DiscreteState)):
+        elif isinstance(declared, State) and declared.shown:
             fed, limits, default = "", [-math.inf, math.inf], declared.start
         else:
             continue

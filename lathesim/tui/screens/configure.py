@@ -40,7 +40,7 @@ from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.program_pane import ProgramPane
 from lathesim.tui.widgets.wiring_view import WiringView
-from lathesim.whole_file import make_folder, write_text
+from lathesim.whole_file import make_folder, write_new, write_text
 
 _COLUMNS = ("", "name", "value", "default", "bounds", "what it is")
 
@@ -85,6 +85,8 @@ class ConfigureScreen(WorkbenchScreen):
         super().__init__()
         self._choice = _Choice("")
         self._entries: list[Entry] = []
+        self._saved: set[Path] = set()
+        """Files that this app wrote: they may be written again."""
         self._placed: TreeNode[_Choice] | None = None
         """Node on which the cursor is to be put; none once it is there."""
 
@@ -392,7 +394,15 @@ class ConfigureScreen(WorkbenchScreen):
                 self.tell_fault("The lesson itself is not written over. Choose another name.")
                 return
             make_folder(path.parent)
-            write_text(path, self._setup.lesson_text(path.parent))
+            text = self._setup.lesson_text(path.parent)
+            if path in self._saved:
+                write_text(path, text)
+            else:
+                write_new((path,), lambda part: part.write_bytes(text.encode()))
+            self._saved.add(path)
+        except FileExistsError:
+            self.tell_fault(f"'{path}' is there already. Choose another name.")
+            return
         except WriteError as error:
             self.tell_fault(str(error))
             return

@@ -13,6 +13,7 @@ from textual.widgets import Button, Input, Label, Select, Static
 
 from lathesim.errors import LatheSimError
 from lathesim.program.cut_form import straight_from_form, taper_from_form
+from lathesim.units import split_quantity
 from lathesim.whole_file import make_folder, write_new
 
 FIELDS = (
@@ -26,6 +27,8 @@ FIELDS = (
     ("speed", "Spindle (rpm or m/min)", "1000 rpm"),
     ("file", "File", "part_programs/cut.nc"),
 )
+_TITLES = {name: title for name, title, _ in FIELDS}
+_UNITS = {name: split_quantity(text)[1] for name, _, text in FIELDS if name != "file"}
 _STRAIGHT, _TAPER = "straight cut", "taper cut"
 
 
@@ -58,27 +61,39 @@ class CutForm(ModalScreen[Path | None]):
 
     @on(Select.Changed, "#kind")
     def _choose_kind(self) -> None:
-        straight = self.query_one("#kind", Select).value == _STRAIGHT
-        self.query_one("#row-diameter").display = straight
-        self.query_one("#row-small_diameter").display = not straight
-        self.query_one("#row-large_diameter").display = not straight
+        self.query_one("#row-diameter").display = self._is_straight
+        self.query_one("#row-small_diameter").display = not self._is_straight
+        self.query_one("#row-large_diameter").display = not self._is_straight
         self._check()
 
     @on(Input.Changed)
     def _check(self) -> None:
+        fault = self.query_one("#fault", Static)
         try:
             self._text()
         except LatheSimError as error:
-            self.query_one("#fault", Static).update(str(error))
+            fault.update(str(error))
         else:
-            self.query_one("#fault", Static).update("")
+            typed = {name: self.query_one(f"#{name}", Input).value.strip() for name in self._wanted}
+            taken = [f"{_TITLES[name]} {text}" for name, text in self._values().items() if text != typed[name]]
+            fault.update(f"Taken as {', '.join(taken)}." if taken else "")
+
+    @property
+    def _is_straight(self) -> bool:
+        return self.query_one("#kind", Select).value == _STRAIGHT
+
+    @property
+    def _wanted(self) -> list[str]:
+        left_out = {"small_diameter", "large_diameter"} if self._is_straight else {"diameter"}
+        return [name for name in _TITLES if name not in {*left_out, "file"}]
+
+    def _values(self) -> dict[str, str]:
+        """Return what is typed; a number alone is in the unit that the form shows first."""
+        values = {name: self.query_one(f"#{name}", Input).value.strip() for name in self._wanted}
+        return {name: text if split_quantity(text)[1] else f"{text} {_UNITS[name]}" for name, text in values.items()}
 
     def _text(self) -> str:
-        straight = self.query_one("#kind", Select).value == _STRAIGHT
-        wanted = {"diameter"} if straight else {"small_diameter", "large_diameter"}
-        wanted |= {"length", "face", "clearance", "feed", "speed"}
-        values = {name: self.query_one(f"#{name}", Input).value for name in wanted}
-        return straight_from_form(**values) if straight else taper_from_form(**values)
+        return straight_from_form(**self._values()) if self._is_straight else taper_from_form(**self._values())
 
     @on(Button.Pressed, "#take")
     @on(Input.Submitted)

@@ -21,6 +21,7 @@ from textual_plot.axis_formatter import NumericAxisFormatter
 from textual_plot.plot_widget import Legend, LinePlot
 
 from lathesim.analysis.figures.picture_figure import DrawnLine, Picture
+from lathesim.record import FloatArray
 from lathesim.tui.drawing.axis_ticks import axis_ticks, even_axis, labels_of
 from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
 from lathesim.tui.drawing.curve_looks import look_of
@@ -172,10 +173,12 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         width, height = (size.width - 2, size.height - 2) if size is not None else (0, 0)
         if width < 1 or height < 1 or not len(dataset.x):
             return
-        look = look_of(next(place for place, other in enumerate(self._datasets) if other is dataset))
+        place = next(place for place, other in enumerate(self._datasets) if other is dataset)
+        look = look_of(place)
+        x, y = self._in_view(self._drawn[place], 2 * width)
         dots = np.zeros((4 * height, 2 * width), dtype=bool)
-        across = (np.asarray(dataset.x, dtype=float) - self._x_min) / (self._x_max - self._x_min) * (2.0 * width - 1.0)
-        up = (np.asarray(dataset.y, dtype=float) - self._y_min) / (self._y_max - self._y_min) * (4.0 * height - 1.0)
+        across = (x - self._x_min) / (self._x_max - self._x_min) * (2.0 * width - 1.0)
+        up = (y - self._y_min) / (self._y_max - self._y_min) * (4.0 * height - 1.0)
         trace(dots, across + 0.5, up + 0.5, dash=look.dash)
         codes = braille_codes(dots)
         colour = look.colour(self._is_dark)
@@ -251,12 +254,18 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         """Return the limits of the visible parts of all curves drawn so far."""
         return [end for item in self._drawn if isinstance(item, Scaled) for end in (item.low, item.high)]
 
+    def _in_view(self, item: Scaled | Line, columns: int) -> tuple[FloatArray, FloatArray]:
+        """Return what is drawn between the ends of the axis along: of a part that is zoomed to, each sample that there is room for."""
+        x, y = item.within(self._x_min, self._x_max).points(columns)
+        finite = np.isfinite(x) & np.isfinite(y)
+        return x[finite], y[finite]
+
     def picture(self) -> Picture:
         """Return the contents of the plot with its current limits, for a figure."""
         looks = [look_of(place) for place in range(len(self._drawn))]
         before, names = self._names_shown[1], self._names_shown[0]
         lines = [
-            DrawnLine(*item.points(FIGURE_POINTS), name, look.on_light, look.dash)
+            DrawnLine(*self._in_view(item, FIGURE_POINTS), name, look.on_light, look.dash)
             for item, name, look in zip(self._drawn, names, looks, strict=True)
         ]
         limits = (self._x_min, self._x_max), (self._y_min, self._y_max)
