@@ -80,6 +80,8 @@ class _Reader:
         self.feed, self.lead, self.motion = 0.0, 0.0, ""
         self.offsets: dict[int, tuple[float, float]] = {}
         self.active, self.shift, self.local = 1, (0.0, 0.0), (0.0, 0.0)
+        self.tools: dict[int, tuple[float, float]] = {}
+        self.tool = 0
 
     # ---- lengths and places ----
 
@@ -92,7 +94,8 @@ class _Reader:
     @property
     def zero(self) -> tuple[float, float]:
         x, z = self.offsets.get(self.active, (0.0, 0.0))
-        return x + self.shift[0] + self.local[0], z + self.shift[1] + self.local[1]
+        tool = self.tools.get(self.tool, (0.0, 0.0))
+        return x + self.shift[0] + self.local[0] + tool[0], z + self.shift[1] + self.local[1] + tool[1]
 
     def target(self, words: dict[str, float]) -> tuple[float, float]:
         x, z = self.here
@@ -184,6 +187,15 @@ class _Offsets(_Reader):
     offset_codes = ("G54", "G55", "G56", "G57", "G58", "G59")
 
     def once(self, codes: set[str], words: dict[str, float]) -> bool:
+        if "G10" in codes and words.get("L") == 20.0:  # the offset with which the tool stands at the given coordinates
+            number = int(words["P"]) or self.active
+            own = self.offsets.get(self.active, (0.0, 0.0))
+            here = (self.here[0] - self.zero[0] + own[0], self.here[1] - self.zero[1] + own[1])
+            self.offsets[number] = (here[0] - self.across(words["X"]), here[1] - self.mm(words["Z"]))
+            return True
+        if "G10" in codes and "L" not in words:
+            self.tools[int(words["P"])] = (self.across(words["X"]), self.mm(words["Z"]))
+            return True
         if "G10" in codes:
             number = int(words["P"]) or self.active
             x, z = self.offsets.get(number, (0.0, 0.0))
@@ -255,9 +267,10 @@ class _LinuxCnc(_Offsets):
 
     def hole(self, block: _Block) -> None:
         """G81 to G83: R is the plane, Z the bottom; with G99 the drill stays at the plane, else at the higher one."""
-        words, began = block.words, self.here[1]
+        words = block.words
         if block.codes and self.motion in block.codes:
-            self.kept = {}
+            self.kept, self.level = {}, self.here[1]  # a block without the code counts from the level of the first
+        began = self.level
         self.kept = {**self.kept, **{letter: words[letter] for letter in "RZQ" if letter in words}}
         x = self.target({letter: words[letter] for letter in "X" if letter in words})[0]
         if self.incremental:
@@ -315,11 +328,13 @@ class _SystemA(_Offsets):
     def block(self, block: _Block) -> None:
         if self.at - 1 in self.skipped and not self.inside:
             return
+        self.tool = int(block.words["T"]) % 100 if "T" in block.words else self.tool
         super().block(block)
 
     def once(self, codes: set[str], words: dict[str, float]) -> bool:
         if self.shift_code in codes:
             self.shift_to(words)
+            self.shift = (self.shift[0] - self.across(words.get("U", 0.0)), self.shift[1] - self.mm(words.get("W", 0.0)))
             return True
         if "G52" in codes:
             self.local = (
@@ -367,7 +382,7 @@ class _SystemA(_Offsets):
             toward, outside = math.copysign(1.0, end[1] - self.here[1]), math.copysign(1.0, clear - end[0])
             share = 1.0 - run_out / abs(end[1] - self.here[1])
             self.thread((self.here[0] + share * (end[0] - self.here[0]), end[1] - toward * run_out), lead, angle)
-            end, angle = (self.here[0] + outside * run_out, end[1]), 0.0
+            end = (self.here[0] + outside * run_out, end[1])
         self.thread(end, lead, angle)
 
     # ---- repetitive cycles in two blocks ----
@@ -480,20 +495,26 @@ class _SystemA(_Offsets):
                 self.small("R", block),
             )
             return
-        finishing, chamfer, angle, smallest, allowance = self.told["thread"]
+        one_block = "K" in words  # as Haas: K is the height, D the first depth, I the taper, Q the start angle
+        finishing, chamfer, angle, smallest, allowance = (
+            (0, 0.0, math.radians(words.get("A", math.degrees(self.told["thread"][2]) if "thread" in self.told else 0.0)), *(
+                self.told["thread"][3:] if "thread" in self.told else (0.0, 0.0)))
+            if one_block else self.told["thread"]
+        )  # fmt: skip
         start, end = self.here, self.target(words)
-        height, first, lead = self.small("P", block), self.small("Q", block), self.mm(words["F"])
-        taper = self.mm(words.get("R", 0.0))
+        height, first = (self.mm(words["K"]), self.mm(words["D"])) if one_block else (self.small("P", block), self.small("Q", block))
+        lead, taper = self.mm(words["F"]), self.mm(words.get("I" if one_block else "R", 0.0))
+        turned = math.radians(1e-3 * words.get("Q", 0.0)) if one_block else 0.0
         outside, toward = math.copysign(1.0, start[0] - end[0]), math.copysign(1.0, end[1] - start[1])
         depths, depth, number = [], 0.0, 0
         while depth < height - allowance - 1e-9:
             number += 1
             depth = min(height - allowance, max(first * math.sqrt(number), depth + smallest))
             depths.append(depth)
-        for depth in [*depths, *[height] * finishing]:
+        for depth in [*depths, *[height] * max(finishing, 1 if allowance else 0)]:
             above = outside * (height - depth)
             self.to((end[0] + taper + above, start[1] + toward * depth * math.tan(0.5 * angle)))
-            self.thread_pass((end[0] + above, end[1]), start[0], lead, chamfer * lead)
+            self.thread_pass((end[0] + above, end[1]), start[0], lead, chamfer * lead, turned)
         self.here = start
 
     def tapping(self, block: _Block) -> None:
@@ -508,7 +529,9 @@ class _SystemA(_Offsets):
 
     def hole(self, block: _Block) -> None:
         words, began = block.words, self.here[1]
-        plane, bottom = self.zero[1] + self.mm(words["R"]), self.target({"Z": words["Z"]})[1]
+        plane = self.mm(words["R"]) + (self.zero[1] if words["R"] >= 0.0 else began)
+        depth = words.get("W", words["Z"] if self.incremental else None) if "Z" in words or "W" in words else None
+        bottom = plane + self.mm(depth) if depth is not None else self.target({"Z": words["Z"]})[1]
         x, peck = self.here[0], self.small("Q", block) if self.motion == "G83" else 0.0
         depth = plane
         while depth - bottom > 1e-6:

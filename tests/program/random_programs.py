@@ -130,6 +130,10 @@ class _Shifting(_Writer):
 
     def origin(self) -> None:
         self.away()
+        if self.shift == "G50" and self.chance.random() < 0.4:
+            self.say(f"G50 {self.x(self.within(-1.0, 1.0), 'U')} {self.z(self.within(-3.0, 3.0), 'W')}")
+            self.away()
+            return
         self.say(f"{self.shift} {self.x(self.at[0] + self.within(-1.0, 1.0))} {self.z(self.at[1] + self.within(-3.0, 3.0))}")
         self.away()
 
@@ -140,7 +144,8 @@ class _Shifting(_Writer):
         self.away()
 
     def home(self) -> None:
-        self.say(f"G28 {self.x(45.0)} {self.z(10.0)}")
+        axes = self.chance.choice([f"{self.x(45.0)} {self.z(10.0)}", self.x(42.0), self.z(12.0)])
+        self.say(f"G28 {axes}")
         self.away()
 
     def threads(self) -> None:
@@ -157,7 +162,27 @@ class _LinuxCnc(_Shifting):
         super().head()
 
     def parts(self) -> list[Callable[[], None]]:
-        return [*super().parts(), self.holes, self.tap]
+        return [*super().parts(), self.holes, self.tap, self.origin_here, self.further_holes]
+
+    def origin_here(self) -> None:
+        """G10 L20: the work offset that gives this place the coordinates."""
+        self.away()
+        self.say(f"G10 L20 P{self.chance.choice([0, 2])} {self.x(self.at[0] + self.within(-1.0, 1.0))} {self.z(self.within(2.0, 6.0))}")
+        self.away()
+
+    def further_holes(self) -> None:
+        """G91: R from here, Z from R; or modal blocks whose X and Z change."""
+        self.say(f"G0 {self.x(2.0)} {self.z(9.0)}")
+        code = self.chance.choice(["G81", "G83 Q" + self.number(self.within(2.0, 5.0))])
+        if self.chance.random() < 0.5:
+            self.say(f"G17 G91 G99 {code} R{self.number(-4.0)} {self.z(-self.within(6.0, 12.0))} F{self.number(0.1)}")
+            self.say(f"{self.x(1.0)}")
+            self.say("G80 G18 G90")
+        else:
+            self.say(f"G17 G98 {code} R{self.number(3.0)} {self.z(-self.within(6.0, 12.0))} F{self.number(0.1)}")
+            self.say(f"{self.x(0.5)} {self.z(-self.within(2.0, 5.0))}")
+            self.say("G80 G18")
+        self.away()
 
     def tap(self) -> None:
         self.say(f"G0 {self.x(0.0)} {self.z(3.0)}")
@@ -209,7 +234,8 @@ class _SystemA(_Shifting):
     def parts(self) -> list[Callable[[], None]]:
         return [
             *super().parts(), self.increments, self.turning, self.facing, self.thread_passes, self.roughed, self.roughed, self.repeated,
-            self.bored, self.groove, self.face_groove, self.hole, self.tap,
+            self.bored, self.groove, self.face_groove, self.hole, self.hole, self.tap, self.in_increments, self.thread_in_one_block,
+            self.tool_offset,
         ]  # fmt: skip
 
     def increments(self) -> None:
@@ -272,6 +298,53 @@ class _SystemA(_Shifting):
         self.say(f"{self.face} {self.x(self.within(2.0, 10.0))} {self.z(3.0)}{taper} F{self.number(0.2)}")
         self.say(self.z(1.5))
         self.away()
+
+    def relative(self, axis: str) -> str:
+        """The letter of an increment of an axis."""
+        return {"X": "U", "Z": "W"}[axis]
+
+    def relative_begins(self) -> None:
+        """Say that positions are increments from here on, where a code does."""
+
+    def relative_ends(self) -> None:
+        """Say that positions are absolute again."""
+
+    def in_increments(self) -> None:
+        """Single passes inside and outside by increments, with tapers of both signs."""
+        outside = self.chance.choice([1.0, -1.0])
+        self.say(f"G0 {self.x(18.0)} {self.z(self.within(2.0, 5.0))}")
+        self.relative_begins()
+        code = self.chance.choice([self.turn, self.face, self.thread_pass])
+        deeper = self.x(-outside * self.within(1.5, 3.0), self.relative("X"))
+        along = self.z(-self.within(8.0, 15.0), self.relative("Z"))
+        taper = f" R{self.number(self.within(-1.0, 1.0))}" if self.chance.random() < 0.7 else ""
+        self.say(f"{code} {deeper} {along}{taper} F{self.number(self.within(0.5, 1.5))}")
+        further = self.relative("Z" if code == self.face else "X")
+        self.say(self.z(-10.0, further) if code == self.face else self.x(-outside * 3.5, further))
+        self.relative_ends()
+        self.away()
+
+    def thread_in_one_block(self) -> None:
+        """G76 as Haas writes it."""
+        radius, height = self.within(6.0, 10.0), self.within(0.5, 1.2)
+        outside = self.chance.choice([1.0, -1.0])
+        self.say(f"G0 {self.x(radius + outside * 4.0)} {self.z(4.0)}")
+        angle = self.chance.choice(["", " A60", " A29.", " A0"])
+        taper = f" I{self.number(self.within(-0.5, 0.5))}" if self.chance.random() < 0.4 else ""
+        start = f" Q{self.chance.choice([90000, 180000])}" if self.chance.random() < 0.3 else ""
+        self.say(
+            f"G76 {self.x(radius)} {self.z(-self.within(12.0, 20.0))}{taper} K{self.number(height)} "
+            f"D{self.number(self.within(0.15, 0.35))}{angle} F{self.number(self.within(0.8, 2.0))}{start}"
+        )
+        self.away()
+
+    def tool_offset(self) -> None:
+        """A geometry offset of a tool, a contour with it, and its end."""
+        number = self.chance.randint(2, 9)
+        self.say(f"G10 P{number} {self.x(self.within(-1.0, 1.0))} {self.z(self.within(-2.0, 2.0))}")
+        self.say(f"T{number:02d}{number:02d}")
+        self.away()
+        self.contour()
 
     def block_numbers(self) -> tuple[int, int]:
         self.next_number += 20
@@ -370,14 +443,29 @@ class _SystemA(_Shifting):
     def hole(self) -> None:
         self.say(f"G0 {self.x(0.0)} {self.z(6.0)}")
         peck = f" Q{self.micro(self.within(2.0, 6.0))}" if self.chance.random() < 0.6 else ""
-        self.say(f"{'G83' if peck else 'G81'} {self.z(-self.within(8.0, 25.0))} R{self.number(2.0)}{peck} F{self.number(0.1)}")
+        by_increment = self.chance.random() < 0.4
+        if by_increment:
+            self.relative_begins()
+        bottom = self.z(-self.within(8.0, 25.0), self.relative("Z") if by_increment else "Z")
+        plane = self.number(self.chance.choice([2.0, -3.0]))
+        self.say(f"{'G83' if peck else 'G81'} {bottom} R{plane}{peck} F{self.number(0.1)}")
         self.say("G80")
+        self.relative_ends()
         self.away()
 
 
 class _SystemB(_SystemA):
     feed_per_revolution, feed_per_minute = "G95", "G94"
     shift, thread, turn, thread_pass, face = "G92", "G33", "G77", "G78", "G79"
+
+    def relative(self, axis: str) -> str:
+        return axis
+
+    def relative_begins(self) -> None:
+        self.say("G91")
+
+    def relative_ends(self) -> None:
+        self.say("G90")
 
     def increments(self) -> None:
         self.say("G91")
