@@ -116,6 +116,18 @@ def test_milling_by_two_methods(method: str, capsys: Capture) -> None:
     assert [row["kind"] for row in rows] == ["Hopf", "flip"]
 
 
+def test_a_cut_that_no_width_upsets_tells_how_wide_was_tried(capsys: Capture) -> None:
+    Path("mill.yaml").write_text(
+        "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\ntool_point:\n"
+        "  modes: [{frequency: 316 Hz, damping: 2 %, stiffness: 8e6 N/m}]\n"
+        "  milling: {teeth: 1, tangential: 468 N/mm^2, normal: 294 N/mm^2, entry: 36.6 deg, leave: 47.2 deg}\n",
+        encoding="utf-8",
+    )
+    found = said_json(capsys, "lobes", "mill.yaml", "--speed", "3774..3774:1")
+    assert found["rows"][0]["width_m"] is None
+    assert found["findings"] == ["'stable' means up to 147.6 mm; wider cuts were not tried."]
+
+
 def test_milling_with_what_it_does_not_take_is_refused(capsys: Capture) -> None:
     text = "  modes: [{frequency: 922 Hz, damping: 1.1 %, stiffness: 1e6 N/m}]\n  milling: {teeth: 2, tangential: 6e8 Pa, normal: 2e8 Pa}\n"
     for key, word in (("process_damping: 1e5 N/m", "process damping"), ("interrupted: 0.5", "slotted bar")):

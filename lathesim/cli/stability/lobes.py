@@ -59,7 +59,9 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     _table(found, cut, edges)
     if band is not None:
         more = "" if band.apart <= CLOSE else "; more draws are not made, so take the edges for rough"
-        click.echo(f"95 % of {band.draws} draws lie in the band, and its edges from two halves agree within {band.apart:.1%}{more}.")
+        click.echo(
+            f"95 % of {band.draws} draws lie in the band, and its edges from two halves agree within {100.0 * band.apart:.2g} %{more}."
+        )
     elif spreads:
         click.echo("No band: what is uncertain is followed for uninterrupted turning only.")
     if save is not None:

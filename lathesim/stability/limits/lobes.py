@@ -70,6 +70,8 @@ def stability_map(cut: Cut, speeds: Sequence[float], method: str, progress: Prog
             progress(place + 1, len(speeds))
     if isinstance(cut.tool, FrequencyResponse) and any(point.limit.frequency > cut.tool.highest for point in points):
         findings += (f"Limits with chatter above {cut.tool.highest:g} Hz rest on the residual term, beyond the measured response.",)
+    if any(math.isinf(point.limit.width) for point in points):
+        findings += (f"'stable' means up to {1e3 * _widest(cut, first_guess(cut, tool)):.4g} mm; wider cuts were not tried.",)
     return StabilityMap(tuple(points), method, smallest, findings)
 
 
