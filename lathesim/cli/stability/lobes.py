@@ -141,7 +141,7 @@ def _table(found: StabilityMap, cut: Cut, edges: Any) -> None:
         finite = math.isfinite(point.limit.width)
         width = f"{1e3 * point.limit.width:.4f}" if finite else "stable"
         frequency = f"{point.limit.frequency:.2f}" if math.isfinite(point.limit.frequency) else "-"
-        bounds = "" if edges is None else f"{1e3 * edges[0][place]:>12.3f}..{1e3 * edges[2][place]:.3f}"
+        bounds = "" if edges is None else f"{_shown(edges[0][place])}..{_shown(edges[2][place])}".rjust(20)
         lobe = str(point.limit.lobe) if finite else "-"
         click.echo(f"{point.limit.speed:>12.0f}{width:>14}{bounds}{frequency:>14}{lobe:>6}  {point.kind}")
     if math.isfinite(found.smallest.width):
@@ -152,6 +152,10 @@ def _table(found: StabilityMap, cut: Cut, edges: Any) -> None:
     elif any(math.isfinite(point.limit.width) for point in found.points):
         lowest = min(found.points, key=lambda point: point.limit.width).limit
         click.echo(f"\nThe lowest limit shown is {1e3 * lowest.width:.4f} mm at {lowest.speed:.0f} rpm")
+
+
+def _shown(width: float) -> str:
+    return f"{1e3 * width:.3f}" if math.isfinite(width) else "stable"
 
 
 def read_range(option: str, text: str) -> list[float]:
