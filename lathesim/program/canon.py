@@ -25,7 +25,7 @@ def canon(program: Program) -> dict[str, Any]:
 
 
 def canon_text(program: Program) -> Iterator[str]:
-    """Yield the parts of :func:`canon` as JSON, move by move, so that a long program takes no more memory than a short one."""
+    """Yield the JSON text of :func:`canon` move by move, so that a long program needs no more memory than a short one."""
     head, moves, tail = json.dumps(_frame(program), indent=1, ensure_ascii=False).partition('\n "moves": []')
     between = moves[:-1]
     yield head
@@ -36,7 +36,7 @@ def canon_text(program: Program) -> Iterator[str]:
 
 
 def _frame(program: Program) -> dict[str, Any]:
-    """Return everything of a program but its moves."""
+    """Return the JSON object of a program without its moves."""
     summary = program.summary
     return {
         "schema": SCHEMA,

@@ -27,14 +27,14 @@ class Dialect:
     move an axis incrementally, ``home_incremental`` those of G28 and G10 where they differ, ``dwell`` the letters of a dwell with what one
     unit of them is in seconds, ``surface_limit`` the letter that bounds the spindle speed beside a surface speed, ``start`` where the tool
     stands at the beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius]. A program without an end is refused
-    with ``end_required`` and not spoken of with ``end_free``.
+    with ``end_required``, and accepted without a warning with ``end_free``.
     ``carried_out`` are meanings that not every dialect's codes are interpreted in. With ``thread_drive_line`` G76 is that of LinuxCNC; with
     ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts; with ``spindle_stops_after_motion`` M5 acts at
     the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions, with ``o_words`` the statements of
     LinuxCNC, else those of Fanuc's macros. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
     ``variant_of`` names the dialect of which this one is a rarer form; where both have a word, messages name that one.
-    ``first_motion`` is in force before the program names one, where the control begins with one.
-    ``start_angle`` is the letter that gives the start angle of a thread, and one unit of it in degrees. With ``drills_in_xy`` the drilling
+    ``first_motion`` is in force until the program names a motion.
+    ``start_angle`` is the letter of the start angle of a thread, and its unit in degrees. With ``drills_in_xy`` the drilling
     cycles are those of LinuxCNC, along Z in the plane of X and Y; with ``returns_to_plane`` they end at the R plane until a code says else.
     ``change_stops_spindle``: a tool change turns the spindle off. ``tool_in_front``: the orientations of tools count with X mirrored.
     """
@@ -148,12 +148,12 @@ _LINUXCNC_ONLY = {
     "G41", "G41.1", "G42", "G42.1", "G43.2", "G52", "G70", "G71", "G71.1", "G71.2", "G72", "G72.1", "G72.2", "G74", "G84", "G90.1", "M19",
     "M98", "M99",
 }  # fmt: skip
-"""Codes of LinuxCNC that grblHAL has not, or only in rare builds."""
+"""Codes of LinuxCNC that grblHAL lacks, or has only in rare builds."""
 
 GRBL = replace(
     LINUXCNC,
     name="grbl",
-    title="GRBL 1.1 and grblHAL for lathes: it begins with G0, and a program needs no end",
+    title="GRBL 1.1 and grblHAL for lathes: starts in G0, and a program needs no end",
     codes={code: meaning for code, meaning in LINUXCNC.codes.items() if code not in _LINUXCNC_ONLY},
     end_required=False,
     end_free=True,

@@ -402,7 +402,7 @@ class _Interpreter(Offsets):
         if Group.MOTION not in said and self.dialect.first_motion is not None:
             self.assumed["motion"] = f"{self.dialect.first_motion} until the program says otherwise"
         if self.modal.tool is None and any(KINDS[kind] in CUTTING for kind in set(self.moves.kinds)):
-            self.assumed["tool"] = "the one in use, as the program calls none"
+            self.assumed["tool"] = "the one in use, because the program calls none"
 
 
 def _says(comment: str) -> bool:

@@ -1,4 +1,4 @@
-"""One line of a part program to a block of words: the lexical part, the same for every dialect.
+"""Read one line of a part program as a block of words: the lexical part, common to all dialects.
 
 A word is a letter and a number (``X12.5``); a block is one line. Lower case, blanks inside words and numbers, tabs, comments in
 parentheses or behind ``;``, block delete ``/`` and N numbers are read. Expressions, variables and the statements that choose the next
@@ -26,7 +26,7 @@ _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _SIMPLE = re.compile(
     r"[ \t]*(?:[Nn]([0-9]{1,9}(?:\.[0-9]*)?)[ \t]*)?((?:[A-DF-MO-Za-df-mo-z][ \t]*[+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*)+)[\r\n]*"
 )
-"""A line of words only, as nearly all lines are: it needs no walk along its characters."""
+"""A line of words only, like most lines: it is read without a loop over its characters."""
 _REMARK = re.compile(r"\(([^()\x00-\x08\x0a-\x1f\x7f]*)\)|;([^\x00-\x08\x0a-\x1f\x7f]*)")
 _SHAPE = re.compile(r"[GMTgmt][ \t]*[+-]?[0-9.]+|[A-Za-z]")
 _PAIR = re.compile(r"([A-Z])[ \t]*([+-]?[0-9.]+)")
@@ -35,13 +35,13 @@ _DELETE = re.compile(r"^\s*/[1-9]?")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
 _COMPUTED = re.compile(r"[#\[O]|END")
 _PLAIN = re.compile(r"[A-Z][+-]?[0-9.]+(?![#\[])")
-_COMMENT_GAP = "\n"  # stands in the compacted line where a comment was, so that X1(a)2 does not become X12
+_COMMENT_GAP = "\n"  # replaces a comment in the compacted line, so that X1(a)2 does not become X12
 
 
 class Word(NamedTuple):
     """A letter, its number, and the word as the program writes it (``text``).
 
-    A word with an ``expression`` has its number only when its block runs; until then ``value`` is no number.
+    A word with an ``expression`` gets its number when its block runs; until then ``value`` is NaN.
     """
 
     letter: str
@@ -60,14 +60,14 @@ def _code(letter: str, value: float) -> str:
     return f"{letter}{value:.10g}"
 
 
-_new_word = tuple.__new__  # half the time of Word(...), which counts where a program has a million words
+_new_word = tuple.__new__  # half the time of Word(...), which matters for a program with a million words
 
 
 class Block(NamedTuple):
     """One line of a program: its physical line (from 1), its words without the N number, its comments and its N number as text.
 
-    ``assignments`` give variables their values; ``statement`` chooses the next block; ``computed`` says whether a word has an expression.
-    A line that cannot be read has its ``fault``, which is raised when the block runs.
+    ``assignments`` set variables, ``statement`` chooses the next block, and ``computed`` says whether a word has an expression. An
+    unreadable line has a ``fault``, which is raised when the block runs.
     """
 
     line: int
@@ -81,20 +81,20 @@ class Block(NamedTuple):
 
 
 def shape_of(raw: str) -> tuple[str, ...] | None:
-    """Return the codes, tools and letters of a line of words only, or None for every other line; lines of one shape have the same words."""
+    """Return the codes, tools and letters of a line of words only, or None for other lines; lines with the same words have one shape."""
     simple = _simple(raw)
     return None if simple is None else tuple(_SHAPE.findall(simple[2]))
 
 
 def _simple(raw: str) -> re.Match[str] | None:
-    """Return the match of a line of words only, beside remarks, or None."""
+    """Return the match of a line of words and remarks only, or None."""
     if len(raw) > LINE_LIMIT:
         return None
     return _SIMPLE.fullmatch(_REMARK.sub(" ", raw) if "(" in raw or ";" in raw else raw)
 
 
 def block_of_line(raw: str, line: int, name: str, block_delete: bool) -> Block | None:
-    """Return the block of one line, or None where it is blank or deleted; raises :class:`ProgramError` with ``name:line``."""
+    """Return the block of one line, or None if it is blank or deleted. Raises :class:`ProgramError` with ``name:line``."""
     simple = _simple(raw)
     if simple is not None:
         words = [_new_word(Word, (letter, float(number), letter + number, None)) for letter, number in _PAIR.findall(simple[2].upper())]

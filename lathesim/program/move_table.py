@@ -1,4 +1,4 @@
-"""The moves of a program in columns: a long program has millions of them, and an object for each would take ten times the memory."""
+"""The moves of a program in columns, which need a tenth of the memory of one object for each move."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ARC_VALUES = 6
 
 
 class Mode(NamedTuple):
-    """What many moves have in common; see :class:`lathesim.program.moves.Move`."""
+    """The values that many moves share; see :class:`lathesim.program.moves.Move`."""
 
     spindle: Spindle
     per_revolution: bool = False
@@ -34,10 +34,10 @@ class Mode(NamedTuple):
 
 
 class Moves(Sequence[Move]):
-    """Moves that are made objects only when they are used.
+    """A sequence of moves, which become objects only when they are read.
 
-    The columns are ``kinds`` (places in ``KINDS``), ``lines``, ``ends`` (start x, start z, end x and end z of each move [m]) and
-    ``feeds``, below 0 for none; ``mode_numbers`` are places in ``modes``.
+    The columns are ``kinds`` (indices into ``KINDS``), ``lines``, ``ends`` (start x, start z, end x and end z of each move [m]) and
+    ``feeds``, below 0 for none; ``mode_numbers`` are indices into ``modes``.
     """
 
     def __init__(self, moves: Iterable[Move] = ()) -> None:
@@ -98,7 +98,7 @@ class Moves(Sequence[Move]):
             self.append(move)
 
     def replace_last(self, count: int, moves: Iterable[Move]) -> None:
-        """Put other moves in the place of the last ``count`` ones."""
+        """Replace the last ``count`` moves by others."""
         for _ in range(count):
             self.kinds.pop()
             self.lines.pop()
@@ -138,11 +138,11 @@ class Moves(Sequence[Move]):
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many moves there are of each kind that there is."""
+        """The number of moves of each kind."""
         return {KINDS[number]: count for number, count in Counter(self.kinds).items()}
 
     def where(self, wanted: Callable[[MoveKind, Mode, float], bool]) -> Iterator[Move]:
-        """Yield the moves of which ``wanted`` says so; it knows kind, mode and feed (below 0 for none), and is called once for each set."""
+        """Yield the moves for which ``wanted(kind, mode, feed)`` is true; it is called once for each set of values. No feed is below 0."""
         known: dict[tuple[int, int, float], bool] = {}
         for place, key in enumerate(zip(self.kinds, self.mode_numbers, self.feeds, strict=True)):
             chosen = known.get(key)

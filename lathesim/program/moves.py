@@ -80,9 +80,9 @@ class Move:
     nose: Nose | None = None
     """The nose compensation that is still to be carried out on the move."""
     start_angle: float = 0.0
-    """How far behind the index of the spindle a thread begins [rad]."""
+    """Angle from the index of the spindle to the start of a thread [rad]."""
     spin_back: bool = False
-    """Whether a thread is the way out of a tapped hole, on which the spindle reverses while the tool stays on the lead."""
+    """Whether a thread is the way out of a tapped hole: the spindle reverses and the tool stays on the lead."""
 
     @property
     def length(self) -> float:
@@ -119,8 +119,8 @@ class Summary:
 class Program:
     """An interpreted part program.
 
-    ``assumed`` says what the program itself leaves open, and how it was taken; ``contours`` are the moves that the blocks of contours
-    stand for, which cycles make their own moves of.
+    ``assumed`` holds the values that the program leaves open; ``contours`` are the moves of contour blocks, from which cycles make their
+    own moves.
     """
 
     name: str

@@ -2,8 +2,8 @@
 
 A point of an arc is ``(cx + r sin(a), cz + r cos(a))`` with ``a = start_angle + sweep * s / length``; the sweep is positive
 counterclockwise, seen with +Z to the right and +X up. Moves of no length make no row; what they
-change (feed, spindle) stands in the row behind them. A thread directly behind a thread goes on from it while the spindle turns the same
-way, as on every control; behind anything else it waits for the index.
+change (feed, spindle) stands in the row behind them. A thread directly after a thread continues it while the spindle turns the same
+way, as on every control. After any other move it waits for the index.
 
 An arc whose ends are not equally far from its programmed centre (the tolerance allows it) is laid on the true circle through both ends:
 the centre moves onto the perpendicular bisector of the chord. Where that would move it far (short or nearly closed arcs), the arc keeps
@@ -102,7 +102,7 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
     where nothing moves at all.
     """
     last: list[float] = []
-    values = array("d")  # lists of numbers would take four times the memory
+    values = array("d")  # a list would take four times the memory
     for move in program.moves:
         if limits is not None:
             _check_limits(move, limits, f"{program.name}:{move.line}")
@@ -119,7 +119,7 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
 
 
 def _thread_mode(move: Move, last: list[float]) -> float:
-    """Return how a thread begins behind the last row, which is empty at the beginning."""
+    """Return the feed mode of a thread after the ``last`` row, which is empty at first."""
     if move.spin_back:
         return TAP_OUT
     goes_on = last and last[FEED_MODE] in (THREAD, THREAD_ON) and last[SPINDLE_DIRECTION] == float(move.spindle.direction)

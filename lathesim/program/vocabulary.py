@@ -43,7 +43,7 @@ class Sorted:
 
     @property
     def place(self) -> str:
-        """The place of the block as errors show it, ``file:line``."""
+        """The place of the block for error messages, ``file:line``."""
         return f"{self.name}:{self.line}"
 
     def of_group(self, group: Group) -> Meaning | None:
@@ -52,7 +52,7 @@ class Sorted:
 
 
 class Codes(NamedTuple):
-    """The codes of a block by meaning and by group, and those of the machine's builder."""
+    """The codes of a block by meaning and by group, and the codes of the machine builder."""
 
     codes: Mapping[Meaning, Word]
     groups: Mapping[Group, Meaning]
@@ -60,7 +60,7 @@ class Codes(NamedTuple):
 
 
 def check_statements(blocks: Blocks, dialect: Dialect) -> None:
-    """Refuse the first statement that the dialect writes otherwise, and codes of another control; words are refused only where they run."""
+    """Raise :class:`ProgramError` for a statement that the dialect lacks, or a code of another control; words are checked when they run."""
     for block in blocks.shapes.values():
         if block.statement is not None:
             check_statement(block, blocks, dialect)
@@ -70,7 +70,7 @@ def check_statements(blocks: Blocks, dialect: Dialect) -> None:
 
 
 def words_missing(blocks: Blocks, dialect: Dialect) -> int:
-    """Return how many shapes of blocks the dialect does not have or carry out, and whether an end, a motion or a plane is missing."""
+    """Return the number of block shapes that the dialect lacks, plus one each for a missing end, motion or plane."""
     missing = sum(not has_shape(block, dialect) for block in blocks.shapes.values())
     missing += dialect.end_required and not blocks.ending
     missing += dialect.drills_in_xy and _drills_elsewhere(blocks, dialect)
@@ -99,13 +99,13 @@ def has_shape(block: Block, dialect: Dialect) -> bool:
 
 
 def _drills_elsewhere(blocks: Blocks, dialect: Dialect) -> bool:
-    """Return whether a program has drilling cycles and never the plane in which this dialect drills along Z."""
+    """Return whether a program has drilling cycles without the plane in which this dialect drills along Z."""
     meanings = {dialect.codes.get(word.code) for block in blocks.shapes.values() for word in block.words if word.letter == "G"}
     return not meanings.isdisjoint(HOLES) and Meaning.PLANE_XY not in meanings
 
 
 def _moves_before_a_code(blocks: Blocks, dialect: Dialect) -> bool:
-    """Return whether the first axis word of a program stands before any motion code, or beside one that only sets something."""
+    """Return whether the first axis word of a program comes before any motion code."""
     for block in blocks.blocks:
         meanings = [dialect.codes.get(word.code) for word in block.words if word.letter in "GM"]
         if block.statement is not None or any(meaning is None or GROUP_OF[meaning] in (Group.MOTION, Group.ONCE) for meaning in meanings):
@@ -126,7 +126,7 @@ def is_builders(word: Word, dialect: Dialect) -> bool:
 
 
 def check_statement(block: Block, blocks: Blocks, dialect: Dialect) -> None:
-    """Refuse a statement, an expression or an assignment in a dialect that has none, or writes it otherwise."""
+    """Raise :class:`ProgramError` for a statement, an expression or an assignment that the dialect lacks or writes otherwise."""
     place, statement = blocks.place(block.line), block.statement
     if not dialect.variables:
         shown = next((word.text for word in block.words if word.expression is not None), "The statement" if statement else "The assignment")
@@ -145,9 +145,10 @@ def check_statement(block: Block, blocks: Blocks, dialect: Dialect) -> None:
 
 
 def sort_block(block: Block, blocks: Blocks, dialect: Dialect, known: dict[tuple[Word, ...], Codes]) -> Sorted:
-    """Take a block apart; ``known`` keeps the codes of earlier ones.
+    """Return a block sorted by codes and letters; ``known`` caches the codes of earlier blocks.
 
-    Refused are words that the dialect does not have or that are not interpreted, a letter given twice and two codes of one modal group.
+    Raises :class:`ProgramError` for words that the dialect lacks or does not interpret, a repeated letter, and two codes of one modal
+    group.
     """
     words: dict[str, Word] = {}
     own = []
@@ -162,7 +163,7 @@ def sort_block(block: Block, blocks: Blocks, dialect: Dialect, known: dict[tuple
                 remedy="Keep one of them.",
             )
         elif letter not in dialect.letters:
-            _codes(tuple(own), blocks, dialect, blocks.place(block.line))  # a code in front of it is told first
+            _codes(tuple(own), blocks, dialect, blocks.place(block.line))  # a faulty code before it is reported first
             raise _foreign_letter(word, block, blocks, dialect, blocks.place(block.line))
         else:
             words[letter] = word
@@ -206,7 +207,7 @@ def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect, place: str
 
 
 def _meaning(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> Meaning | None:
-    """Return the meaning of a code, or None for one of the machine's builder; refuse all others."""
+    """Return the meaning of a code, or None for a code of the machine builder. Raises :class:`ProgramError` for all others."""
     if word.value < 0.0:
         fact = f"{word.text} is negative; codes are not."
         raise ProgramError(fact, place=place, remedy=f"Write {word.letter}{-word.value:g}.")
@@ -252,7 +253,7 @@ def _readings(code: str, leave_out: Dialect) -> list[tuple[Meaning, list[str]]]:
 
 
 def without_variants(names: list[str]) -> list[str]:
-    """Return the names of dialects without rarer forms, where there are others."""
+    """Return the names of dialects without rarer forms, unless there are only these."""
     return [name for name in names if not DIALECTS[name].variant_of] or names
 
 
@@ -294,12 +295,10 @@ def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> P
 
 
 def _code_elsewhere(word: Word, place: str) -> ProgramError:
-    """Return the error for a code that no dialect has, with what it is on other controls."""
+    """Return the error for a code that no dialect has, with its meaning on other controls."""
     known = CODES_ELSEWHERE.get(word.code)
     if known is not None:
-        return ProgramError(
-            f"{word.text} is not supported here: {known}.", place=place, remedy="Take it out, or write what it does in other codes."
-        )
+        return ProgramError(f"{word.text} is not supported here: {known}.", place=place, remedy="Take it out, or write it in other codes.")
     return ProgramError(
         f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).",
         place=place,

@@ -1,6 +1,6 @@
 """Text of a part program to blocks of words, each with its physical line.
 
-``%`` lines, ends of programs, CRLF and a byte order mark are read here, the lines themselves in ``lexing``. What a word *means* is
+``%`` lines, ends of programs, CRLF and a byte order mark are read here, the lines themselves in ``lexing``. The meaning of words is
 decided later (dialects, interpreter). The text before the ``%`` that opens a program is a leader and not read. Reading ends at the next
 ``%`` or behind a block with M2 or M30.
 
@@ -27,7 +27,7 @@ from lathesim.program.reading.foreign_controls import foreign_control, foreign_p
 __all__ = ["Block", "Blocks", "Lines", "Warned", "Word", "read_program", "read_program_file"]
 
 MOST_LOCALS = 500  # N numbers behind the end that may be called, assumed: programs have a handful
-MOST_KEPT = 5_000  # blocks with expressions or statements that are kept, assumed: loops run few of them often
+MOST_KEPT = 5_000  # blocks with expressions or statements to cache (assumed: loops repeat few of them often)
 MOST_FAULTS = 20  # lines at fault that are told, assumed: whoever wrote more has to look at the file anyway
 
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -39,22 +39,22 @@ _PROGRAM_NUMBER = re.compile(r"\s*[Oo]\s*([0-9]{1,8})(?![0-9.])")
 _BLOCK_NUMBER = re.compile(r"N([0-9]+\.?[0-9]*)")
 
 Shape = tuple[str, ...]
-"""The codes and letters of a block, without numbers: what a dialect has to have."""
+"""The codes and letters of a block, without numbers: the words that a dialect must have."""
 
 
 @dataclass(frozen=True)
 class Warned:
-    """Something odd that does not stop a program: physical line and sentence."""
+    """A warning on a program: physical line and sentence."""
 
     line: int
     sentence: str
 
 
 class Lines(Sequence[Block]):
-    """Blocks of a text that are cut into words each time they are used; kept are the text and where its lines begin.
+    """Blocks of a text, read again on each use, so that a long program needs about its own length of memory.
 
-    ``starts`` are the places of the lines in ``text`` and of its end, ``lines`` the physical lines of the blocks, ``faults`` the errors of
-    lines that cannot be read. So a long program takes about its own length of memory.
+    ``starts`` are the positions of the lines in ``text`` and of its end, ``lines`` the physical lines of the blocks, ``faults`` the errors
+    of unreadable lines.
     """
 
     def __init__(self, text: str, name: str, block_delete: bool) -> None:
@@ -71,7 +71,7 @@ class Lines(Sequence[Block]):
         return self.text[self.starts[line - 1] : self.starts[line]]
 
     def parsed(self, line: int) -> Block | None:
-        """Return the block of a physical line, or None where it is blank or deleted; raises :class:`ProgramError`."""
+        """Return the block of a physical line, or None if it is blank or deleted. Raises :class:`ProgramError`."""
         return block_of_line(self.raw(line), line, self._name, self._block_delete)
 
     def __len__(self) -> int:
@@ -98,7 +98,7 @@ class Lines(Sequence[Block]):
         return block
 
     def matching(self, pattern: re.Pattern[str]) -> Iterator[Block]:
-        """Yield the blocks of the lines in which a pattern is found."""
+        """Yield the blocks of the lines that contain a pattern."""
         for line in dict.fromkeys(bisect_right(self.starts, found.start()) for found in pattern.finditer(self.text)):
             place = bisect_left(self.lines, line)
             if self.lines[place : place + 1] == array("I", [line]):
@@ -107,10 +107,10 @@ class Lines(Sequence[Block]):
 
 @dataclass(frozen=True)
 class Blocks:
-    """A program cut into blocks; ``ending`` is what closed it: ``M2``, ``M30``, ``%`` or nothing.
+    """A program in blocks; ``ending`` is its last word: ``M2``, ``M30``, ``%`` or nothing.
 
-    ``shapes`` has one block of each shape, ``branches`` says whether statements choose the next block, ``deleted`` how many lines of the
-    main program begin with / and are left out.
+    ``shapes`` has one block of each shape, ``branches`` says whether statements choose the next block. ``deleted`` counts the lines of the
+    main program that begin with / and are left out.
     """
 
     name: str
@@ -131,7 +131,7 @@ class Blocks:
         return f"{self.name}:{line}"
 
     def matching(self, pattern: re.Pattern[str]) -> Iterator[Block]:
-        """Yield the blocks of the main program in whose lines a pattern is found."""
+        """Yield the blocks of the main program whose lines contain a pattern."""
         return self.blocks.matching(pattern) if isinstance(self.blocks, Lines) else iter(())
 
 
@@ -152,17 +152,17 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
     """Return the blocks of a program text.
 
     ``name`` stands in front of the line in every message; with ``block_delete`` lines that begin with ``/`` are left out.
-    Raises :class:`ProgramError` for lines that are no words, with place, fact and remedy, all at once; where statements may pass over
-    such a line, only its block has the error.
+    Raises :class:`ProgramError` for all unreadable lines at once, with place, fact and remedy. If statements may skip such a line, its
+    block keeps the error until it runs.
     """
     text = source if isinstance(source, str) else _decoded(source, name)
     lines = Lines(text.removeprefix("\ufeff").rstrip("\x00\x03\x04\x1a"), name, block_delete)
     reader = _Reader(lines, name)
     reader.read_main()
-    reader.tell_faults()
+    reader.raise_faults()
     if reader.opened and not reader.ending:
         raise ProgramError(
-            f"The % of line {reader.opened} opens the program and no second % closes it.",
+            f"The % of line {reader.opened} opens the program, but no second % closes it.",
             place=f"{name}:{reader.count}",
             remedy="The file may be cut short. End it with M30 and %.",
         )
@@ -170,7 +170,7 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
     own = {**_by_number(lines[reader.main :]), **own} if reader.jumps and reader.main else own
     rest = next((line for line in range(reader.line + 1, reader.count + 1) if lines.raw(line).strip() not in ("", "%")), None)
     if reader.ending and rest is not None and not subprograms and not own:
-        reader.warnings.append(Warned(rest, f"Everything behind {reader.ending} of line {reader.line} is ignored, from here on."))
+        reader.warnings.append(Warned(rest, f"All lines after {reader.ending} of line {reader.line} are ignored, from here on."))
     if not any(block.words for block in reader.shapes.values()):
         reader.warnings.append(Warned(1, "The program is empty."))
     last = reader.line if reader.ending else max(lines.lines, default=1)
@@ -180,21 +180,21 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
 
 
 class _Reader:
-    """Walks once along the lines of a text: ``line`` is the last one read, ``main`` the blocks up to the first end."""
+    """Reads the lines of a text once: ``line`` is the last line read, ``main`` the number of blocks up to the first end."""
 
     def __init__(self, lines: Lines, name: str) -> None:
         self.lines, self.name = lines, name
         self.count = len(lines.starts) - 1
         self.line = self.opened = self.main = self.deleted = 0
         self.ending = ""
-        self.inside, self.jumps, self.branches = 0, False, False  # how many statements are open, and whether any may go to another block
+        self.inside, self.jumps, self.branches = 0, False, False  # number of open statements, whether one may jump, whether there are any
         self.warnings: list[Warned] = []
         self.shapes: dict[Shape, Block] = {}
         self._certain = False
 
     def read_main(self) -> None:
         """Read up to the end of the main program."""
-        ends: dict[Shape, str] = {}  # of the shapes: which of them end a program
+        ends: dict[Shape, str] = {}  # shape -> the code by which it ends a program, or empty
         text, starts, kept = self.lines.text, self.lines.starts, self.lines.lines
         for line in range(self._leader() + 1, self.count + 1):
             raw = text[starts[line - 1] : starts[line]]
@@ -221,7 +221,7 @@ class _Reader:
                     return
 
     def _read_line(self, line: int) -> Shape | None:
-        """Read a line that is more than words, and return its shape; None for one without a block or at fault."""
+        """Read a line with more than words and return its shape, or None without a block or for a faulty line."""
         try:
             block = self.lines.parsed(line)
         except ProgramError as error:
@@ -246,7 +246,7 @@ class _Reader:
         return shape
 
     def _closes(self, raw: str) -> bool:
-        """Return whether a line with % ends the program; the one before the first block opens it."""
+        """Return whether a line with % ends the program; a % before the first block opens it."""
         if raw.lstrip().upper().startswith("%_N_"):  # the header of a program file of Sinumerik
             raise foreign_program(SINUMERIK, raw.strip(), f"{self.name}:{self.line}")
         if raw.strip() != "%":
@@ -258,9 +258,9 @@ class _Reader:
         return True
 
     def _leader(self) -> int:
-        """Return how many lines stand before the % that opens the program, which nobody reads.
+        """Return the number of lines before the % that opens the program; they are not read.
 
-        A % opens where no end of a program stands before it, and where a second % follows, or else such an end and nothing moves before it.
+        A % opens a program if no end stands before it and a second % follows. A single % opens if an end follows and no move precedes it.
         """
         marks = [found.end() for found in _PERCENT.finditer(self.lines.text)]
         before, behind = (self.lines.text[: marks[0] - 1], self.lines.text[marks[0] :]) if marks else ("", "")
@@ -269,11 +269,11 @@ class _Reader:
             return 0
         count = len(_LINE_END.findall(before))
         shown = " ".join(before.split())[:40]
-        self.warnings.append(Warned(1, f"'{shown}' stands before the % of line {count + 1}; that is a leader, and it is not read."))
+        self.warnings.append(Warned(1, f"'{shown}' stands before the % of line {count + 1}: a leader, which is not read."))
         return count
 
-    def tell_faults(self) -> None:
-        """Raise the errors of the lines at fault: of another control, or where one of them surely runs."""
+    def raise_faults(self) -> None:
+        """Raise the errors of faulty lines, if they belong to another control or surely run."""
         faults = list(self.lines.faults.values())
         if not faults:
             return
@@ -284,9 +284,9 @@ class _Reader:
             raise faults[0] if len(faults) == 1 else SeveralFaultsError(faults[:MOST_FAULTS], max(0, len(faults) - MOST_FAULTS))
 
     def further(self) -> tuple[dict[int, tuple[Block, ...]], dict[int, tuple[Block, ...]]]:
-        """Return the subprograms behind the end by O number, and what is called by N number; each ends with M99.
+        """Return the subprograms after the end by O number, and those called by N number; each ends with M99.
 
-        Return nothing where the lines do not begin with a number.
+        Return nothing if the lines do not begin with a number.
         """
         found: dict[int, list[Block]] = {}
         behind: list[Block] = []

@@ -81,7 +81,7 @@ class _Written:
         return [*lines, f"{'G2' if arc.clockwise else 'G3'} {end} {centre}{feed}"]
 
     def tap(self, move: Move, back: Move) -> list[str]:
-        """Return the block of both ways of a tapped hole."""
+        """Return the block for both ways of a tapped hole."""
         faster = back.spindle.speed / move.spindle.speed
         factor = "" if math.isclose(faster, 1.0) else f" I{_number(faster)}"
         return [f"G33.1 X{_number(1e3 * move.end_x)} Z{_number(1e3 * move.end_z)} K{_number(1e3 * (move.feed or 0.0))}{factor}"]

@@ -24,7 +24,7 @@ REFUSED = {
     ),
     "feed zero": (
         "F0\nG1 X10\nM2",
-        "turn.nc:2: G1 needs a feed and the one of line 1 is 0. Add an F word, for example F120 with G94.",
+        "turn.nc:2: G1 needs a feed and the feed of line 1 is 0. Add an F word, for example F120 with G94.",
     ),
     "feed negative": (
         "G1 X10 F-5\nM2",
@@ -109,7 +109,7 @@ REFUSED = {
     ),
     "no second percent": (
         "%\nG0 X1\n",
-        "turn.nc:3: The % of line 1 opens the program and no second % closes it. The file may be cut short. End it with M30 and %.",
+        "turn.nc:3: The % of line 1 opens the program, but no second % closes it. The file may be cut short. End it with M30 and %.",
     ),
     "negative speed": ("S-100 M3\nM2", "turn.nc:1: S-100 is a negative speed. Give it without a sign; M03 and M04 say the direction."),
     "G96 without S": ("G96\nM2", "turn.nc:1: G96 needs a surface speed and has none. Add an S word in m/min, for example G96 S150."),
@@ -250,8 +250,8 @@ def test_other_dialects_refuse_as_plainly(text: str, dialect: str, message: str)
     ("text", "moves", "warned"),
     [
         ("G0 X1\n", 1, "The program ends without M02 or M30."),
-        ("%\nG0 X1\n%\nG0 X5\n", 1, "Everything behind % of line 3 is ignored, from here on."),
-        ("G0 X1\nM30\nG0 X99", 1, "Everything behind M30 of line 2 is ignored, from here on."),
+        ("%\nG0 X1\n%\nG0 X5\n", 1, "All lines after % of line 3 are ignored, from here on."),
+        ("G0 X1\nM30\nG0 X99", 1, "All lines after M30 of line 2 are ignored, from here on."),
         ("", 0, "The program is empty."),
         ("N1234567 G0 X1\nM2", 1, ""),
         ("N1.5 G0 X1\nM2", 1, ""),

@@ -158,7 +158,7 @@ def test_an_allowance_that_is_taken_off_the_part_is_named() -> None:
 
 @pytest.mark.parametrize("call", ["G71 Q100 I0.2", "G70 Q100", "O100 CALL"])
 def test_a_name_of_the_main_program_is_not_known_in_a_contour(call: str) -> None:
-    with pytest.raises(ProgramError, match="#<sx> is local to the program that calls") as refused:
+    with pytest.raises(ProgramError, match="#<sx> is local to the calling program") as refused:
         run(f"G0 X15 Z14\n#<sx>=14.3\no100 sub\nG1 X#<sx> Z12\nG1 X1\nG1 Z0 X15\no100 endsub\n{call}\n", "linuxcnc")
     assert "#<_sx>" in refused.value.remedy
 
@@ -175,5 +175,5 @@ def test_a_step_smaller_than_the_distance_is_left_out_of_the_roughed_contour() -
 def test_a_distance_that_does_not_go_into_a_contour_is_named_as_one() -> None:
     contour = "O100 SUB\nG0 X8 Z1\nG1 Z-10\nG1 X5\nG1 Z-10.3\nG1 X14\nO100 ENDSUB\nG0 X20 Z2\n"
     assert min(move.end_x for move in run(f"{contour}G71 Q100 D0.5 I2\n", "linuxcnc").moves) == pytest.approx(8.5e-3)
-    with pytest.raises(ProgramError, match=r"A contour at a distance of 0\.5 mm does not go into"):
+    with pytest.raises(ProgramError, match=r"A contour at a distance of 0\.5 mm does not fit into"):
         run("O100 SUB\nG0 X8 Z0\nG1 X7.8 Z-0.2\nG1 X12\nG1 X14 Z-9\nO100 ENDSUB\nG0 X20 Z2\nG71 Q100 D0.5 I2\n", "linuxcnc")

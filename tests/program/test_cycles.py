@@ -185,6 +185,6 @@ def test_pecks_of_a_drill_begin_in_the_hole() -> None:
 
 
 def test_a_thread_of_linuxcnc_refuses_what_that_control_refuses() -> None:
-    for words, said in (("X10", "names another"), ("E11 L2", "longer than half of the thread")):
+    for words, said in (("X10", "names another X"), ("E11 L2", "longer than half of the thread")):
         with pytest.raises(ProgramError, match=said):
             interpret(read_program(f"G21 G8 S400 M3\nG0 X12 Z0\nG76 P1.5 Z-20 I-1 J0.2 K0.9 {words}\nM2\n"), "linuxcnc")

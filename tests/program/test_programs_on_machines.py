@@ -46,7 +46,7 @@ def test_what_may_go_wrong_on_the_machine_is_told_before_it_cuts(tmp_path: Path)
     prepared = prepare(load_lesson(lesson(tmp_path)), load_registry())
     told = program_warnings(prepared.case, raw_stock(prepared.plan))
     assert [sentence.partition("turn.nc")[2] for sentence in told] == [
-        ":3: No G20 or G21 stands before the first move; millimetres are taken. Write the units.",
+        ":3: No G20 or G21 stands before the first move, so millimetres are assumed. Write the units.",
         ":9: The rapid goes into the stock at X 15 mm (radius), Z -0.025 mm. Feed there, or come from outside.",
         ": nose compensation is read with a nose radius of 0: the tool point runs along the programmed path. "
         "Give the tools of the lesson their noses.",

@@ -41,7 +41,7 @@ def refused(text: str) -> str:
 def test_a_program_runs_from_the_first_percent_to_the_second() -> None:
     program = load_program(FOUND / "percent_second.nc", "auto")
     assert ends(program) == [(25.0, 2.0), (25.0, -10.0)]
-    assert program.warnings[0].sentence.endswith("stands before the % of line 2; that is a leader, and it is not read.")
+    assert program.warnings[0].sentence.endswith("stands before the % of line 2: a leader, which is not read.")
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_all_lines_at_fault_are_told_at_once_where_one_of_them_surely_runs() -> 
 def test_a_program_without_units_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     said = call(capsys, "program", str(FOUND / "no_units.nc"), "--check")
     assert said.code == 1
-    assert said.out.endswith("no_units.nc:7: No G20 or G21 stands before the first move; millimetres are taken. Write the units.\n")
+    assert said.out.endswith("no_units.nc:7: No G20 or G21 stands before the first move, so millimetres are assumed. Write the units.\n")
     assert "units: millimetres" in said.err
 
 
@@ -110,14 +110,14 @@ def test_check_says_the_dialect_and_what_is_taken_too(capsys: pytest.CaptureFixt
     said = call(capsys, "check", str(FOUND / "no_units.nc"))
     assert said.code == 0
     assert "a part program with 2 path segments, read in the dialect 'fanuc'." in said.out
-    assert "no_units.nc:7: No G20 or G21 stands before the first move; millimetres are taken." in said.out
+    assert "no_units.nc:7: No G20 or G21 stands before the first move, so millimetres are assumed." in said.out
 
 
 @pytest.mark.parametrize(("dialect", "codes"), [("paper", "G70 or G71"), ("linuxcnc", "G20 or G21"), ("grbl", "G20 or G21")])
 def test_units_that_come_too_late_or_never_are_told_in_each_dialect(dialect: str, codes: str) -> None:
     late = codes.partition(" ")[0]
     for text in ("G0 X1\nM2\n", f"G0 X1\n{late}\nG0 X2\nM2\n"):
-        sentence = f"No {codes} stands before the first move; millimetres are taken. Write the units."
+        sentence = f"No {codes} stands before the first move, so millimetres are assumed. Write the units."
         assert [warned.sentence for warned in checked(interpret(read_program(text), dialect))] == [sentence]
     assert checked(interpret(read_program(f"{late}\nG0 X1\nM2\n"), dialect)) == []
 
@@ -134,7 +134,7 @@ def test_all_that_a_program_leaves_open_is_said_beside_the_check(
             "start: X0 Z0 mm, X as a radius", "distance: absolute positions", "feed mode: feed per minute", "x mode: radius",
             "plane: the plane of X and Z", "spindle mode: constant spindle speed",
             "motion: rapid traverse until the program says otherwise",
-            "tool: the one in use, as the program calls none",
+            "tool: the one in use, because the program calls none",
         ):  # fmt: skip
             assert what in said.err, what
 
@@ -194,7 +194,9 @@ def test_u_and_w_of_the_finishing_cycle_leave_nothing() -> None:
     plain = interpret(read_program(text.format("")), "fanuc")
     allowed = interpret(read_program(text.format("U0.4 W0 ")), "fanuc")
     assert ends(plain) == ends(allowed)
-    assert [warned.sentence for warned in allowed.warnings] == ["U0.4 of G70 leaves nothing; the finishing cycle cuts the contour itself."]
+    assert [warned.sentence for warned in allowed.warnings] == [
+        "U0.4 of G70 leaves no allowance; the finishing cycle cuts the contour itself."
+    ]
 
 
 @pytest.mark.parametrize(
@@ -242,4 +244,4 @@ def test_sinumerik_is_told_by_its_header_and_codes(text: str) -> None:
 
 
 def test_a_command_to_grbl_itself_is_no_part_of_a_program() -> None:
-    assert "$H is a command to GRBL itself, and no part of a program. Take it out" in refused("$h\nG21\nG0 X1\n")
+    assert "$H is a command to GRBL itself, not a part of a program. Take it out" in refused("$h\nG21\nG0 X1\n")

@@ -30,7 +30,7 @@ GCODE = SHARED / "gcode"
         ("G71 G90 G94\nG0 X1 Z1\n", "paper", "its words are used as there"),
         ("O1\nT0101\nG0 X1. Z1.\nM30\n", "fanuc", "no other dialect has all its words but its rarer form 'fanuc-b'"),
         ("G8 G21\nG0 X1\nM2\n", "linuxcnc", "no other dialect has all its words but its rarer form 'grbl'"),
-        ("G0 X10 Z1\nM2\n", "paper", "nothing tells it from linuxcnc or fanuc"),
+        ("G0 X10 Z1\nM2\n", "paper", "its words do not distinguish it from linuxcnc or fanuc"),
     ],
 )
 def test_a_dialect_is_found_and_the_reason_said(text: str, dialect: str, reason: str) -> None:

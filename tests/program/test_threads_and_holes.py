@@ -121,7 +121,7 @@ def test_a_start_angle_that_is_likely_a_slip_or_does_nothing_is_told() -> None:
     program = run(f"{HEAD}G32 Z-20. F2. Q180\nZ-25. Q90000\nM30")
     assert [warned.sentence for warned in program.warnings] == [
         "Q180 is a start angle of 0.18 degrees. Write Q180000 for half a turn.",
-        "Q90000 changes nothing: the thread goes on from the one before it.",
+        "Q90000 changes nothing: the thread continues the previous one.",
     ]
 
 
@@ -202,7 +202,7 @@ def test_tapping_of_fanuc_takes_its_lead_from_either_feed(mode: str, feed: str) 
     assert [(move.end_z, move.spin_back) for move in threads] == [(-0.020, False), (0.002, True)]
     assert [move.feed for move in threads] == pytest.approx([0.00125, 0.00125])
     assert [move.spindle.direction for move in program.moves] == [0, 1, 1, -1, 1, 0]
-    assert program.assumed["tapping"] == "G84 turns the standing spindle clockwise, and stops it behind the hole"
+    assert program.assumed["tapping"] == "G84 starts the standing spindle clockwise and stops it after the hole"
     assert program.assumed["tapping_depth"].startswith("deeper than Z")
 
 
@@ -226,18 +226,18 @@ def test_explain_tells_start_angles_taps_and_holes() -> None:
 @pytest.mark.parametrize(
     ("text", "dialect", "sentence"),
     [
-        (f"{HEAD}G32 Z-20. F2. Q180.\nM30", "fanuc", "Q180. is no start angle of a thread. It counts in 0.001 degree without a point"),
+        (f"{HEAD}G32 Z-20. F2. Q180.\nM30", "fanuc", "Q180. is not a start angle of a thread. It is an integer in units of 0.001 degree"),
         (f"{HEAD}G32 Z-20. F2. Q400000\nM30", "fanuc", "a start angle of 400 degrees, more than a turn. Write Q180000 for half a turn"),
-        (DRILL.format("G18\nG83 R2 Z-8 Q5"), "linuxcnc", "G83 drills along Z in G17 alone; in G18 it drills along Y. Write G17 before it"),
+        (DRILL.format("G18\nG83 R2 Z-8 Q5"), "linuxcnc", "G83 drills along Z only in G17; in G18 it drills along Y. Write G17 before it"),
         (DRILL.format("G83 R2 Z-8"), "linuxcnc", "G83 needs Q. Write it as G83 R2 Z-20 Q5"),
         (DRILL.format("G81 Z-8"), "linuxcnc", "G81 needs R"),
         (DRILL.format("G81 R-9 Z-8"), "linuxcnc", "The bottom Z of G81 lies above its R plane"),
-        (DRILL.format("G81 R2 Z-8 L0"), "linuxcnc", "L0 of G81 is no number of holes"),
-        (DRILL.format("M4\nG84 R2 Z-8"), "linuxcnc", "G84 needs the spindle turning by M3"),
-        (DRILL.format("G2 X5 Z0 R5"), "linuxcnc", "G2 needs the plane of X and Z, and G17 is in force"),
+        (DRILL.format("G81 R2 Z-8 L0"), "linuxcnc", "L0 of G81 is not a number of holes"),
+        (DRILL.format("M4\nG84 R2 Z-8"), "linuxcnc", "G84 needs a spindle that turns by M3"),
+        (DRILL.format("G2 X5 Z0 R5"), "linuxcnc", "G2 needs the plane of X and Z, but G17 is in force"),
         (DRILL.format("G33.1 Z-8"), "linuxcnc", "G33.1 needs a lead and has none. Add a K word"),
         ("G21 G18\nG0 X0 Z5\nG33.1 Z-8 K1\nM2", "linuxcnc", "G33.1 follows the spindle, and the spindle stands still"),
-        (DRILL.format("G33.1 Z-8 K1 I-1"), "linuxcnc", "I-1 is no factor of the speed on the way out"),
+        (DRILL.format("G33.1 Z-8 K1 I-1"), "linuxcnc", "I-1 is not a factor of the speed on the way out"),
         (
             "G21 G99 G96 S100 M3\nG0 X0 Z5.\nG84 Z-20. R2. F1.25\nM30",
             "fanuc",

@@ -1,4 +1,4 @@
-"""The drilling cycles along Z: rapid to the R plane, in by feed or on a lead, out to where the cycle began or to the R plane.
+"""The drilling cycles along Z: rapid to the R plane, in by feed or on a lead, out to the start of the cycle or to the R plane.
 
 Source: Haas lathe operator's manual, canned cycles for drilling; Fanuc 0i-T operator's manual, canned cycle for drilling; LinuxCNC 2.9,
 canned cycles of the interpreter. Left out: drilling from the side, back boring, tapping in pecks.
@@ -41,7 +41,7 @@ def drilling(
 
 
 def tapping(start: Point, place: Point, *, plane: float, back: float, lead: float) -> list[Step]:
-    """Return one tapped hole: in on the ``lead`` [m] from the R plane, out on it with the spindle reversed; see :func:`drilling`."""
+    """Return one tapped hole: in with the ``lead`` [m] from the R plane, out with the spindle reversed; see :func:`drilling`."""
     x, bottom = place
     return [
         Step("rapid", (x, start[1])),
@@ -54,11 +54,11 @@ def tapping(start: Point, place: Point, *, plane: float, back: float, lead: floa
 
 @dataclass(frozen=True)
 class Hole:
-    """One hole of LinuxCNC's cycles, from the R ``plane`` down to the ``bottom`` and out to ``clear``, all places along Z [m].
+    """One hole of LinuxCNC's cycles, from the R ``plane`` down to the ``bottom`` and out to ``clear``, all positions along Z [m].
 
-    With ``peck`` [m] the drill comes out to the plane behind each, with ``breaks_chips`` only by ``lift`` [m], which is also how far in
-    front of the last depth it feeds again. ``dwell`` [s] at the bottom. It comes out by feed where ``feeds_out``, then only to the plane
-    where ``out_to_plane``. ``spin`` is the share of the spindle's speed on the way out: 0 stands, -1 is the other way.
+    After each ``peck`` [m] the drill retracts to the plane; with ``breaks_chips`` only by ``lift`` [m]. The feed starts again ``lift`` in
+    front of the last depth. ``dwell`` [s] is at the bottom. With ``feeds_out`` the tool leaves by feed, with ``out_to_plane`` only as far
+    as the plane. ``spin`` is the spindle speed on the way out over the programmed one: 0 means stopped, -1 reversed.
     """
 
     plane: float
@@ -73,7 +73,7 @@ class Hole:
     spin: float = 1.0
 
     def steps(self, x: float) -> list[Step]:
-        """Return the hole at ``x`` [m], from the R plane on; the tool stands there."""
+        """Return the steps of the hole at ``x`` [m]; the tool stands on the R plane."""
         steps: list[Step] = []
         count = 1
         while self.peck > 0.0 and self.plane - count * self.peck > self.bottom + _EPSILON:

@@ -15,7 +15,7 @@ _EPSILON = 1e-9
 def pecking(start: Point, end: Point, *, across: bool, step: float, aside: float, retract: float) -> list[Step]:
     """Return the cycle: pecks of ``step`` along Z (along X with ``across``), withdrawn by ``retract``, repeated every ``aside`` [m].
 
-    No peck is withdrawn by more than its place has been cut, so that the tool stays in front of the start.
+    No retract is longer than the depth cut so far, so the tool does not move back beyond the start.
     """
     deep, wide = (0, 1) if across else (1, 0)
     steps: list[Step] = []

@@ -25,19 +25,19 @@ _ARC_STEP = math.radians(0.5)
 _EPSILON = 1e-9
 """[m] below this, two places are one."""
 _SAME_DEPTH = 1e-6
-"""[m] how far a tool may stand inside the depths of a contour and still count as beyond them, assumed: coordinates are rounded to 1 um."""
+"""Distance [m] inside the depths of a contour at which a tool still counts as beyond them (assumed: coordinates are rounded to 1 um)."""
 Cuts = Literal["all", "open", "pockets"]
-"""What a roughing cycle cuts: all, what lies open towards its start, or the pockets behind."""
+"""The cuts of a roughing cycle: all, only those open towards its start, or only the pockets."""
 
 
 @dataclass(frozen=True)
 class Roughing:
     """A roughing cycle: the contour from its first cut on, allowances (x as a radius, z), depth and retract [m].
 
-    ``across`` is False for G71 (passes along Z, depth in X) and True for G72 (passes along X, depth in Z). ``side`` is 1 where the tool
-    waits at larger depths than the contour, -1 at smaller ones (:func:`air_side`). With ``feeds_in`` the tool goes to its depth by feed,
-    as the first block of the contour does. ``cuts`` leaves out the pockets, or all but them. Unless it ``returns`` to the start, the cycle
-    ends at the end of the contour, fed out to the depth of the start.
+    ``across`` is False for G71 (passes along Z, depth in X) and True for G72 (passes along X, depth in Z). ``side`` is 1 if the
+    tool waits at larger depths than the contour, -1 at smaller ones (:func:`air_side`). With ``feeds_in`` the tool goes to its depth by
+    feed, like the first block of the contour. ``cuts`` selects the cuts. Without ``returns``, the cycle ends at the end of the contour,
+    fed out to the depth of the start.
     """
 
     start: Point
@@ -53,7 +53,7 @@ class Roughing:
     returns: bool = True
 
     def steps(self) -> list[Step]:
-        """Return the whole cycle."""
+        """Return the steps of the whole cycle."""
         walked = [_turned((x + self.allow_x, z + self.allow_z), self.across) for x, z in contour_points(self.contour)]
         start, side = _turned(self.start, self.across), self.side
         way = 1.0 if walked[-1][1] >= walked[0][1] else -1.0
@@ -137,11 +137,11 @@ def contour_points(contour: Sequence[Move]) -> list[Point]:
 
 
 def air_side(start: Point, contour: Sequence[Move], allowed: float, *, across: bool) -> float:
-    """Return 1 where a tool at ``start`` (x, z) works down to a contour from larger depths, -1 where it works up from smaller ones.
+    """Return 1 if a tool at ``start`` (x, z) cuts down to a contour from larger depths, -1 if it cuts up from smaller ones.
 
-    Depth is X, with ``across`` Z. A tool beyond all depths of the contour decides by its place. Else the sign of the allowance decides
-    (``allowed``, along the depth). Else three ways decide together, each as a share of the whole depth: from the first depth to the start,
-    from the first depth to the last, and how much more of the contour lies below the start than above it.
+    Depth is X, with ``across`` Z. If the tool stands beyond all depths of the contour, its position decides. Otherwise the sign of the
+    allowance ``allowed`` along the depth decides. Without one, the sum of three shares of the whole depth decides: from the first depth to
+    the start, from the first depth to the last, and the area of the contour below the start less that above it.
     """
     points = [_turned(point, across) for point in contour_points(contour)]
     depths = [point[0] for point in points]
@@ -159,12 +159,12 @@ def air_side(start: Point, contour: Sequence[Move], allowed: float, *, across: b
 
 
 def _turned(point: Point, across: bool) -> Point:
-    """Return a point (x, z) as (depth, along), or the other way round: the same work for both cycles."""
+    """Return a point (x, z) as (depth, along), or the reverse, so that both cycles share their code."""
     return (point[1], point[0]) if across else point
 
 
 def _without_pockets(walked: Sequence[Point], side: float) -> list[Point]:
-    """Return a contour that never comes nearer than it was before: pockets are passed at the depth where they begin."""
+    """Return a contour without pockets: they are bridged at the depth of their first corner."""
     found = [walked[0]]
     for here, there in itertools.pairwise(walked):
         top = found[-1][0]

@@ -33,9 +33,9 @@ def threading_pass(start: Point, end: Point, taper: float, lead: float, chamfer:
 
 
 def thread_with_run_out(begin: Point, end: Point, lead: float, chamfer: float, outside: float) -> list[Step]:
-    """Return a thread that over its last ``chamfer`` [m] along Z runs out at 45 degrees to the side ``outside`` of X, in one motion.
+    """Return a thread that runs out over its last ``chamfer`` [m] along Z, at 45 degrees to the side ``outside`` of X, in one motion.
 
-    Without a chamfer, or with one as long as the thread, there is no run-out.
+    Without a chamfer, or with a chamfer as long as the thread, there is no run-out.
     """
     along, length = lead_along_path(begin, end, lead), abs(end[1] - begin[1])
     if not 0.0 < chamfer < length:

@@ -15,8 +15,8 @@ Point = tuple[float, float]
 class Step:
     """A rapid, a feed, an arc or a thread to ``end``, or a dwell of ``seconds``.
 
-    ``feed`` [m/s or m] where it is not the one in force; ``lead`` [m] along the path. ``spin`` is the speed of the spindle as a share of
-    the one in force: below zero it turns the other way, and a thread is then the way out of a tapped hole.
+    ``feed`` [m/s or m] replaces the feed in force; ``lead`` [m] is along the path. ``spin`` is the spindle speed over the speed in force:
+    below zero the spindle is reversed, and a thread is then the way out of a tapped hole.
     """
 
     kind: Literal["rapid", "feed", "arc", "thread", "dwell"]

@@ -236,11 +236,11 @@ class _Parser:
 
 
 def _unknown(name: str, variables: Variables) -> ExpressionError:
-    """The error of a named variable without a value."""
+    """Return the error for a named variable without a value."""
     shown = name.lower()
     if variables.is_of_caller(name):
-        fact = f"#<{shown}> is local to the program that calls, and not known in the subprogram."
-        return ExpressionError(fact, f"Write #<_{shown}>, a name that is known everywhere, or pass it as an argument.")
+        fact = f"#<{shown}> is local to the calling program and unknown in the subprogram."
+        return ExpressionError(fact, f"Write the global name #<_{shown}>, or pass the value as an argument.")
     return ExpressionError(f"#<{shown}> has no value yet.", f"Assign to it first, as in #<{shown}>=1.")
 
 

@@ -42,7 +42,7 @@ class Variables:
         return store[name] if name in store else self._system(name)
 
     def is_of_caller(self, name: str) -> bool:
-        """Return whether a named variable belongs to a program that called this one, and so is not known here."""
+        """Return whether a named variable is local to a calling program, and so unknown here."""
         return any(name in names for _, names in self._frames[:-1])
 
     def set_number(self, number: int, value: Value) -> None:

@@ -65,10 +65,10 @@ def compensated(moves: Sequence[Move], name: str) -> list[list[Move]]:
 
 
 def beside(moves: Sequence[Move], side: int, distance: float, name: str) -> list[Move]:
-    """Return a contour as it runs at a ``distance`` [m] on its ``side``, LEFT or RIGHT; ``name`` of the program stands before messages.
+    """Return a contour shifted by a ``distance`` [m] to its ``side``, LEFT or RIGHT; ``name`` of the program stands in messages.
 
-    What does not keep that distance from its neighbours, as a small step in a corner, is left out, and the neighbours meet. Raises
-    :class:`ProgramError` where the contour does not keep it even so.
+    Moves too close to their neighbours, such as a small step in a corner, are left out, and the neighbours meet. Raises
+    :class:`ProgramError` if the contour still does not keep the distance.
     """
     if distance <= _SAME:
         return list(moves)
@@ -96,7 +96,7 @@ def beside(moves: Sequence[Move], side: int, distance: float, name: str) -> list
     lost = contour[0] if not found or found[0].move is not contour[0] else contour[-1] if found[-1].move is not contour[-1] else None
     near = lost or next((move for part in made for move in contour if _near(part, move, distance - _SLACK)), None)
     if near is not None:
-        fact = f"A contour at a distance of {1e3 * distance:.4g} mm does not go into the corners of this move."
+        fact = f"A contour at a distance of {1e3 * distance:.4g} mm does not fit into the corners of this move."
         raise ProgramError(fact, place=f"{name}:{near.line}", remedy="Take a smaller distance, or a longer move.")
     return made
 
@@ -107,12 +107,12 @@ def _made(part: _Side) -> Move:
 
 
 def _near(first: Move, second: Move, distance: float) -> bool:
-    """Return whether two moves come nearer to each other than a distance [m], at nine points of either."""
+    """Return whether two moves are closer than a distance [m], tested at nine points of each."""
     return _nearer(first, second, distance) or _nearer(second, first, distance)
 
 
 def _nearer(move: Move, other: Move, distance: float) -> bool:
-    """Return whether one of nine points of a move lies nearer to another one than a distance [m]."""
+    """Return whether one of nine points of a move is closer to another move than a distance [m]."""
     for number in range(9):
         share = number / 8.0
         if move.arc is not None:
@@ -126,7 +126,7 @@ def _nearer(move: Move, other: Move, distance: float) -> bool:
 
 
 def _away(z: float, x: float, move: Move) -> float:
-    """Return the distance [m] of a point from a move."""
+    """Return the distance [m] between a point and a move."""
     if move.arc is not None:
         dz, dx = z - move.arc.centre_z, x - move.arc.centre_x
         angle = math.atan2(dx, dz) - move.arc.start_angle
@@ -140,7 +140,7 @@ def _away(z: float, x: float, move: Move) -> float:
 
 
 def _pieces(moves: Sequence[Move], nose: Nose) -> Iterator[tuple[_Side, bool]]:
-    """Yield the shifted moves with the swings about outer corners, and whether each begins where the one before ends."""
+    """Yield the shifted moves with the swings about outer corners, and whether each begins at the end of the previous one."""
     before: _Side | None = None
     for move in moves:
         if move.arc is not None and move.arc.radius < nose.radius + _SAME and move.arc.clockwise != (nose.side == LEFT):
@@ -159,7 +159,7 @@ def _pieces(moves: Sequence[Move], nose: Nose) -> Iterator[tuple[_Side, bool]]:
 
 
 def _turn(before: Move, after: Move) -> float:
-    """Return the angle [rad] by which a move turns left from the one before."""
+    """Return the angle [rad] by which a move turns left from the previous one."""
     t1, t2 = _tangent(before, at_end=True), _tangent(after, at_end=False)
     return math.atan2(t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1])
 

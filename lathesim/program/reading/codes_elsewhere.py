@@ -1,4 +1,4 @@
-"""Codes that controls have and no dialect here does: what they are, so that a refusal names them.
+"""Codes of other controls that no dialect here has, with their meanings, so that a refusal names them.
 
 Source: Fanuc 0i-T and 0i-M operator's manuals, lists of G codes; Haas lathe and mill operator's manuals, G and M codes; LinuxCNC 2.9
 manual, chapters G-Codes and M-Codes; grblHAL, list of supported codes; Siemens, Sinumerik 828D programming manual, G functions.
@@ -7,7 +7,7 @@ manual, chapters G-Codes and M-Codes; grblHAL, list of supported codes; Siemens,
 from __future__ import annotations
 
 SINUMERIK = "Sinumerik"
-"""The control whose codes are enough to tell that a program is written for it."""
+"""The control whose programs are recognised by their codes alone."""
 
 CODES_ELSEWHERE: dict[str, str] = {
     "G5": "a cubic spline (LinuxCNC, grblHAL) or high-speed cutting (Fanuc)",

@@ -51,11 +51,11 @@ def detect_dialect(blocks: Blocks) -> Detected:
         return Detected(best, f"no other dialect has all its words{''.join(rarer)}")
     if not equal:
         return Detected(best, "its words are used as there")
-    return Detected(best, f"nothing tells it from {' or '.join(without_variants(equal))}")
+    return Detected(best, f"its words do not distinguish it from {' or '.join(without_variants(equal))}")
 
 
 def _missing(blocks: Blocks, dialect: Dialect) -> int:
-    """Return how many words are missing; a rarer form counts only where the common one misses some as well."""
+    """Return the number of missing words; a rarer form gets one more unless the common form misses more."""
     common = DIALECTS.get(dialect.variant_of)
     missing = words_missing(blocks, dialect)
     return missing + (common is not None and words_missing(blocks, common) <= missing)

@@ -48,7 +48,7 @@ def foreign_control(text: str, name: str, lines: Iterable[int]) -> ProgramError 
 
 
 def foreign_program(control: str, word: str, place: str) -> ProgramError:
-    """Return the error for a program of another control, which a ``word`` of it tells."""
+    """Return the error for a program of another control, recognised by a ``word``."""
     return ProgramError(
         f"This is a program for {control} ({word}), and that control is not supported here.",
         place=place,

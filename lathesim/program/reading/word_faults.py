@@ -15,8 +15,8 @@ def no_word(code: str, position: int, before: str, place: str) -> ProgramError:
             "A / stands inside the block.", place=place, remedy="Block delete / comes first in its line and takes all of it."
         )
     if character == "$" and position == 0:
-        fact = f"{code[:12]} is a command to GRBL itself, and no part of a program."
-        return ProgramError(fact, place=place, remedy="Take it out; it is typed where programs are sent from.")
+        fact = f"{code[:12]} is a command to GRBL itself, not a part of a program."
+        return ProgramError(fact, place=place, remedy="Take it out; type it in the program that sends to GRBL.")
     if character == ",":
         remedy = "Write numbers with a decimal point, as in X0.5."
         return ProgramError(f"A comma stands behind {before}." if before else "A comma stands in the block.", place=place, remedy=remedy)

@@ -1,6 +1,6 @@
-"""The blocks that call contour cycles: contours looked up and walked, and the moves that G70 to G73 expand to.
+"""The blocks that call contour cycles: find and run contours, and expand G70 to G73 to moves.
 
-Those of LinuxCNC, whose contours are subprograms, stand in ``profile_cycles``.
+The cycles of LinuxCNC, whose contours are subprograms, are in ``profile_cycles``.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _MOST_STEPS = 200_000
 
 @dataclass(frozen=True)
 class Walked:
-    """A contour as the program would run it: its moves, its events, and the state behind its last block."""
+    """A contour as the program would run it: its moves, its events, and the state after its last block."""
 
     moves: list[Move]
     events: list[Event]
@@ -99,27 +99,27 @@ class ContourCycles(Motions):
         self.check_feed()
         self._carry_out(roughing.steps(), code, compensated=False)
 
-    def _retract(self, told: float | None, cut: float = RETRACT) -> float:
-        """Return the retract of a cycle [m]: what the program says, else the assumed one, but never more than one ``cut``."""
-        if told is None:
-            self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm where a cycle does not say, never more than one peck"
+    def _retract(self, programmed: float | None, cut: float = RETRACT) -> float:
+        """Return the retract of a cycle [m]: the programmed one, or an assumed one that is never longer than one ``cut`` [m]."""
+        if programmed is None:
+            self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm if a cycle does not say, never more than one peck"
             return min(RETRACT, cut)
-        return told
+        return programmed
 
     def _without_nose(self, contour: Iterable[Move] = ()) -> None:
-        """Note that a cycle does not follow the nose compensation in force or in its contour."""
+        """Note that a cycle does not follow the nose compensation, in force or in its contour."""
         if self.modal.nose is not None or any(move.nose is not None for move in contour):
             self.assumed["nose_in_cycles"] = "G70 and single passes follow it; all other cycles run without it"
 
     def _pass_over(self, first: int, last: int, code: str) -> None:
-        """Leave the contour behind a roughing cycle out of what runs next; blocks in front of it run, and that is said."""
+        """Skip the contour after a roughing cycle; blocks between the cycle and the contour run, and a warning names them."""
         between = [block.line for block in self.blocks.blocks[self.position + 1 : first] if block.words or block.statement is not None]
         if between:
             lines = f"Line {between[0]}" if len(between) == 1 else f"Lines {between[0]} to {between[-1]}"
             stands = "stands" if len(between) == 1 else "stand"
             self.warn(
-                f"{lines} {stands} between {code} and its contour. Here they run behind the cycle; controls that go on behind the contour "
-                "skip them. Move them in front of the cycle or behind the contour."
+                f"{lines} {stands} between {code} and its contour. Here they run after the cycle; controls that continue after the contour "
+                "skip them. Move them before the cycle or after the contour."
             )
         self.passed |= set(range(first, last + 1))
 
@@ -146,7 +146,7 @@ class ContourCycles(Motions):
         """U and W of Haas's G70, which programs copy from G71: the finishing cycle cuts the contour itself."""
         for word in (self.take("U"), self.take("W")):
             if word is not None and word.value != 0.0:
-                self.warn(f"{word.text} of {code} leaves nothing; the finishing cycle cuts the contour itself.")
+                self.warn(f"{word.text} of {code} leaves no allowance; the finishing cycle cuts the contour itself.")
 
     def _repeating(self) -> None:
         """G73: the whole contour again and again, nearer each time."""
@@ -167,7 +167,7 @@ class ContourCycles(Motions):
             self._check_count(float(modal.repeats), code)
         if modal.relief == (0.0, 0.0):
             self.warn(
-                f"{code} is not told how far from the contour to begin, and cuts all in one pass. Write U, W and R in a {code} before it."
+                f"{code} has no distance from the contour to begin at, and cuts all in one pass. Write U, W and R in a {code} before it."
             )
         start = (modal.x, modal.z)
         contour = self._walked(first, last).moves
@@ -233,7 +233,7 @@ class ContourCycles(Motions):
         raise self.error(f"{word.text} of {code} names a block N{round(word.value)} that is not there.", names)
 
     def _walked(self, first: int, last: int) -> Walked:
-        """Return a contour as the program would run it from the present point, and leave everything else as it is."""
+        """Return a contour as the program would run it from the current point; the state of the program does not change."""
         if self.walking:
             raise self.error("A cycle stands in the contour of a cycle.", "Write the contour with G0 to G3 only.")
         kept = (self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed)
@@ -249,7 +249,7 @@ class ContourCycles(Motions):
             self.modal, self.moves, self.events, self.block, self.used, self.position, self.block_number, self.passed = kept
 
     def _check_start(self, contour: list[Move], code: str, across: bool, side: float) -> None:
-        """Warn of a cycle that begins beside the depths of its contour, or whose allowance is taken off the part."""
+        """Warn of a cycle that begins inside the depths of its contour, or whose allowance cuts into the contour."""
         depths = [depth for move in contour for depth in ((move.start_z, move.end_z) if across else (move.start_x, move.end_x))]
         start = self.modal.z if across else self.modal.x
         self._check_allowance(code, across, side)
@@ -333,7 +333,7 @@ class ContourCycles(Motions):
     def _carry_out(
         self, steps: Iterable[Step], code: str, *, compensated: bool = True, start_angle: float = 0.0, keep: bool = False
     ) -> None:
-        """Append the moves of a cycle, those that are ``compensated`` beside the contour; those of no length are left out unless ``keep``.
+        """Append the moves of a cycle, with nose compensation if ``compensated``; moves without length are left out unless ``keep``.
 
         Its threads begin at ``start_angle`` [rad].
         """
@@ -358,7 +358,7 @@ class ContourCycles(Motions):
         self._spin(1.0, direction, speed)
 
     def _spin(self, share: float, direction: int, speed: float | None) -> None:
-        """Turn the spindle at a share of a speed; below zero the other way."""
+        """Turn the spindle at a ``share`` of a speed; a negative share reverses it."""
         wanted = direction if share > 0.0 else -direction if share < 0.0 else 0
         if wanted != self.modal.direction:
             self.modal.direction = wanted

@@ -83,7 +83,7 @@ class Cycles(HoleCycles, ProfileCycles):
             self.check_thread(modal.motion_code)
             lead = self._lead()
             if modal.thread_chamfer == 0.0:
-                self.assumed["thread_run_out"] = f"none at the end of {modal.motion_code}, as no block of G76 sets one"
+                self.assumed["thread_run_out"] = f"none at the end of {modal.motion_code}, because no block of G76 sets one"
             self._carry_out(
                 threading_pass(start, end, modal.taper, lead, modal.thread_chamfer * lead),
                 modal.motion_code,
@@ -161,7 +161,7 @@ class Cycles(HoleCycles, ProfileCycles):
                 digits = int(p.value)
                 modal.thread_finishing, modal.thread_angle = max(1, digits // 10000), math.radians(digits % 100)
                 modal.thread_chamfer = 0.1 * (digits // 100 % 100)
-            modal.thread_told = True
+            modal.has_thread_values = True
             modal.thread_smallest = self._length(q) if q is not None else modal.thread_smallest
             modal.thread_allowance = self._length(r) if r is not None else modal.thread_allowance
             return
@@ -179,7 +179,7 @@ class Cycles(HoleCycles, ProfileCycles):
         lead = self._lead()
         if one_block:
             self.assumed["thread_run_out"] = f"none at the end of {code} in one block"
-        elif not modal.thread_told:
+        elif not modal.has_thread_values:
             self.assumed["thread_passes"] = f"no first block of {code}: one finishing pass, no run-out, an angle and an allowance of 0"
         start, end = (modal.x, modal.z), self.target()
         threading = Threading(
@@ -212,7 +212,7 @@ class Cycles(HoleCycles, ProfileCycles):
             raise self.error(f"{code} would make more than {MOST_PASSES} passes.", "Take a larger first depth, or fewer further passes.")
 
     def _drive_line_threading(self) -> None:
-        """LinuxCNC's G76: P pitch, Z end, I crest, J first depth, K full depth, R degression, Q slide angle, H spring passes.
+        """Expand LinuxCNC's G76: P pitch, Z end, I crest, J first depth, K full depth, R degression, Q slide angle, H spring passes.
 
         I, J and K are diameters in G7 and radii in G8. Source: LinuxCNC 2.9 manual, G76.
         """
@@ -236,7 +236,7 @@ class Cycles(HoleCycles, ProfileCycles):
         if values["I"] == 0.0:
             raise self.error(f"I of {code} is 0 and says no side.", "Write it below 0 for an outer thread, above 0 for an inner one.")
         if "X" in self.block.words:
-            fact = f"{code} cuts along the X where it begins, and names another."
+            fact = f"{code} cuts along the X of its start, and its block names another X."
             raise self.error(fact, "Take the X word out; I says where the crest is.")
         start = (modal.x, modal.z)
         end = self.target()

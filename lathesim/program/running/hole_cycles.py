@@ -1,4 +1,4 @@
-"""The blocks that drill, bore and tap along Z: their words to one hole after the other, and the moves of each.
+"""The blocks that drill, bore and tap along Z, expanded hole by hole to moves.
 
 Source: Fanuc 0i-T operator's manual, canned cycle for drilling; Haas lathe operator's manual, G81 to G85; LinuxCNC 2.9, G33.1 and the
 canned cycles of the interpreter (interp_cycles.cc). Left out: drilling from the side, tapping in pecks, a second spindle.
@@ -19,11 +19,11 @@ _FEEDS_OUT = (Meaning.BORING, Meaning.BORING_WITH_DWELL, Meaning.TAPPING, Meanin
 _TURNS = {Meaning.TAPPING: 1, Meaning.TAPPING_LEFT: -1}
 _SPIN = {Meaning.TAPPING: -1.0, Meaning.TAPPING_LEFT: -1.0, Meaning.BORING_STOPPED: 0.0}
 _LIFT = 0.254e-3
-"""[m] how far in front of the last depth LinuxCNC begins to feed again. Source: interp_cycles.cc, 0.01 inch."""
+"""Distance [m] in front of the last depth at which LinuxCNC begins to feed again. Source: interp_cycles.cc, 0.01 inch."""
 
 
 class HoleCycles(ContourCycles):
-    """Expands the cycles along Z; ``modal.level`` is where the first of them began, ``modal.cycle_words`` the words that stay in force."""
+    """Expands the cycles along Z; ``modal.level`` is the start of the first one [m], ``modal.cycle_words`` holds the modal words."""
 
     def _hole(self, meaning: Meaning) -> None:
         if self.dialect.drills_in_xy:
@@ -32,7 +32,7 @@ class HoleCycles(ContourCycles):
             self._drilling(meaning)
 
     def _drilling(self, meaning: Meaning) -> None:
-        """G81 to G85: Z is the bottom, R the plane in front of the hole, Q the peck; they stay in force until G80."""
+        """Expand G81 to G85: Z is the bottom, R the plane in front of the hole, Q the peck; all are modal until G80."""
         modal = self.modal
         if meaning in self.block.codes:
             modal.motion, modal.motion_code = meaning, self.block.codes[meaning].code
@@ -76,35 +76,35 @@ class HoleCycles(ContourCycles):
         self._carry_out(steps, modal.motion_code, compensated=False)
 
     def _returns_to_plane(self) -> bool:
-        """Return whether holes end at the R plane; a dialect that begins so without a code is an assumption."""
+        """Return whether holes end at the R plane; the default of a dialect is noted as an assumption."""
         if self.modal.returns_to_plane is None and self.dialect.returns_to_plane:
             self.assumed["cycle_return"] = "to the R plane, as G99 does"
         return self.dialect.returns_to_plane if self.modal.returns_to_plane is None else self.modal.returns_to_plane
 
     def _plane(self, r: float | None, level: float) -> float:
-        """Return the Z of the R plane [m]: R is a position, as on Haas; below 0 it is counted from where the cycle began, as on Fanuc."""
+        """Return the Z of the R plane [m]: R is a position, as on Haas; a negative R counts from the start of the cycle, as on Fanuc."""
         if r is None:
             return level
         if r < 0.0:
-            self.assumed["drilling_plane"] = "R below 0 is counted from where the cycle began"
+            self.assumed["drilling_plane"] = "R below 0 counts from the start of the cycle"
             return level + self.modal.metres(r)
         self.assumed["drilling_plane"] = "R from 0 up is a position, as on Haas; Fanuc counts it from where the cycle began"
         return self.modal.zero[1] + self.modal.metres(r)
 
     def _tapping(self, start: Point, place: Point, plane: float, back: float) -> None:
-        """G84 of Fanuc and Haas: in on the lead, which F gives per revolution or per minute, out on it with the spindle reversed."""
+        """Expand G84 of Fanuc and Haas: in with the lead that F gives per revolution or per minute, out with the spindle reversed."""
         modal, code = self.modal, self.modal.motion_code
         self._ignored_word("P", code)
         if modal.surface or not modal.speed:
             fact = "constant surface speed is in force" if modal.surface else "no speed is set"
             raise self.error(f"{code} follows the spindle, and {fact}.", "Write G97 and an S word before it.")
-        self.assumed["tapping_depth"] = "deeper than Z by what the spindle turns on until it has reversed"
+        self.assumed["tapping_depth"] = "deeper than Z while the spindle reverses"
         if modal.direction < 0:
             self.warn(f"{code} cuts a left-hand thread, because M4 turns the spindle. Write M3 for a right-hand one.")
         standing = modal.direction == 0
         if standing:
             modal.direction = 1
-            self.assumed["tapping"] = f"{code} turns the standing spindle clockwise, and stops it behind the hole"
+            self.assumed["tapping"] = f"{code} starts the standing spindle clockwise and stops it after the hole"
             self.event("spindle", direction=1)
         self.check_feed()
         lead = (modal.feed or 0.0) if modal.per_revolution else (modal.feed or 0.0) * 2.0 * math.pi / modal.speed
@@ -114,7 +114,7 @@ class HoleCycles(ContourCycles):
             self.event("spindle")
 
     def _rigid_tapping(self) -> None:
-        """G33.1: in on the lead K, and out on it with the spindle reversed, I times as fast, to where the block began."""
+        """Expand G33.1: in with the lead K, and out to the start with the spindle reversed, I times as fast."""
         modal, start = self.modal, (self.modal.x, self.modal.z)
         if Meaning.RIGID_TAPPING in self.block.codes:
             modal.motion, modal.motion_code = Meaning.RIGID_TAPPING, self.block.codes[Meaning.RIGID_TAPPING].code
@@ -124,14 +124,14 @@ class HoleCycles(ContourCycles):
         if end == start:
             raise self.error(f"{code} names no end point.", "Add a Z word.")
         if faster is not None and faster.value <= 0.0:
-            raise self.error(f"{faster.text} is no factor of the speed on the way out.", "Give it above 0, or take it out.")
+            raise self.error(f"{faster.text} is not a factor of the speed on the way out.", "Give it above 0, or take it out.")
         spin = -1.0 if faster is None else -faster.value
         self._carry_out([Step("thread", end, lead=lead), Step("thread", start, lead=lead, spin=spin)], code)
 
     # ---- LinuxCNC ----------------------------------------------------------------------------------------------------------------
 
     def _canned(self, meaning: Meaning) -> None:
-        """G73, G74 and G81 to G89 of LinuxCNC, along Z in the plane of X and Y: R, Z, Q and P stay in force, L repeats."""
+        """Expand G73, G74 and G81 to G89 of LinuxCNC, along Z in the XY plane: R, Z, Q and P are modal, L repeats."""
         modal = self.modal
         repeated = modal.motion is meaning
         if modal.motion not in HOLES:
@@ -142,10 +142,10 @@ class HoleCycles(ContourCycles):
         if modal.plane is not Meaning.PLANE_XY:
             plane, own = self.code_for(Meaning.PLANE_XY), self.code_for(Meaning.PLANE_XZ)
             raise self.error(
-                f"{code} drills along Z in {plane} alone; in {own} it drills along Y.", f"Write {plane} before it, {own} behind."
+                f"{code} drills along Z only in {plane}; in {own} it drills along Y.", f"Write {plane} before it and {own} after it."
             )
         if modal.nose is not None:
-            raise self.error(f"{code} stands where nose compensation is on.", "Write G40 before it.")
+            raise self.error(f"{code} does not go with nose compensation.", "Write G40 before it.")
         if not repeated:
             modal.cycle_words = {}
         modal.cycle_words.update({letter: word.value for letter in "RQPZ" if (word := self.take(letter)) is not None})
@@ -153,11 +153,11 @@ class HoleCycles(ContourCycles):
         self.check_feed()
         if meaning in _SPIN and modal.direction != _TURNS.get(meaning, modal.direction or 1):
             turn = "M4" if meaning is Meaning.TAPPING_LEFT else "M3"
-            raise self.error(f"{code} needs the spindle turning by {turn}, and it does not.", f"Write {turn} before it.")
+            raise self.error(f"{code} needs a spindle that turns by {turn}.", f"Write {turn} before it.")
         self._drill_holes(meaning, code)
 
     def _check_canned(self, meaning: Meaning, code: str) -> None:
-        """Refuse words that are missing, or do not go together."""
+        """Raise :class:`ProgramError` for missing words, or words that contradict each other."""
         given, example = self.modal.cycle_words, f"Write it as {self.modal.motion_code} R2 Z-20"
         needed = [*"RZ", *("Q" if meaning in _PECKS else ""), *("P" if meaning in _DWELLS else "")]
         missing = [letter for letter in needed if letter not in given]
@@ -169,15 +169,15 @@ class HoleCycles(ContourCycles):
         if given.get("P", 0.0) < 0.0:
             raise self.error(f"P of {code} is below 0.", "Give it without a sign.")
         if (given["Z"] > 0.0) if not self.modal.absolute else (given["Z"] > given["R"]):
-            raise self.error(f"The bottom Z of {code} lies above its R plane.", "R is where the feed begins, Z the bottom below it.")
+            raise self.error(f"The bottom Z of {code} lies above its R plane.", "Give a Z below R: the feed begins at R and ends at Z.")
 
     def _drill_holes(self, meaning: Meaning, code: str) -> None:
-        """Drill the hole L times: at the same place, or with G91 each further along X."""
+        """Drill the hole L times: at the same place, or with G91 each one further along X."""
         modal, given = self.modal, {letter: self.modal.metres(value) for letter, value in self.modal.cycle_words.items()}
         count = self.take("L")
         repeats = 1 if count is None else int(count.value)
         if count is not None and (count.value != repeats or repeats < 1):
-            raise self.error(f"{count.text} of {code} is no number of holes.", "Give a whole number above 0.")
+            raise self.error(f"{count.text} of {code} is not a number of holes.", "Give a whole number above 0.")
         level = modal.z if modal.level is None else modal.level
         plane = given["R"] + (modal.zero[1] if modal.absolute else level)
         bottom = given["Z"] + (modal.zero[1] if modal.absolute else plane)

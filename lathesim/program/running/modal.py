@@ -20,7 +20,7 @@ class Modal:
     ``speed`` is [rad/s] or, with ``surface``, [m/s]. ``taper`` to ``thread_allowance`` [m, rad] are what blocks tell later cycles.
     ``shift_x`` and ``shift_z`` come with G92 or G50, ``local`` with G52, ``offsets`` and ``tools`` from G10 or from whoever runs the
     program; ``nose`` is the compensation in force, ``side`` its side. ``level``, ``cycle_words`` and ``returns_to_plane`` (none
-    until a code says it) belong to drilling cycles.
+    without a code) belong to drilling cycles.
     ``said`` are the groups the program has spoken of before its first move.
     """
 
@@ -66,7 +66,7 @@ class Modal:
     relief: tuple[float, float] = (0.0, 0.0)
     repeats: int = 1
     peck_retract: float | None = None
-    thread_told: bool = False
+    has_thread_values: bool = False
     thread_finishing: int = 1
     thread_angle: float = 0.0
     thread_smallest: float = 0.0
@@ -104,5 +104,5 @@ class Modal:
         return (value * 25.4 if self.inch else value) / 1000.0
 
     def across(self, value: float) -> float:
-        """Return a programmed length along X [mm or inch] in metres as a radius, where X counts as it does in positions."""
+        """Return a programmed length along X [mm or inch] as a radius [m]; it is a diameter if positions along X are."""
         return self.metres(value) * (0.5 if self.diameter else 1.0)

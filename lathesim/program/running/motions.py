@@ -22,7 +22,7 @@ from lathesim.program.words import Block, Blocks, Warned, Word
 
 _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
 _PLAIN = frozenset({Meaning.RAPID, Meaning.LINE, *_ARCS})
-"""Motions that are no cycle."""
+"""Motions other than cycles."""
 _TURN = 360.0
 _LONG_LEAD = 0.05
 """[m] a lead above it is rather a feed per minute or a number of threads per inch, assumed: threads with many starts stay below."""
@@ -81,7 +81,7 @@ class Motions:
         return f"; {others}" if others else ""
 
     def numbered(self, number: float) -> list[int]:
-        """The places of the blocks of the present program that have this N number."""
+        """Return the indices of the blocks of the current program with this N number."""
         found = self._numbers.get(id(self.blocks.blocks))
         if found is None:
             found = self._numbers[id(self.blocks.blocks)] = {}
@@ -169,7 +169,7 @@ class Motions:
         return end
 
     def target(self, incremental: Mapping[str, str] | None = None) -> tuple[float, float]:
-        """The end point (x, z) the block names [m], X as a radius; ``incremental`` letters come to those of the dialect."""
+        """Return the end point (x, z) of the block [m], X as a radius; ``incremental`` letters are added to those of the dialect."""
         modal, words = self.modal, self.block.words
         scale = 0.5 if modal.diameter else 1.0
         x, z = modal.x, modal.z
@@ -219,10 +219,10 @@ class Motions:
         self.add("arc", end, feed=modal.feed, per_revolution=modal.per_revolution, arc=arc)
 
     def check_plane(self, code: str) -> None:
-        """Refuse what lies in the plane of X and Z while another is in force."""
+        """Raise :class:`ProgramError` for a code that needs the XZ plane while another plane is in force."""
         if self.modal.plane is not Meaning.PLANE_XZ:
             plane = self.code_for(self.modal.plane)
-            raise self.error(f"{code} needs the plane of X and Z, and {plane} is in force, for drilling along Z.", "Write G18 before it.")
+            raise self.error(f"{code} needs the plane of X and Z, but {plane} is in force.", "Write G18 before it.")
 
     def no_centre(self) -> ProgramError:
         """The error of an arc without I, K and R."""
@@ -236,7 +236,7 @@ class Motions:
         self.add("thread", self.target(), feed=lead, per_revolution=True, start_angle=angle)
 
     def lead_along(self, meaning: Meaning) -> float:
-        """Return the lead along the path [m] of G33 and G33.1, which K gives; the one before holds where the code is not repeated."""
+        """Return the lead along the path [m] that K gives G33 and G33.1; the previous lead holds if the code is not repeated."""
         modal = self.modal
         word = self.take("K")
         code = modal.motion_code
@@ -267,7 +267,7 @@ class Motions:
             self.warn(f"{code} threads at constant surface speed, so the spindle changes its speed with X. Write G97 with S before it.")
 
     def start_angle(self) -> float:
-        """Return how far behind the index of the spindle a thread begins [rad]; it holds for its block alone."""
+        """Return the angle [rad] from the index of the spindle to the start of a thread; it holds only for its block."""
         letter, unit = self.dialect.start_angle
         word = self.take(letter)
         if word is None:
@@ -276,18 +276,18 @@ class Motions:
         half = f"{letter}{180.0 / unit:.0f}"
         if unit < 1.0 and ("." in word.text or word.value < 0.0):
             raise self.error(
-                f"{word.text} is no start angle of a thread.", f"It counts in {unit:g} degree without a point: {half} is half a turn."
+                f"{word.text} is not a start angle of a thread.", f"It is an integer in units of {unit:g} degree: {half} is half a turn."
             )
         if degrees > _TURN:
             raise self.error(f"{word.text} is a start angle of {degrees:g} degrees, more than a turn.", f"Write {half} for half a turn.")
         if 0.0 < degrees < 1.0:
             self.warn(f"{word.text} is a start angle of {degrees:g} degrees. Write {half} for half a turn.")
         if word.value < 0.0:
-            self.warn(f"{word.text} counts without its sign: the thread begins {degrees:g} degrees behind the index.")
+            self.warn(f"The sign of {word.text} is ignored: the thread begins {degrees:g} degrees behind the index.")
         if self.moves and self.moves[-1].kind == "thread":
-            self.warn(f"{word.text} changes nothing: the thread goes on from the one before it.")
+            self.warn(f"{word.text} changes nothing: the thread continues the previous one.")
         if unit == 1.0:
-            self.assumed["start_angle"] = f"{letter} of a thread as LinuxCNC 2.10 has it; 2.9 refuses it"
+            self.assumed["start_angle"] = f"{letter} of a thread as in LinuxCNC 2.10; 2.9 refuses it"
         return math.radians(degrees)
 
     def check_machine_coordinates(self, code: str) -> None:
@@ -304,7 +304,7 @@ class Motions:
         if not modal.feed:
             mode = self.code_for(Meaning.PER_REVOLUTION if per_revolution else Meaning.PER_MINUTE)
             example = f"Add an F word, for example {'F0.2' if per_revolution else 'F120'} with {mode}."
-            why = f"the one of line {modal.feed_line} is 0" if modal.feed is not None else modal.feed_lost or "none is set yet"
+            why = f"the feed of line {modal.feed_line} is 0" if modal.feed is not None else modal.feed_lost or "none is set yet"
             raise self.error(f"{modal.motion_code} needs a feed and {why}.", example)
         if per_revolution and not modal.turning:
             other = self.code_for(Meaning.PER_MINUTE)
@@ -336,7 +336,7 @@ class Motions:
         line = self.block.line if line is None else line
         nose = modal.nose if compensated else None
         if nose is not None and kind == "thread":
-            self.warn("Nose compensation does not act on threads; the tool point runs along them.")
+            self.warn("Nose compensation does not act on threads; the tool point follows them.")
             nose = None
         mode = Mode(modal.spindle, per_revolution, seconds, modal.tool, cycle, cycle_line, nose, start_angle, spin_back)
         self.moves.add(kind, line, (modal.x, modal.z), end, feed, arc, mode)

@@ -32,7 +32,7 @@ class Offsets(Flow):
     # ---- nose compensation -------------------------------------------------------------------------------------------------------
 
     def plane(self) -> None:
-        """The plane of the motions: that of X and Z, or that of X and Y for drilling along Z."""
+        """Set the plane of the motions: XZ, or XY for drilling along Z."""
         meaning = self.block.of_group(Group.PLANE)
         if meaning is not None:
             if self.modal.nose is not None and meaning is not Meaning.PLANE_XZ:

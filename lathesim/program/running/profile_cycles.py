@@ -1,4 +1,4 @@
-"""The blocks that call LinuxCNC's contour cycles, G70 to G72.2: the contour is a subprogram, and the moves that they expand to.
+"""The blocks that call LinuxCNC's contour cycles, G70 to G72.2, expanded to moves; the contour is a subprogram.
 
 Source: LinuxCNC 2.9 manual, G70, G71 and G72. Left out: fillets (A) and chamfers (C) between the moves of a contour.
 """
@@ -24,16 +24,16 @@ _CUTS: dict[Meaning, Cuts] = {
 PROFILES = (*ROUGHING, *_CUTS, Meaning.FINISHING_CYCLE)
 """The cycles of LinuxCNC whose contour is a subprogram."""
 _SAME = 1e-6
-"""[m] a move so short goes nowhere, assumed: coordinates come rounded to 1 um."""
+"""Length [m] up to which a move counts as none (assumed: coordinates are rounded to 1 um)."""
 
 
 class ProfileCycles(ContourCycles):
     """Expands the cycles whose contour is a subprogram."""
 
     def _profile(self, meaning: Meaning) -> None:
-        """LinuxCNC's G70 to G72.2: the contour is the subprogram O of Q; I is the depth, R the retract, D what is left on the contour.
+        """Expand LinuxCNC's G70 to G72.2: Q names the subprogram of the contour; I is the depth, R the retract, D the allowance.
 
-        All lengths but X are radii, also in G7. Source: LinuxCNC 2.9, interp_g7x.cc.
+        All lengths except X are radii, also in G7. Source: LinuxCNC 2.9, interp_g7x.cc.
         """
         modal, code = self.modal, self.block.codes[meaning].code
         self.check_plane(code)
@@ -76,7 +76,7 @@ class ProfileCycles(ContourCycles):
         self._rough(Roughing(start, tuple(shifted), allow_x, allow_z, depth, retract, side, across, cuts=cuts, returns=False), code)
 
     def _subprogram_contour(self, q: Word | None, start: Point, code: str) -> list[Move]:
-        """Return the contour in a subprogram behind its first move, which goes to it from ``start``; its variables are its own."""
+        """Return the contour in a subprogram after its first move, which approaches it from ``start``; its variables are local."""
         found = self.structure()
         if q is None or f"{q.value:g}" not in found.subs:
             fact = (
@@ -97,9 +97,9 @@ class ProfileCycles(ContourCycles):
         modal.x, modal.z = here
         walked = [move for move in moves if move.length > _SAME]
         if len(walked) < 2:
-            raise self.error(f"The contour of {code} cuts nothing.", "Its first block goes to the contour, the further ones along it.")
+            raise self.error(f"The contour of {code} cuts nothing.", "Its first block approaches the contour, the others follow it.")
         if modal.nose is None and any(move.nose is not None for move in walked):
-            self.warn(f"Nose compensation in the contour of {code} does nothing in LinuxCNC. Write it in front of G70.")
+            self.warn(f"Nose compensation in the contour of {code} does nothing in LinuxCNC. Write it before G70.")
         return [replace(move, kind="feed" if move.kind == "rapid" else move.kind, nose=None) for move in walked[1:]]
 
     def _profile_passes(self, start: Point, contour: list[Move], far: float, near: float, passes: int) -> list[Step]:
@@ -112,19 +112,19 @@ class ProfileCycles(ContourCycles):
         return steps
 
     def _check_over(self, start: Point, contour: list[Move], code: str) -> None:
-        """Warn of a cycle that begins over its contour, where the one before has ended: its rapid to the first point crosses the part."""
+        """Warn of a cycle that begins over its contour, at the end of the previous cycle: its rapid to the first point crosses the part."""
         points = contour_points(contour)
         first, last = points[0], points[-1]
         if min((start[1] - first[1]) * (last[1] - first[1]), (start[0] - first[0]) * (last[0] - first[0])) > _SAME**2:
             x, z = self.modal.here
             self.warn(
-                f"{code} begins at X {1e3 * x:.6g} mm (radius), Z {1e3 * z:.6g} mm, over its contour, and goes from there in rapid to the "
-                "first point. Add X and Z of a place in front of the contour."
+                f"{code} begins at X {1e3 * x:.6g} mm (radius), Z {1e3 * z:.6g} mm, over its contour, and its rapid to the "
+                "first point crosses the part. Add X and Z of a point in front of the contour."
             )
 
 
 def _left_or_right(start: Point, contour: list[Move]) -> int:
-    """Return the side of a contour, seen along it, on which a tool at ``start`` waits: the area between the two decides [m]."""
+    """Return the side of a contour, looking along it, on which a tool at ``start`` [m] waits: the sign of the enclosed area decides."""
     points = [start, *contour_points(contour), start]
     area = sum(here[1] * there[0] - there[1] * here[0] for here, there in itertools.pairwise(points))
     return LEFT if area > 0.0 else RIGHT

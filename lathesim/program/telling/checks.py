@@ -45,14 +45,14 @@ def _units(program: Program) -> Iterator[Warned]:
     if taken and program.moves:
         codes = dialect_named(program.dialect).codes
         named = " or ".join(code for code, meaning in codes.items() if meaning in (Meaning.INCH, Meaning.MILLIMETRE))
-        yield Warned(program.moves[0].line, f"No {named} stands before the first move; {taken} are taken. Write the units.")
+        yield Warned(program.moves[0].line, f"No {named} stands before the first move, so {taken} are assumed. Write the units.")
 
 
 def _beyond_axis(program: Program) -> Iterator[Warned]:
     moves = program.moves
     ends = moves.ends[2::4]
     if min(ends, default=0.0) >= _BEYOND_AXIS or sum(x > _SAME for x in ends) <= sum(x < -_SAME for x in ends):
-        return  # nothing goes there, or the tool is on the other side
+        return  # no cut beyond the axis, or the tool stands on the other side
     for move in moves.where(lambda kind, mode, feed: kind in CUTTING):
         if move.end_x < _BEYOND_AXIS:
             x = f"X {1e3 * move.end_x:.4g} mm (radius)"
@@ -63,10 +63,10 @@ def _without_limit(program: Program) -> Iterator[Warned]:
     for move in program.moves.where(lambda kind, mode, feed: kind in CUTTING and _unlimited(mode.spindle)):
         smallest = min(abs(move.start_x), abs(move.end_x))
         rpm = 30.0 / math.pi * move.spindle.speed / smallest if smallest > _SAME else math.inf
-        told = "without bound" if math.isinf(rpm) else f"at up to {rpm:.0f} rpm"
+        speeds = "without bound" if math.isinf(rpm) else f"at up to {rpm:.0f} rpm"
         table = dialect_named(program.dialect)
         how = ", as a D word beside G96" if table.surface_limit else ", as G50 S2500" if table.program_number else ""
-        yield Warned(move.line, f"The spindle runs {told} under constant surface speed. Write a speed limit before it{how}.")
+        yield Warned(move.line, f"The spindle runs {speeds} under constant surface speed. Write a speed limit before it{how}.")
 
 
 def _unlimited(spindle: Spindle) -> bool:
@@ -82,12 +82,12 @@ def _thread_in_surface_speed(program: Program) -> Iterator[Warned]:
 
 def _large_feeds(program: Program) -> Iterator[Warned]:
     for move in program.moves.where(lambda kind, mode, feed: kind in ("feed", "arc") and mode.per_revolution and feed > _LARGE_FEED):
-        told = f"The feed is {1e3 * (move.feed or 0.0):.4g} mm per revolution."
-        yield Warned(move.line, f"{told} If it is meant per minute, choose that mode before F.")
+        fact = f"The feed is {1e3 * (move.feed or 0.0):.4g} mm per revolution."
+        yield Warned(move.line, f"{fact} If it is meant per minute, choose that mode before F.")
 
 
 def _run_up(program: Program) -> Iterator[Warned]:
-    """Threads that are one motion count together."""
+    """Warn of threads that are too short to run up; chained threads count as one."""
     moves, place, before = program.moves, 0, ""
     for number, group in itertools.groupby(moves.kinds if "thread" in moves.counts else ()):
         count = sum(1 for _ in group)

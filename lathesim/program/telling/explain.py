@@ -15,7 +15,7 @@ from lathesim.program.telling.block_sentences import cycle_words, speed_words, s
 from lathesim.program.words import Block, Blocks
 
 _MOST = 4
-"""Moves of one line that are told within its sentence."""
+"""Moves of one line that are listed within its sentence."""
 _MOTION = {Meaning.RAPID, Meaning.LINE, Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE, Meaning.DWELL, Meaning.THREAD}
 """Codes that the moves themselves tell."""
 _SPEEDS = {Meaning.SURFACE_SPEED, Meaning.SPINDLE_SPEED, Meaning.SPINDLE_LIMIT}
@@ -25,7 +25,7 @@ _SPEEDS = {Meaning.SURFACE_SPEED, Meaning.SPINDLE_SPEED, Meaning.SPINDLE_LIMIT}
 def explain(blocks: Blocks, program: Program, *, every: bool = False) -> Iterator[tuple[int, str]]:
     """Yield physical line and sentence for each block: the codes in words, the moves with their ends, what happens between them.
 
-    Where a block makes many moves, they are counted; with ``every`` each stands in a line of its own behind the sentence.
+    Many moves of one block are counted; with ``every`` each move has a line of its own after the sentence.
     """
     told = _Told(program, dialect_named(program.dialect), every)
     for block in itertools.chain(blocks.blocks, _further(blocks)):
@@ -53,9 +53,9 @@ class _Told:
         lines = [
             self.moves.modes[number].cycle_line or line for line, number in zip(self.moves.lines, self.moves.mode_numbers, strict=True)
         ]
-        self.places = array("I", sorted(range(len(lines)), key=lines.__getitem__))  # of the moves, in the order of their blocks
+        self.places = array("I", sorted(range(len(lines)), key=lines.__getitem__))  # indices of the moves, in the order of their blocks
         self.lines = array("I", [lines[place] for place in self.places])
-        cycles: dict[int, int] = {}  # of each contour's line, the line of the first cycle that ran it
+        cycles: dict[int, int] = {}  # line of a contour block -> line of the first cycle that ran it
         for move in self.moves.where(lambda kind, mode, feed: mode.cycle_line > 0):
             if move.line != move.cycle_line and cycles.setdefault(move.line, move.cycle_line) == move.cycle_line:
                 self.contours.setdefault(move.line, []).append(move)
