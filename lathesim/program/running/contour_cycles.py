@@ -176,6 +176,8 @@ class ContourCycles(Motions):
         out = start[0]
         if contour:
             side = air_side(start, contour, allow_x or modal.relief[0], across=False)
+            if modal.relief[0] * side < 0.0:
+                self.warn(f"The relief of {code} goes into the part, so its first pass cuts too deep. Change the sign of U or I.")
             out = side * max(side * start[0], *(side * point[0] for point in contour_points(contour)[1:]))
         steps: list[Step] = []
         for number in range(modal.repeats):

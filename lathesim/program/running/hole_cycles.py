@@ -55,6 +55,8 @@ class HoleCycles(ContourCycles):
             given["Z"] = place[1]
         if "Z" not in given:
             raise self.error(f"{modal.motion_code} names no bottom of the hole.", f"Write it as {modal.motion_code} Z-20. R2. F0.1.")
+        if (given["Z"] - level) * (given["Z"] - plane) < 0.0:
+            raise self.error(f"The R plane of {modal.motion_code} lies beyond the bottom of its hole.", "R is where the feed begins.")
         if meaning is Meaning.TAPPING:
             self._tapping(start, (place[0], given["Z"]), plane, plane if self._returns_to_plane() else level)
             return
