@@ -21,7 +21,7 @@ from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError
 from lathesim.lessons.case import Case, Given
 from lathesim.lessons.insertion import Machinery
-from lathesim.lessons.loops import is_controller, loops_around
+from lathesim.lessons.loops import is_controller, loops_leading
 from lathesim.lessons.part_values import no_item, placed_at, si_value
 from lathesim.units import split_quantity
 
@@ -87,7 +87,7 @@ class AlarmWatch:
         self._overrides = overrides or {}
         self._rows = {alarm: plan.channels.index(alarm.channel) for alarm in alarms if alarm.channel in plan.channels}
         self._armed: set[Alarm] = set()
-        self._loops = {alarm: loops_around(plan, alarm.channel.partition(".")[0]) for alarm in self._rows}
+        self._loops = {alarm: loops_leading(plan, alarm.channel.partition(".")[0]) for alarm in self._rows}
         errors = {name: _role(plan, name, "error") for loops in self._loops.values() for name in loops}
         self._errors: dict[str, list[FloatArray]] = {error: [] for error in errors.values() if error in plan.channels}
 
@@ -127,16 +127,15 @@ class AlarmWatch:
 
     def _cause(self, alarm: Alarm) -> str:
         """Return the cause of an alarm: a gain of the wrong sign, or growing swings of the error."""
-        loops = self._loops[alarm]
-        gains = [name for part in loops for role in _GAINS if (name := _role(self._plan, part, role))]
-        for name in gains:
-            if self._value(name) < 0.0:
-                return f"{UNSTABLE}: {self._shown(name)} has the wrong sign"
-        for part in loops:
+        for part in self._loops[alarm]:
+            gains = [name for role in _GAINS if (name := _role(self._plan, part, role))]
+            for name in gains:
+                if self._value(name) < 0.0:
+                    return f"{UNSTABLE}: {self._shown(name)} has the wrong sign"
             kept = self._errors.get(_role(self._plan, part, "error"))
             if kept and _swings_up(np.concatenate(kept)):
                 lower = f"; lower {self._shown(gains[0])}" if gains else ""
-                return f"{UNSTABLE}: the axis swings further and further{lower}"
+                return f"{UNSTABLE}: what {part} drives swings further and further{lower}"
         return ""
 
     def _value(self, name: str) -> float:

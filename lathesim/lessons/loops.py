@@ -22,6 +22,20 @@ def loops_around(plan: Plan, part: str) -> tuple[str, ...]:
     return tuple(name for name in controllers if axes & _axes_behind(plan, name))
 
 
+def loops_leading(plan: Plan, part: str) -> tuple[str, ...]:
+    """Return the controllers around a part first, then those whose axes lead it by the wires, as a spindle leads a feed per revolution."""
+    around = loops_around(plan, part)
+    waiting, passed = [part, *around], dict[str, None]()
+    while waiting:
+        name = waiting.pop()
+        if name not in passed:
+            passed[name] = None
+            waiting += [source for item in plan.parts[name].component.declared(Input) if (source := _source(plan, f"{name}.{item}"))]
+    return around + tuple(
+        name for name in plan.parts if name in passed and name not in around and is_controller(plan.parts[name].component)
+    )
+
+
 def commands_of_loops(plan: Plan) -> tuple[str, ...]:
     """Return the recorded outputs ``part.name`` with which controllers drive."""
     readings = [f"{name}.{part.component.ports.get('reading', '')}" for name, part in plan.parts.items() if is_controller(part.component)]

@@ -42,7 +42,8 @@ def lesson(text: str) -> Lesson:
         ("set: {z_controller.integral: -4 V/(mm*s)}", "the integral gain -4000 V/(m*s) of z_controller has the wrong sign."),
         (
             "set: {x_controller.proportional: 30 V/mm, x_dac.bits: 32, x_dac.smallest_voltage: -1 MV, x_dac.largest_voltage: 1 MV}",
-            "the loop is unstable: the axis swings further and further; lower the proportional gain 30 V/mm of x_controller.",
+            "the loop is unstable: what x_controller drives swings further and further; "
+            "lower the proportional gain 30 V/mm of x_controller.",
         ),
         (
             "alarms: {z_controller.error: 5 mm}",
@@ -62,6 +63,13 @@ def test_an_axis_outside_its_limits_stops_the_run_with_an_alarm(text: str, alarm
     assert "program" not in caught.value.message
     assert isinstance(caught.value.record, Record)
     assert caught.value.record.status == f"failed: {caught.value.fact}"
+
+
+def test_an_alarm_of_an_axis_that_follows_a_spindle_names_the_loop_of_the_spindle(registry: Registry) -> None:
+    with pytest.raises(SimulationError) as caught:
+        simulate(load_lesson("10_spindle_droop"), registry, "PI", {"spindle_controller.proportional": "-1 V*s/rad"}, engine="plain")
+    assert "the following error of x_controller is 101.2 mm" in caught.value.fact
+    assert "the loop is unstable: the proportional gain -1 V*s/rad of spindle_controller has the wrong sign." in caught.value.fact
 
 
 def test_an_axis_that_does_not_stand_where_the_program_starts_comes_there_without_an_alarm(registry: Registry) -> None:
@@ -140,7 +148,8 @@ wires:
         (
             "regulator_of_turret.proportional: 30 V/mm, regulator_of_turret.smallest_voltage: -1 MV, "
             "regulator_of_turret.largest_voltage: 1 MV",
-            "the loop is unstable: the axis swings further and further; lower the proportional gain 30 V/mm of regulator_of_turret.",
+            "the loop is unstable: what regulator_of_turret drives swings further and further; "
+            "lower the proportional gain 30 V/mm of regulator_of_turret.",
         ),
     ],
 )

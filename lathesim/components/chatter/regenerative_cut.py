@@ -44,7 +44,7 @@ class RegenerativeCut(Component):
     always_in_contact = Parameter("1", 0.0, low=0.0, high=1.0, doc="1: the linear cut, whose force may pull")
 
     surface = Memory("m", 8192, doc="height of the surface over two turns")
-    cell = DiscreteState("1", -1.0, doc="number of the last cell written, counted from the start")
+    cell = DiscreteState("1", -1.0, doc="number of the last cell written, counted from the start", shown=False)
     last_angle = DiscreteState("rad", doc="angle of the last sample")
     last_displacement = DiscreteState("m", doc="displacement of the last sample")
     last_velocity = DiscreteState("m/s", doc="velocity of the last sample")

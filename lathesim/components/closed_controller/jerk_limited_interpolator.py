@@ -76,7 +76,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
     cycle = Parameter("s", 0.0, low=0.0, doc="the control's interpolation cycle, in whole multiples of which a block lasts; 0: none")
 
     elapsed = DiscreteState("s", doc="time since the present block began")
-    speed_of_block = DiscreteState("m/s", -1.0, doc="speed its ramp is laid out for; below zero: not yet")
+    speed_of_block = DiscreteState("m/s", -1.0, doc="speed its ramp is laid out for; below zero: not yet", shown=False)
     newest = DiscreteState("1", doc="latest cell of the rings")
     began = DiscreteState("s", doc="the last sample instant")
     x_mean = DiscreteState("m", doc="mean reference radius")

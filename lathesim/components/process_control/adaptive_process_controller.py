@@ -41,7 +41,7 @@ class AdaptiveProcessController(Component):
     smallest_feed = Parameter("m", 1e-7, low=1e-12, high=0.1, doc="smallest commanded feed")
     largest_feed = Parameter("m", 5e-4, low=1e-12, high=0.1, doc="largest commanded feed")
 
-    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none")
+    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
     held_estimate = DiscreteState("{signal}", doc="estimate of theta")
     held_covariance = DiscreteState("1", doc="covariance of the estimate; 0: not begun")
 

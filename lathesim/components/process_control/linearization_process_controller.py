@@ -30,7 +30,7 @@ class LinearizationProcessController(NonlinearProcessController):
     Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equations (25), (27), (28).
     """
 
-    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none")
+    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
 
     @staticmethod
     def update(

@@ -37,7 +37,7 @@ class LogTransformProcessController(Component):
     smallest_feed = Parameter("m", 1e-7, low=1e-12, high=0.1, doc="smallest commanded feed")
     largest_feed = Parameter("m", 5e-4, low=1e-12, high=0.1, doc="largest commanded feed")
 
-    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none")
+    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
 
     feed_command = Output("m", doc="commanded feed per revolution; below zero: none")
 

@@ -186,7 +186,7 @@ class ConstantVelocityInterpolator(Component):
     segment = DiscreteState("1", doc="row of the path in work")
     travelled = DiscreteState("m", doc="way done in this segment")
     samples_left = DiscreteState("1", doc="samples still to come in this segment")
-    planned_speed = DiscreteState("m/s", -1.0, doc="speed this segment was cut for; below zero: not yet cut")
+    planned_speed = DiscreteState("m/s", -1.0, doc="speed this segment was cut for; below zero: not yet cut", shown=False)
     path_speed = DiscreteState("m/s", doc="path speed of this sample")
     at_end = DiscreteState("1", doc="1 when this segment is done")
     started = DiscreteState("1", doc="1 after the first sample")
