@@ -62,7 +62,19 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
     answer = with_added_signals(answer, prepared.added)
     spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
-    return replace(answer, validation=prepared.validation_name, findings=prepared.findings, wall_time=spent, complete=complete)
+    answer = replace(answer, validation=prepared.validation_name, findings=prepared.findings, untried=_untried(prepared, found))
+    return replace(answer, wall_time=spent, complete=complete)
+
+
+def _untried(prepared: Prepared, found: SearchResult) -> tuple[str, ...]:
+    """Return the candidates that a search which was stopped had not fitted, those first that the last screening gave most."""
+    if found.complete:
+        return ()
+    fitted = {trial.candidate.part for trial in found.tried} | {candidate.part for candidate in found.model.candidates}
+    gains = {item.candidate.part: item.gain for item in found.screened}
+    left = [candidate for candidate in prepared.experiment.candidates if candidate.part not in fitted]
+    left.sort(key=lambda candidate: -gains.get(candidate.part, 0.0))
+    return tuple(f"{candidate.name} at {candidate.at}" for candidate in left)
 
 
 def _answer(prepared: Prepared, found: SearchResult, values: Estimates, progress: Progress) -> Diagnosis:

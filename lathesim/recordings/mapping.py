@@ -125,6 +125,9 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     values = _bridged(grid, present, commanded, findings)
     _enough(table, grid.length)
     length, period = grid.length // mapping.mean_of, grid.period * mapping.mean_of
+    if length < LEAST_SAMPLES:
+        fact = f"{mapping.mean_of} rows make a sample, and {grid.length} rows make {length} of them; at least {LEAST_SAMPLES} are needed."
+        raise RecordingError(fact, place=mapping.time_place or str(table.source), remedy="Write a smaller 'mean_of', or record longer.")
     if mapping.mean_of > 1:
         values = {name: column[: length * mapping.mean_of].reshape(length, -1).mean(axis=1) for name, column in values.items()}
     begin, end = _whole_stretch(values, length, period, findings)

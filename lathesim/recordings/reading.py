@@ -11,6 +11,8 @@ from lathesim.recordings.reader import Reader
 
 MOST_COMPARED = 1_000_000
 """Samples that a comparison or a fit takes, of a few runs: 20 s and 0.7 GB."""
+MOST_STEPS = 1e9
+"""Steps for which a recording may last: a compiled simulation takes so many in about a minute."""
 SHORTER = "Keep a part of the time, or every n-th row after a low-pass filter."
 _HEAD = 100
 """Lines of a text that may stand above its rows."""

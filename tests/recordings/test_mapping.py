@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.errors import LatheSimError
+from lathesim.errors import LatheSimError, RecordingError
 from lathesim.recordings.mapping import Finding, MappedRecording, RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.threshold import Threshold
@@ -98,6 +98,11 @@ def test_several_rows_make_a_sample() -> None:
     found = map_recording(table(t=TIME[:999], q=PLACE[:999]), mapping)
     assert found.record.sample_period == pytest.approx(4e-3)
     assert found.record["x_encoder.position"] == pytest.approx(1e-3 * PLACE[:996].reshape(249, 4).mean(axis=1))
+
+
+def test_a_sample_of_more_rows_than_there_are_is_refused() -> None:
+    with pytest.raises(RecordingError, match="100000 rows make a sample, and 1000 rows make 0 of them; at least 20 are needed"):
+        map_recording(table(t=TIME, q=PLACE), RecordingMapping("t", "s", None, (ENCODER,), mean_of=100_000))
 
 
 FORCE = np.where((TIME > 0.2) & (TIME < 0.7), 0.5, 0.0)

@@ -111,6 +111,14 @@ def test_a_date_in_the_head_makes_no_column_a_time_stamp(kind: str, tmp_path: Pa
     assert not np.isnan(table.column("column_1")[-30:]).any()
 
 
+@pytest.mark.parametrize("head", ["Recorded 2024-03-05 12:33:01\nDate,05.03.2024\nt,u,a\n", "t,u,a\n0,0,0,1\n", "by,me\nt,u,a\n"])
+def test_a_value_of_a_preamble_names_no_column(head: str, tmp_path: Path) -> None:
+    """Names that could be units, as t, u and a, are names where nothing above them is."""
+    table = read(tmp_path, head + "".join(f"{0.5 * row:g},{row},{-row}\n" for row in range(30)))
+    assert list(table.columns) == ["t", "u", "a"]
+    assert not any(table.units.values())
+
+
 def test_a_column_is_found_by_each_text_above_it_and_by_its_place(tmp_path: Path) -> None:
     table = read(tmp_path, "Time,Analog 1\nms,Speed\n0,1\n0.5,2\n1,3\n")
     assert list(table.columns) == ["ms", "Speed"]

@@ -239,6 +239,8 @@ def _channels(experiment: Experiment, fitted: Fitted, method: Method = STANDARD)
 
 
 def _lost(item: ChannelResidual) -> str:
+    if np.isfinite(item.simulated).all() and float(np.ptp(item.recorded)) == 0.0:
+        return f"{item.channel}: the recording stands still and the simulation moves; map another column, or leave this one out."
     fact = f"{item.channel}: the lesson's own simulation grows beyond all bounds with these inputs"
     return f"{fact}; check the units and scales of what drives it, the gains and the step."
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,7 +35,9 @@ def missing_share(experiment: Experiment, fitted: Fitted, row: int) -> tuple[flo
         position = experiment.sensed.plan.channels.index(source)
         total = experiment.sensed.channel(names, [fitted.by_name[name] for name in names], position)
     size = float(np.sqrt(np.mean(total**2)))
-    return (float(np.sqrt(np.mean(missing.values**2))) / size if size > 0.0 else float("nan")), total
+    left = float(np.sqrt(np.mean(missing.values**2)))
+    # beside nothing that acts anything is without end, and nothing is no share
+    return (left / size if size > 0.0 else math.inf if left > 0.0 else math.nan), total
 
 
 def missing_signals(validation: Experiment, before: Model, after: Model, method: Method = STANDARD) -> tuple[MissingSignal, ...]:

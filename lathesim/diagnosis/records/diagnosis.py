@@ -231,6 +231,8 @@ class Diagnosis:
     """The best further effect beside the model, and those that cannot be told from it; no part of the verdict."""
     stability: Stability | None = None
     """How often the decision stands when its limits are shaken; nothing where a check of the recordings decided."""
+    untried: tuple[str, ...] = ()
+    """Effects, with their places, that a search which was stopped had not fitted yet, the most promising first."""
 
     @property
     def names(self) -> bool:
@@ -305,7 +307,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "complete": diagnosis.complete,
         "report": diagnosis.report or None,
         "wall_time_s": _number(diagnosis.wall_time),
-    }
+    } | {"untried": list(diagnosis.untried)}
 
 
 def _step(number: int, step: Step) -> dict[str, Any]:

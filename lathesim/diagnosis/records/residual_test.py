@@ -48,9 +48,9 @@ class Condition:
 
 
 def held(statistic: float, relation: Relation, limit: float, error: float = 0.0) -> Condition:
-    """Return a statistic held against a limit of the method; ``error`` is the standard error of the statistic."""
+    """Return a statistic held against a limit of the method; ``error`` is the standard error of the statistic, 0 of one without end."""
     name, unit = (limit.name, limit.unit) if isinstance(limit, Limit) else ("", "")
-    return Condition(float(statistic), relation, float(limit), name, unit, float(error))
+    return Condition(float(statistic), relation, float(limit), name, unit, float(error) if math.isfinite(statistic) else 0.0)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect, listed, with_unit
@@ -35,7 +36,14 @@ def answer_lines(diagnosis: Diagnosis) -> list[str]:
         lines += _beside(diagnosis)
     if not diagnosis.complete:
         lines.append("The search was stopped; this is what was known until then.")
+        lines += [f"Not tried: {_first_of(diagnosis.untried)}. Give it more time, and ask again."] * bool(diagnosis.untried)
     return lines
+
+
+def _first_of(names: Sequence[str]) -> str:
+    """Return the first names of a list, and how many more there are."""
+    more = names[6:]
+    return ", ".join(names[:6]) + (f" and {len(more)} more" if more else "")
 
 
 def _where_lines(diagnosis: Diagnosis) -> list[str]:

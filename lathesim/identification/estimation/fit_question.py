@@ -10,7 +10,7 @@ from lathesim.errors import LessonError
 from lathesim.identification.estimation.multistart import FreeParameter, free_parameters
 from lathesim.identification.estimation.replay_misfit import Misfit, replay_misfit
 from lathesim.identification.replay.controller_rate import decisions_for_each
-from lathesim.identification.replay.loading import at_period, coarser_than_decided, read_mapped
+from lathesim.identification.replay.loading import at_period, coarser_than_decided, read_mapped, refuse_endless, refuse_still
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
@@ -46,6 +46,8 @@ def ask_fit(
     prepared = prepare(lesson, registry, variant, overrides)
     mapping = mapping_of(lesson, prepared.machinery)
     mapped = read_mapped(recording, registry, mapping, MOST_COMPARED)
+    refuse_still(recording, mapped.record, mapping.targets("compare"))
+    refuse_endless(recording, mapped, prepared, mapping)
     period = mapped.record.sample_period
     assembly, decisions = at_period(prepared.machinery, period), decisions_for_each(period, prepared.machinery)
     driven, compared = mapping.targets("drive"), mapping.targets("compare")

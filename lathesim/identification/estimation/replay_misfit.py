@@ -62,7 +62,8 @@ class Misfit:
         """Return the misfit in floors, (rows, channels, samples); what was not recorded counts nothing."""
         found = np.empty((len(np.atleast_2d(values)), *self.recorded.shape))
         for row, output in enumerate(self.outputs(names, values)):
-            found[row] = (self.recorded - output) / self.floors[:, None]
+            with np.errstate(over="ignore", invalid="ignore"):  # a run that grows beyond all bounds is cut off below
+                found[row] = (self.recorded - output) / self.floors[:, None]
         found = np.clip(np.nan_to_num(found, nan=LOST, posinf=LOST, neginf=-LOST), -LOST, LOST)
         return np.where(np.isfinite(self.recorded), found * self.weights, 0.0)
 

@@ -25,7 +25,7 @@ from lathesim.record import Record
 from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import MappedRecording, RecordingMapping, map_recording
-from lathesim.recordings.reading import MOST_COMPARED, SHORTER, read_recording
+from lathesim.recordings.reading import MOST_COMPARED, MOST_STEPS, SHORTER, read_recording
 from lathesim.units import split_quantity
 
 MOST_SAMPLES = 300_000
@@ -78,7 +78,10 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
             raise RecordingError(
                 f"the recording has {len(mapped.record)} usable samples.", place=str(file), remedy=f"Record at least {LEAST_SAMPLES}."
             )
+        if not any(finding.serious for finding in found):
+            refuse_still(file, mapped.record, mapping.targets("compare"))
         _refuse_without_overlap(file, mapped, prepared)
+        refuse_endless(file, mapped, prepared, mapping)
         period = mapped.record.sample_period
         found += coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
@@ -104,6 +107,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
         fact = f"the recording has {len(mapped.record)} usable samples."
         raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
     _refuse_empty(file, mapped, mapping)
+    refuse_endless(file, mapped, prepared, mapping)
     coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
     findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
     period = mapped.record.sample_period
@@ -145,6 +149,22 @@ def _refuse_without_overlap(file: Path, mapped: MappedRecording, prepared: Prepa
     if prepared.case.program is not None and end is not None and begin >= end:
         fact = f"the recording begins at {begin:g} s, and the lesson's program has ended at {end:g} s: they do not overlap."
         raise RecordingError(fact, place=str(file), remedy="Shift the times of the recording, or drive the reference with a recorded one.")
+
+
+def refuse_endless(file: Path, mapped: MappedRecording, prepared: Prepared, mapping: RecordingMapping) -> None:
+    """Refuse a recording that lasts more steps of the lesson than are simulated in about a minute."""
+    length, step = len(mapped.record) * mapped.record.sample_period, prepared.machinery.step
+    if length > MOST_STEPS * step:
+        fact = f"the recording lasts {length:.3g} s, which are {length / step:.2g} steps of {step:g} s; the limit is {MOST_STEPS:.0e}."
+        remedy = "Check the rate or the unit of the time, or give a longer 'step'."
+        raise RecordingError(fact, place=mapping.time_place or str(file), remedy=remedy)
+
+
+def refuse_still(file: Path, record: Record, compared: Collection[str]) -> None:
+    """Refuse a recording in which nothing that is compared moves: it tells nothing of a machine."""
+    if not any(len(finite := record[name][np.isfinite(record[name])]) and np.ptp(finite) > 0.0 for name in compared):
+        fact = f"nothing that is compared moves in it: {', '.join(compared)}."
+        raise RecordingError(fact, place=str(file), remedy="Map other columns, or record a motion.")
 
 
 def coarser_than_decided(period: float, assembly: Assembly, compared: Collection[str]) -> list[Finding]:

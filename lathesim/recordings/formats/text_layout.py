@@ -11,6 +11,8 @@ from lathesim.recordings.formats.number_rows import NUMBER, STAMP, RowFormat
 from lathesim.recordings.raw_table import is_unit, plain_unit, split_unit, unique_names
 
 _NUMBER = re.compile(NUMBER)
+_VALUE = re.compile(r"[+-]?[\d.,]+([-:/.]\d+)*$|\d+([-:/.]\d+)+([ T]|$)")
+"""A number, a date or a time of day, which is the value of a preamble and names no column."""
 _WHEN = re.compile(STAMP.decode() + r"Z?")
 _FORMS = (("\t", False), (";", False), (",", False), ("\t", True), (";", True), ("", False), ("", True))
 _LOOKED_AT = 60
@@ -149,6 +151,7 @@ def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, k
 def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str], list[str], bool]:
     """Return names and units from the lines above the rows: a row of names, perhaps one of units below it, or a comment line."""
     full = [row for line in above if line.strip() and line[0] not in "#%" and _fits(row := cells(line, delimiter), width)]
+    full = [row for row in full if not any(_VALUE.match(cell) for cell in row)] or [row for row in full if not all(map(is_number, row))]
     if not full:
         notes = [line.lstrip("#% ") for line in above if line[:1] in ("#", "%")]
         full = [row for line in notes[-1:] if _fits(row := cells(line, delimiter), width)]
@@ -156,7 +159,7 @@ def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str],
         return [f"column_{place}" for place in range(1, width + 1)], [""] * width, False
     units = [""] * width
     names = full[-1]
-    if len(full) > 1 and _are_units(full[-1]):
+    if len(full) > 1 and _are_units(full[-1]) and sum(map(bool, full[-2])) >= sum(map(bool, full[-1])):
         names = full[-2]
         units = [unit if (unit := _unit_cell(text)).lower() not in _LABELS else "" for text in _filled_up(full[-1], width)]
     pairs = [split_unit(name) for name in _filled_up(names, width)]

@@ -18,6 +18,13 @@ def test_every_verdict_says_its_sentence_and_what_is_left(name: str) -> None:
     assert ("The search was stopped; this is what was known until then." in lines) != ALL[name].complete
 
 
+def test_a_search_that_was_stopped_says_what_it_had_not_tried() -> None:
+    names = tuple(f"Effect{number} at x_axis" for number in range(9))
+    lines = answer_lines(replace(ALL["stopped"], untried=names))
+    assert lines[-1] == f"Not tried: {', '.join(names[:6])} and 3 more. Give it more time, and ask again."
+    assert as_json(replace(ALL["stopped"], untried=names))["untried"] == list(names)
+
+
 def test_a_name_comes_with_its_probability_and_its_values() -> None:
     text = "\n".join(answer_lines(NAMED))
     assert "  CoulombFriction at x_axis  (reversal, probability 0.97, 97% of the error)\n" in text

@@ -110,14 +110,16 @@ def test_a_ripple_beside_a_load_that_wanders_far_is_a_name_though_the_band_of_th
 
 @pytest.mark.parametrize(
     ("share", "over_floor", "told"),
-    [(0.31, 137.0, True), (0.31, 1.1, False), (0.07, 90.0, False), (math.nan, 90.0, False)],
-    ids=["a force that is missing", "noise of a coarse sensor", "a small load that nobody measured", "nothing acts there"],
+    [(0.31, 137.0, True), (0.31, 1.1, False), (0.07, 90.0, False), (math.nan, 90.0, False), (math.inf, 90.0, True), (math.inf, 1.1, False)],
+    ids=["a force", "noise of a coarse sensor", "a small load that nobody measured", "nothing", "beside nothing", "noise beside nothing"],
 )
 def test_where_much_is_missing_something_is_though_it_follows_nothing(share: float, over_floor: float, told: bool) -> None:
     """A motor whose iron saturates, with a current that does not show it: a third of the force is missing."""
     off = {POSITION: ChannelFit("m", 1e-6, 2.0 * over_floor * 1e-6, over_floor * 1e-6, "held out")}
     reasons = failed(force_is_missing, judged(evidence(share, 0.0), fit=off))
-    assert reasons == (["31% of what acts at x_axis.disturbance is still missing"] if told else [])
+    finite = "31% of what acts at x_axis.disturbance is still missing"
+    sentence = finite if math.isfinite(share) else "something is still missing at x_axis.disturbance, where next to nothing acts"
+    assert reasons == ([sentence] if told else [])
 
 
 @pytest.mark.parametrize(("grows", "told"), [(0.0, False), (0.5, True)], ids=["a load that nobody measured", "physics"])

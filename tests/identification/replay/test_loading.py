@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lathesim.errors import LatheSimError, LessonError, RecordingError
+from lathesim.identification.estimation.fit_question import ask_fit
 from lathesim.identification.replay.loading import LEAST_SAMPLES, Recorded, at_period, coarser_than_decided, load_case
 from lathesim.lessons.lesson import load_lesson, load_machine
 from lathesim.lessons.simulate import check_machine
@@ -42,6 +43,25 @@ def test_a_recording_at_another_rate_sets_the_rate(registry: Registry, tmp_path:
     rows = np.loadtxt(first, delimiter=",", skiprows=1)[::2]
     np.savetxt(first, rows, delimiter=",", header="t [s],push [N],seen [mm]", comments="", fmt="%.10g")
     assert load_case(load_lesson(lesson), [first], registry).machine.assembly.sample_period == pytest.approx(4e-3)
+
+
+def test_a_recording_that_lasts_more_steps_than_can_be_simulated_is_refused(registry: Registry, tmp_path: Path) -> None:
+    lesson, first, _ = write_case(tmp_path)
+    lesson.write_text(lesson.read_text(encoding="utf-8").replace("time: {column: t, unit: s}", "time: {rate: 1 mHz}"), encoding="utf-8")
+    with pytest.raises(RecordingError, match=r"lasts 2e\+06 s, which are .* steps of .* s; the limit is 1e\+09"):
+        load_case(load_lesson(lesson), [first], registry)
+    with pytest.raises(RecordingError, match="the limit is"):
+        ask_fit(load_lesson(lesson), first, registry, ["x_axis.mass"])
+
+
+def test_a_recording_in_which_nothing_moves_is_refused(registry: Registry, tmp_path: Path) -> None:
+    lesson, first, _ = write_case(tmp_path)
+    rows = np.loadtxt(first, delimiter=",", skiprows=1) * [1.0, 0.0, 0.0]
+    np.savetxt(first, rows, delimiter=",", header="t [s],push [N],seen [mm]", comments="", fmt="%.10g")
+    with pytest.raises(RecordingError, match=r"nothing that is compared moves in it: x_encoder\.position"):
+        load_case(load_lesson(lesson), [first], registry)
+    with pytest.raises(RecordingError, match="nothing that is compared moves"):
+        ask_fit(load_lesson(lesson), first, registry, ["x_axis.mass"])
 
 
 def test_a_servo_that_decides_more_often_than_it_was_logged_cannot_be_replayed(registry: Registry) -> None:
