@@ -41,7 +41,8 @@ class CutForm(ModalScreen[Path | None]):
     CutForm .field { height: 1; }
     CutForm .field Label { width: 28; }
     CutForm .field Input { width: 1fr; }
-    CutForm #fault { color: $error; height: auto; }
+    CutForm #fault { height: auto; }
+    CutForm #fault.-wrong { color: $error; }
     CutForm VerticalScroll { height: 1fr; }
     """
 
@@ -68,15 +69,19 @@ class CutForm(ModalScreen[Path | None]):
 
     @on(Input.Changed)
     def _check(self) -> None:
-        fault = self.query_one("#fault", Static)
         try:
             self._text()
         except LatheSimError as error:
-            fault.update(str(error))
+            self._tell(str(error))
         else:
             typed = {name: self.query_one(f"#{name}", Input).value.strip() for name in self._wanted}
             taken = [f"{_TITLES[name]} {text}" for name, text in self._values().items() if text != typed[name]]
-            fault.update(f"Taken as {', '.join(taken)}." if taken else "")
+            self._tell(f"Taken as {', '.join(taken)}." if taken else "", wrong=False)
+
+    def _tell(self, sentence: str, *, wrong: bool = True) -> None:
+        fault = self.query_one("#fault", Static)
+        fault.set_class(wrong, "-wrong")
+        fault.update(sentence)
 
     @property
     def _is_straight(self) -> bool:
@@ -99,15 +104,14 @@ class CutForm(ModalScreen[Path | None]):
     @on(Input.Submitted)
     def _take(self) -> None:
         path = Path(self.query_one("#file", Input).value.strip() or "cut.nc")
-        fault = self.query_one("#fault", Static)
         try:
             text = self._text()
             make_folder(path.parent)
             write_new((path,), lambda part: part.write_text(text, encoding="utf-8"))
         except FileExistsError:
-            fault.update(f"'{path}' is there already. Choose another name.")
+            self._tell(f"'{path}' is there already. Choose another name.")
         except LatheSimError as error:
-            fault.update(str(error))
+            self._tell(str(error))
         else:
             self.dismiss(path)
 
