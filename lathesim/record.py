@@ -28,7 +28,7 @@ Meta = dict[str, str | float | int]
 FORMAT = "lathesim-record"
 VERSION = 1
 CUT_OFF = "cut off"
-"""The status of a record whose writer was killed: it ends with the last block that was written."""
+"""The status of a record whose writer was killed; the record ends with its last written block."""
 
 
 @dataclass(frozen=True, eq=False)

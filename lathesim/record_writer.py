@@ -24,7 +24,7 @@ LARGEST_BLOCK = 16384
 _CHUNK_CACHE = 2 * 8 * LARGEST_BLOCK
 """Bytes of a channel that HDF5 holds back; its own choice of several MB a channel would keep an hour of record in memory."""
 _GROWING_BLOCK = 2048
-"""The same for a record that grows, which writes the last one again with every call: 16 kB."""
+"""The same for a growing record, which rewrites the last one with every call: 16 kB."""
 
 
 class RecordWriter:
@@ -59,7 +59,7 @@ class RecordWriter:
         for channel in self._channels:
             if not channel.name or "/" in channel.name or channel.name == ".":
                 raise RecordError(f"a channel cannot be called '{channel.name}'.", place=str(self.path), remedy="Name it part.output.")
-        with self._told():
+        with self._as_write_error():
             self._open()
 
     def _open(self) -> None:
@@ -85,7 +85,7 @@ class RecordWriter:
         count, end = (len(times),), (self.samples + len(times),)
         if not len(times):
             return
-        with self._told():
+        with self._as_write_error():
             here, there = h5s.create_simple(count), h5s.create_simple(end)
             there.select_hyperslab((self.samples,), count)
             for dataset, row in zip([self._time, *self._values], [times, *block], strict=True):
@@ -97,7 +97,7 @@ class RecordWriter:
         self.samples += len(times)
 
     def _settle(self) -> None:
-        """Bring the file on the disk from its last whole state to the present one, and to its place at the first time."""
+        """Bring the file on the disk from its last whole state to the current one, and at first to its place."""
         assert self._disk is not None
         assert self._part is not None
         if self._file is not None:
@@ -110,7 +110,7 @@ class RecordWriter:
         """Write ``meta`` and move the whole file to its place; after the disk has refused a block there is nothing to move."""
         if self._file is None or self._disk is None or self._part is None:
             return
-        with self._told():
+        with self._as_write_error():
             self._file.create_dataset("meta", data=json.dumps(dict(meta or {})))
             self._close_file()
             self._disk.settle()
@@ -119,7 +119,7 @@ class RecordWriter:
             self._part.keep(durable=False)
 
     def discard(self) -> None:
-        """Take away what was written so far; of a growing record what stands in its place is left as it is."""
+        """Remove the file unless it is a growing record in its place."""
         self._close_file()
         if self._disk is not None:
             self._disk.close(keep=False)
@@ -127,15 +127,15 @@ class RecordWriter:
             self._part.discard()
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
-        """Turn what the disk refuses into a :class:`WriteError`, and take the half-written file away."""
+    def _as_write_error(self) -> Iterator[None]:
+        """Turn an error of the disk into a :class:`WriteError`, and remove the incomplete file."""
         try:
             yield
         except (OSError, RuntimeError) as error:
             self.discard()
             refused = refusal(self.path, error)
             if self._growing and self.samples:
-                remedy = f"The {self.samples} instants before are kept."
+                remedy = f"The first {self.samples} samples are kept."
                 raise WriteError(refused.fact, place=refused.place, remedy=remedy) from error
             raise refused from error
 
@@ -226,7 +226,7 @@ class _Disk(io.RawIOBase):
         return len(piece)
 
     def settle(self) -> None:
-        """Write what was held back in an order that can be broken off: what lies behind the end of the file, then what points to it."""
+        """Write the postponed pieces so that an interruption leaves a whole file: new data after its end first, then references."""
         if self.failure is not None or self._at_once:
             return
         end, longer = self._raw.seek(0, os.SEEK_END), False
@@ -243,12 +243,12 @@ class _Disk(io.RawIOBase):
             self._unwritten.clear()
         except OSError as error:
             self.failure = error
-            if not longer:  # what was there before is whole without it
+            if not longer:  # the earlier file is whole without it
                 with contextlib.suppress(OSError):
                     self._raw.truncate(end)
 
     def _make_room(self, end: int) -> None:
-        """Make the file longer, on the disk and not only in its table: reading a hole of a full disk ends the reader."""
+        """Lengthen the file with real blocks on the disk: reading a hole of a full disk would kill the reader."""
         if self._length is None or self._length <= end:
             return
         if hasattr(os, "posix_fallocate"):
@@ -295,7 +295,7 @@ class _Disk(io.RawIOBase):
 
 
 def _turn(piece: bytes) -> int:
-    """Return when a piece of a growing file is written over what was there: samples first, the lengths of the columns last.
+    """Return the order in which pieces of a growing file are overwritten: samples first, the lengths of the columns last.
 
     Between them the superblock, which tells where the file ends, heaps of names, and the trees that find the samples; the signatures are
     those of the HDF5 File Format Specification, version 2.0, chapters II and III.

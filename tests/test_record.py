@@ -124,5 +124,5 @@ def test_what_grows_and_finds_the_disk_full_keeps_what_came_before(tmp_path: Pat
         for begin in range(0, 3000, 100):
             writer.write(ours.time[begin : begin + 100], [row[begin : begin + 100] for row in values])
             written += 100
-    assert f"The {written} instants before are kept." in str(told.value)
+    assert f"The first {written} samples are kept." in str(told.value)
     assert len(load(tmp_path / "r.h5")) == written

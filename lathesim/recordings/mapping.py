@@ -27,10 +27,10 @@ Samples = npt.NDArray[np.int64]
 LEAST_SAMPLES = 20
 _TOLD = 3
 _LARGEST = 1e30
-"""Values [SI] from here on are no readings, and are missing like a NaN: sums and products of their squares would be no numbers.
-Those as much smaller than one are nothing."""
+"""Values [SI] from here on count as missing, like NaN: sums and products of their squares would overflow. Values below the inverse count
+as zero."""
 _SHORTEST_PERIOD, _LONGEST_PERIOD = 1e-8, 1e6
-"""Times between two rows [s] that are read, from 10 ns to ten days."""
+"""Accepted times between two rows [s], from 10 ns to ten days (assumed)."""
 _FAR = 30.0
 """A spike stands this many times farther out than what one sample in a hundred does ..."""
 _STEEPER = 3.0
@@ -60,7 +60,7 @@ class SignalMapping:
     place: str = ""
     threshold: Threshold | None = None
     moves: bool = False
-    """Whether a driven input moves from row to row on a straight line, as what was measured; else it is held, as what was commanded."""
+    """Whether a driven input is interpolated between rows, as a measured one; otherwise it is held, as a commanded one."""
     assumed: bool = False
     """Whether that was assumed."""
 
@@ -87,7 +87,7 @@ class RecordingMapping:
 
     @property
     def moving(self) -> frozenset[str]:
-        """The driven inputs that move on straight lines from row to row."""
+        """The driven inputs that are interpolated between rows."""
         return frozenset(signal.target for signal in self.signals if signal.moves)
 
 
@@ -115,7 +115,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     _enough(table, count)
     grid = regular_grid(count, 1.0 / mapping.rate) if mapping.rate is not None else even_grid(time, findings)
     if grid.length >= LEAST_SAMPLES and not _SHORTEST_PERIOD <= grid.period <= _LONGEST_PERIOD:
-        fact = f"the rows are {grid.period:.3g} s apart, and no machine is recorded so."
+        fact = f"the rows are {grid.period:.3g} s apart, which no recording of a machine is."
         raise RecordingError(fact, place=mapping.time_place or str(table.source), remedy="Check the column and the unit of the time.")
     channels = {signal.target: _in_si(columns[signal.target], signal) for signal in mapping.signals}
     empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
@@ -150,7 +150,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
 
 
 def _as_assumed(signal: SignalMapping) -> Finding:
-    """Return what is assumed of a driven input between two rows."""
+    """Return a sentence on the assumed course of a driven input between two rows."""
     if signal.moves:
         done = "it moves on straight lines from row to row; write held: true where it was commanded"
         return Finding("driven", signal.target, "a force or torque on a moving part is taken as measured", done)
@@ -190,7 +190,7 @@ def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> 
 
 
 def _note_other_name(table: RawTable, channel: str, asked: str, found: str, findings: list[Finding]) -> None:
-    """Note where a column is meant by what else stands above it, or by its place."""
+    """Note a column that is mapped by another header line, or by its position."""
     if table.other_names.get(asked) == found != asked:
         findings.append(Finding("mapping", channel, f"'{asked}' is the column that the file calls '{found}'", ""))
 

@@ -31,10 +31,10 @@ class RawTable:
     notes: tuple[str, ...] = ()
     constants: dict[str, float] = field(default_factory=dict)
     other_names: dict[str, str] = field(default_factory=dict)
-    """Further names of columns (name -> column): another line of a head, or the place in a row."""
+    """Further names of columns (name -> column): another header line, or the position in a row."""
 
     def __post_init__(self) -> None:
-        """Show the control characters in the names of columns; a mapping names them so too."""
+        """Show control characters in the names of columns as escapes; a mapping uses the same names."""
         for item in ("columns", "units", "constants", "other_names"):
             object.__setattr__(self, item, {visible(name): value for name, value in getattr(self, item).items()})
         object.__setattr__(self, "units", {name: visible(unit) for name, unit in self.units.items()})

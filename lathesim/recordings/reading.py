@@ -10,12 +10,12 @@ from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reader import Reader
 
 MOST_COMPARED = 1_000_000
-"""Samples that a comparison or a fit takes, of a few runs: 20 s and 0.7 GB."""
+"""Largest number of samples of a comparison or a fit: a few runs take 20 s and 0.7 GB."""
 MOST_STEPS = 1e9
-"""Steps for which a recording may last: a compiled simulation takes so many in about a minute."""
+"""Largest number of steps of a recording: a compiled simulation takes about a minute for them."""
 SHORTER = "Keep a part of the time, or every n-th row after a low-pass filter."
 _HEAD = 100
-"""Lines of a text that may stand above its rows."""
+"""Largest number of header lines of a text (assumed)."""
 
 
 def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Reader], most: int | None = None) -> RawTable:
@@ -32,7 +32,7 @@ def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Re
     for reader in [*fitting, *(reader for reader in known if reader not in fitting)]:
         if reader.reads(place):
             if most is not None and reader.rows is not None and (rows := reader.rows(place)) > most + _HEAD:
-                fact = f"the file has {rows:,} rows; at most {most:,} are taken here.".replace(",", " ")
+                fact = f"the file has {rows:,} rows; at most {most:,} are accepted here.".replace(",", " ")
                 raise RecordingError(fact, place=str(place), remedy=SHORTER)
             return reader.read(place)
     suffixes = ", ".join(dict.fromkeys(suffix for reader in known for suffix in reader.suffixes))

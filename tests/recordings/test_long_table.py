@@ -62,7 +62,7 @@ def test_a_set_point_that_changed_once_is_a_step(tmp_path: Path) -> None:
 def test_a_name_that_is_not_there_is_told(tmp_path: Path) -> None:
     table = read(tmp_path, ["rig:X *** Not connected (PV not found)", *WRITTEN["blanks"](events())])
     assert table.notes == (
-        "the file has one value a line; the rows are the 60 moments of rig:Enc",
+        "the file has one value per line; the rows are the 60 moments of rig:Enc",
         "rig:Axis-Pos: 15 values, put on these rows",
         "1 line holds no number and was left out",
     )

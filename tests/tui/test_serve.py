@@ -130,7 +130,7 @@ def test_a_port_that_is_taken_is_told(capsys: pytest.CaptureFixture[str]) -> Non
         taken.listen()
         port = taken.getsockname()[1]
         assert run_command_line(["serve", "--port", str(port)]) == 1
-    assert f"127.0.0.1:{port} cannot be taken" in capsys.readouterr().err
+    assert f"127.0.0.1:{port} cannot be opened" in capsys.readouterr().err
 
 
 def test_a_browser_opens_the_app(served: Served, tmp_path: Path) -> None:

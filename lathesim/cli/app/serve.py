@@ -31,7 +31,7 @@ def serve(opened: str | None, port: int, host: str, sessions: int) -> int:
         try:
             trial.bind((host, port))
         except OSError as error:
-            raise LatheSimError(f"{host}:{port} cannot be taken: {error.strerror}.", remedy="Choose another with --port.") from None
+            raise LatheSimError(f"{host}:{port} cannot be opened: {error.strerror}.", remedy="Choose another with --port.") from None
     if host in _PUBLIC:
         click.echo("Everybody in the network can now run simulations and write files here as you.", err=True)
     click.echo(f"Open http://{host}:{port} in a browser; Ctrl-C ends it.")

@@ -69,7 +69,7 @@ class ChannelResidual:
 
     @property
     def is_lost(self) -> bool:
-        """Whether the simulation grew beyond all bounds."""
+        """Whether the simulation diverged."""
         return not (np.isfinite(self.simulated).all() and self.over_floor < LOST) and not self.is_empty
 
     @property
@@ -241,8 +241,8 @@ def _channels(experiment: Experiment, fitted: Fitted, method: Method = STANDARD)
 def _lost(item: ChannelResidual) -> str:
     if np.isfinite(item.simulated).all() and float(np.ptp(item.recorded)) == 0.0:
         return f"{item.channel}: the recording stands still and the simulation moves; map another column, or leave this one out."
-    fact = f"{item.channel}: the lesson's own simulation grows beyond all bounds with these inputs"
-    return f"{fact}; check the units and scales of what drives it, the gains and the step."
+    fact = f"{item.channel}: the lesson's own simulation diverges with these inputs"
+    return f"{fact}; check the units and scales of the driven inputs, the gains and the step."
 
 
 def _worst_stretch(time: FloatArray, residual: FloatArray, method: Method) -> tuple[float, float]:

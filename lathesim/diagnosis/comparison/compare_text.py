@@ -17,7 +17,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     lines += [""] * bool(lines)
     lines += _table(_channel_rows(comparison))
     if any(item.is_lost for item in comparison.channels):
-        return [*lines, "", "So nothing can be told of where the mismatch sits."]
+        return [*lines, "", "So the place of the mismatch is unknown."]
     lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
     lines += ["", *mismatch_sentences(comparison)]
     if comparison.adds_up:

@@ -33,9 +33,9 @@ class Method:
     # what a search may spend
     most_effects: int = 4
     ends: Deadline = Deadline()
-    """When the time is over: the search ends before, and the answer holds what is known."""
+    """The deadline: the search ends before it, and the answer holds what is known so far."""
     search_time: float = 0.65
-    """Share of the time that is left to the search; the rest is for the answer."""
+    """Share of the time for the search; the rest is for the answer."""
     most_runs: float = 5_000
     """Runs of a recording after which no further effect is looked for; 30 s at 1 kHz take some 8 ms."""
     runs_a_candidate: float = 60

@@ -10,8 +10,7 @@ from lathesim.identification.replay.experiment import Experiment
 
 
 def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]:
-    """Return a sentence for each second sensor whose zero plainly lies elsewhere than that of the first, or than that of the place along
-    which the machine is led."""
+    """Return a sentence for each second sensor whose zero differs from that of the first one or of the prescribed position."""
     told = []
     sensed = experiment.sensed
     for row in sorted(sensed.led):

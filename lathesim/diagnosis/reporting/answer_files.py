@@ -19,7 +19,7 @@ def refitted_values(diagnosis: Diagnosis) -> Mapping[str, str]:
 
 
 def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path, method: Method = STANDARD) -> list[Path]:
-    """Write the report and, where something was found, the lesson with it in, all or none; return the files, the report first."""
+    """Write the report and, if an effect was found, the lesson with it, all or none; return the files, the report first."""
     make_folder(folder)
     with WholeFiles() as whole:
         files = [whole.write_text(report_place(folder), report_html(diagnosis, method=method))]
@@ -32,5 +32,5 @@ def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path, method: Met
 
 
 def report_place(folder: Path) -> Path:
-    """Return where the report of a diagnosis stands in a folder."""
+    """Return the path of the report of a diagnosis in a folder."""
     return folder / "report.html"

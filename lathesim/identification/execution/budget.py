@@ -25,7 +25,7 @@ class RunCount:
 
 @dataclass(frozen=True)
 class Deadline:
-    """A moment [s] of a ``clock`` at which the time is over; without one there is time for everything."""
+    """A moment [s] of a ``clock`` at which the time is over; by default there is no limit."""
 
     moment: float = math.inf
     clock: Callable[[], float] = time.perf_counter
@@ -47,7 +47,7 @@ class Deadline:
 
 
 def until(deadline: Deadline, tell: Progress) -> Progress:
-    """Return what tells each step of a search and interrupts it, once, at the first step after the time is over."""
+    """Return a progress function that passes on each step of a search, and interrupts it once at the first step after the deadline."""
     ended = False
 
     def told(text: str) -> None:

@@ -49,10 +49,10 @@ class Machine:
     decisions: int = 1
     clock: float = 1.0
     moving: frozenset[str] = frozenset()
-    """Driven inputs that were measured, and move on straight lines from row to row; what was commanded is held."""
+    """Driven inputs that were measured and are interpolated between rows; commanded ones are held."""
 
     def driven_by(self, assembly: Assembly, record: Record) -> Assembly:
-        """Return an assembly of this machine whose driven inputs take what was recorded of them."""
+        """Return an assembly of this machine whose driven inputs take their recorded values."""
         return drive(assembly, {name: record[name] for name in self.drive}, self.moving)
 
 
@@ -115,7 +115,7 @@ class Experiment:
         return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, self.machine.white, every, rates, self._led())
 
     def _led(self) -> frozenset[int]:
-        """Return the rows of the compared channels that show the place of a part which is led along its reference."""
+        """Return the rows of the compared channels that show the position of a part that follows its reference exactly."""
         parts = {part.name: part for part in self.machine.assembly.parts}
         wires = {item.target: item for item in self.machine.assembly.wires}
         again = {sight.row for sight in self._redundant_sensors(np.array([self._recorded[name] for name in self.machine.compare]))}

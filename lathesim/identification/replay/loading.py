@@ -125,16 +125,16 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
 
 
 def read_mapped(file: Path, registry: Registry, mapping: RecordingMapping, most: int) -> MappedRecording:
-    """Return a recording on its sample grid; refused, where that can be told before it is read, with more than ``most`` samples."""
+    """Return a recording on its sample grid. Raises :class:`RecordingError` for more than ``most`` samples, if possible before reading."""
     mapped = map_recording(read_recording(file, registry.readers, most * mapping.mean_of), mapping)
     if len(mapped.record) > most:
-        fact = f"the recording has {len(mapped.record):,} samples; at most {most:,} are taken here.".replace(",", " ")
+        fact = f"the recording has {len(mapped.record):,} samples; at most {most:,} are accepted here.".replace(",", " ")
         raise RecordingError(fact, place=str(file), remedy=SHORTER)
     return mapped
 
 
 def _refuse_empty(file: Path, mapped: MappedRecording, mapping: RecordingMapping) -> None:
-    """Refuse a recording that cannot drive what the lesson lets it drive, or shows nothing of what is compared."""
+    """Raise :class:`RecordingError` for a recording without values of a driven input or of the compared channels."""
     empty = {name for name in mapped.record.channels if not np.isfinite(mapped.record[name]).any()}
     for signal in mapping.signals:
         if signal.target in empty and (signal.role == "drive" or empty >= set(mapping.targets("compare"))):

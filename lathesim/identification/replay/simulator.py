@@ -78,7 +78,7 @@ class Simulator:
     differenced: frozenset[int] = frozenset()
     """Rows of the channels that an encoder makes of its counts as their rate."""
     led: frozenset[int] = frozenset()
-    """Rows of the channels that show the place of a part which follows a place that is given at once: nothing else tells their zero."""
+    """Rows of the channels that show the position of a part that follows a given position exactly: nothing else determines their zero."""
     runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
     _with_impulse: Remembered[_ImpulseResponses] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
     _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
@@ -126,7 +126,7 @@ class Simulator:
         return found
 
     def from_zero_of(self, simulated: FloatArray) -> FloatArray:
-        """Return simulated channels (channels, samples) with each sensor that has a zero of its own read from that of the recording."""
+        """Return simulated channels (channels, samples) in which each sensor with a zero of its own has the zero of the recording."""
         found = np.array(simulated)
         for row in self.led:
             found[row] += self._mean((row,), self.recorded[row] - simulated[row])

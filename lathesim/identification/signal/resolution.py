@@ -28,7 +28,7 @@ def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
     of them lie.
     """
     finite = values[np.isfinite(values)]
-    # of a channel that is nothing throughout even the square of the square is a number
+    # tiny floor: for a channel of zeros the fourth power is still a finite number
     if len(finite) < _FEWEST_SAMPLES:
         return max(resolution / math.sqrt(12.0), 1e-40)
     step = resolution or smallest_step(finite) or grid_spacing(finite)

@@ -144,7 +144,7 @@ def read_request(agent: Agent, target: str) -> _Asked:
     try:
         parts = urlsplit(target)
     except ValueError:
-        raise RefusalError("INVALID_URI", f"'{target}' is no path; ask for /probe, /current or /sample.") from None
+        raise RefusalError("INVALID_URI", f"'{target}' is not a path; use /probe, /current or /sample.") from None
     steps = [unquote(step) for step in parts.path.split("/") if step]
     if len(steps) > 1 or (steps and steps[0] not in ("probe", "current", "sample")):
         device = steps.pop(0)

@@ -15,9 +15,9 @@ from lathesim.live.mtconnect.mtconnect_buffer import DataItem, Observation, Obse
 
 VERSION = "2.0"
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters that XML 1.0 has no place for."""
+"""Characters that XML 1.0 does not allow."""
 _MOST_STEPS = 40
-"""Steps of an XPath; the tree of a machine has six levels."""
+"""Largest number of steps of an XPath (assumed); the tree of a machine has six levels."""
 _SPACES = {kind: f"urn:mtconnect.org:MTConnect{kind}:{VERSION}" for kind in ("Devices", "Streams", "Error")}
 
 
@@ -144,7 +144,7 @@ def _root(kind: str, agent: Agent, following: int | None = None) -> ElementTree.
     }
     if kind != "Error":
         header["deviceModelChangeTime"] = stamp(datetime.fromtimestamp(agent.instance, UTC))
-    if kind == "Devices":  # there are no assets, and the schema asks for a buffer of at least one
+    if kind == "Devices":  # there are no assets, but the schema requires a buffer of at least one
         header |= {"assetBufferSize": "1", "assetCount": "0"}
     if following is not None:
         header |= {

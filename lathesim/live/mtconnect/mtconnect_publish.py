@@ -46,7 +46,7 @@ def data_items(names: Sequence[PublishedName], si_units: Sequence[str]) -> tuple
         component = ("Rotary", name.path[1]) if name.path[0] == "CncSpindleList" else component
         commanded = {"CmdPos": "COMMANDED", "ActPos": "ACTUAL"}.get(name.path[-1], "")
         identifier = re.sub(r"\W", "_", name.channel)
-        category = "SAMPLE" if unit in _KINDS else "EVENT"  # the standard has an event for a number without a type of its own
+        category = "SAMPLE" if unit in _KINDS else "EVENT"  # the standard uses an event for a number without a type
         items.append(DataItem(identifier, name.channel, category, kind, units, commanded, component))
         factors.append(from_si(1.0, own))
     status = ("Controller", "controller")

@@ -24,13 +24,13 @@ _LARGEST = 1 << 24
 """Bytes of a document at most."""
 _COUNT = 10_000
 _PATIENCE = 10.0
-"""Seconds that an agent may take for a whole answer."""
+"""Longest time of an agent for a whole answer [s] (assumed)."""
 _QUIET = 1.5
 _LARGEST_SEQUENCE = 1 << 64
 
 
 class AgentAwayError(Exception):
-    """The agent does not answer, or with what is no document of MTConnect; the message says which."""
+    """The agent does not answer, or its answer is not an MTConnect document; the message says which."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class MTConnectSource:
                 await asyncio.sleep(self.interval)
 
     async def _again(self, instance: str, cursor: int) -> tuple[Header, str, bool]:
-        """Return the header to go on from after an error or a new instance, with a sentence and whether the instance is a new one."""
+        """Return the header to continue from after an error or a new instance, a sentence, and whether the instance is new."""
         header = _header(await self._document("/current"))
         if header is None or not instance:
             raise AgentAwayError("it answers /current with an error")
@@ -174,7 +174,7 @@ def _noted(block: Block, notes: Sequence[str]) -> Block:
 
 
 def _header(root: ElementTree.Element) -> Header | None:
-    """Return the header with sequence numbers, None where there is none; raises :class:`AgentAwayError` where its numbers are none."""
+    """Return the header with sequence numbers, or None without a header. Raises :class:`AgentAwayError` for wrong numbers."""
     for element in root.iter():
         if element.tag.endswith("Header") and "firstSequence" in element.attrib:
             first, last, following, size = (
@@ -187,7 +187,7 @@ def _header(root: ElementTree.Element) -> Header | None:
 def _sequence(element: ElementTree.Element, key: str) -> int:
     text = element.get(key, "0")
     if not re.fullmatch(r"\d{1,20}", text, re.ASCII) or int(text) >= _LARGEST_SEQUENCE:
-        raise AgentAwayError(f"{key} is {text[:20]!r} and no number")
+        raise AgentAwayError(f"{key} is {text[:20]!r}, not a number")
     return int(text)
 
 
@@ -196,7 +196,7 @@ def _error_code(root: ElementTree.Element) -> str:
 
 
 async def fetch(address: Address, target: str) -> ElementTree.Element:
-    """Return the document that answers a request; raises :class:`AgentAwayError` where none came whole within the patience."""
+    """Return the document that answers a request. Raises :class:`AgentAwayError` if none arrived whole within ``_PATIENCE``."""
     try:
         async with asyncio.timeout(_PATIENCE):
             return ElementTree.fromstring(await _body(address, target))
@@ -205,7 +205,7 @@ async def fetch(address: Address, target: str) -> ElementTree.Element:
     except OSError as error:
         raise AgentAwayError(os.strerror(error.errno).lower() if error.errno else "the connection broke") from None
     except (asyncio.IncompleteReadError, asyncio.LimitOverrunError, ValueError, ElementTree.ParseError):
-        raise AgentAwayError("its answer is no document of MTConnect") from None
+        raise AgentAwayError("its answer is not an MTConnect document") from None
 
 
 async def _body(address: Address, target: str) -> bytes:
@@ -230,7 +230,7 @@ async def _body(address: Address, target: str) -> bytes:
 
 
 async def _chunks(reader: asyncio.StreamReader) -> bytes:
-    """Return a body that comes in chunks. Source: RFC 9112, section 7.1."""
+    """Return a body sent in chunks. Source: RFC 9112, section 7.1."""
     body = b""
     while size := int((await reader.readuntil(b"\r\n")).partition(b";")[0].strip() or b"-", 16):
         _bounded(len(body) + size)
@@ -250,7 +250,7 @@ def _nobody(address: Address, error: AgentAwayError) -> LiveError:
 
 
 async def probe_items(address: Address) -> list[tuple[str, str]]:
-    """Return the name and the unit of every number an agent has: its samples, and the variables that have no type of their own."""
+    """Return the name and the unit of every number of an agent: its samples, and its variables without a type."""
     try:
         root = await fetch(address, "/probe")
     except AgentAwayError as error:

@@ -14,9 +14,9 @@ from lathesim.live.sources.listening import Listening
 
 LONGEST_LINE = 65_536
 MOST_AGENTS = 16
-"""Agents that are connected at once."""
+"""Largest number of agents connected at once (assumed)."""
 _MOST_WAITING = 1 << 20
-"""Bytes that wait for an agent that does not read; then it is let go."""
+"""Bytes that may wait for an agent that does not read; beyond it is disconnected (assumed)."""
 HEARTBEAT = 10_000
 """Milliseconds between two pings."""
 
@@ -94,11 +94,11 @@ class Adapter:
         self._listening = Listening(self._answer, most=MOST_AGENTS, longest=LONGEST_LINE)
 
     async def serve(self, host: str, port: int) -> asyncio.Server:
-        """Begin to listen; raises :class:`LiveError` where the port cannot be taken."""
+        """Begin to listen. Raises :class:`LiveError` if the port cannot be opened."""
         return await self._listening.serve(host, port, option="--shdr")
 
     async def close(self) -> None:
-        """Let all agents go."""
+        """Disconnect all agents."""
         await self._listening.close()
 
     async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -19,7 +19,7 @@ TYPES: Mapping[str, tuple[int, str]] = {
     "CncAxisType": (1004, "CncDriveType"), "CncSpindleType": (1005, "CncDriveType"), "CncInterfaceType": (1007, ""),
     "CncAxisListType": (1008, ""), "CncSpindleListType": (1009, ""), "CncChannelListType": (1010, ""),
 }  # fmt: skip
-"""Number of each object type in the namespace of the standard, and the type that it extends."""
+"""Number of each object type in the namespace of the standard, and its base type."""
 POSITION_TYPE = 2001
 """Number of CncPositionVariableType."""
 
@@ -40,7 +40,7 @@ def unit_number(unit: str) -> int:
 
 
 def type_of(path: tuple[str, ...]) -> str:
-    """Return the object type of a path below the machine, empty where the standard has none for it."""
+    """Return the object type of a path below the machine, or an empty text if the standard has none."""
     lists = {"CncAxisList": "CncAxisType", "CncSpindleList": "CncSpindleType", "CncChannelList": "CncChannelType"}
     if path[0] not in lists or len(path) > 2:
         return ""

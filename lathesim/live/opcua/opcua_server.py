@@ -23,7 +23,7 @@ from lathesim.live.watching.lap import Lap, Publisher, Row
 from lathesim.units import from_si
 
 LARGEST_MESSAGE = 1 << 22
-"""Bytes of a message from a client."""
+"""Largest message of a client [bytes] (assumed)."""
 MOST_CONNECTIONS = 32
 MOST_SESSIONS = 64
 _BUFFER = 65_535
@@ -51,7 +51,7 @@ async def publish_opcua(
     try:
         await server.start()
     except OSError as error:
-        raise LiveError(f"{host}:{port} cannot be taken: {error.strerror}.", remedy="Choose another with --opcua.") from None
+        raise LiveError(f"{host}:{port} cannot be opened: {error.strerror}.", remedy="Choose another with --opcua.") from None
     try:
         ready(f"opc.tcp://{host}:{port}/")
         return await _publish(server, ua, publisher, [*zip(nodes, factors, strict=True)], number_node, stop)
@@ -88,7 +88,7 @@ def _stamp(origin: datetime, row: Row) -> datetime:
 
 
 def _bound(server: Any, ua: Any) -> None:
-    """Bound messages and sessions: a client that asks for less gets it, and changes nothing for the others."""
+    """Limit messages and sessions; a client that requests less changes nothing for the others."""
     from asyncua.common.connection import TransportLimits
 
     def limits() -> Any:

@@ -240,7 +240,7 @@ async def _walk(ua: Any, node: Any, prefix: str, found: list[tuple[str, str]], d
 
 
 def _unit_text(ua: Any, value: Any) -> str:
-    """Return the unit that an EngineeringUnits property shows; some servers give a plain text."""
+    """Return the unit of an EngineeringUnits property; some servers give plain text."""
     return str(value.DisplayName.Text or "") if isinstance(value, ua.EUInformation) else str(value)
 
 

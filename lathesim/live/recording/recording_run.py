@@ -127,7 +127,7 @@ async def record(
     source: Source, out: Path, seconds: float, stop: asyncio.Event, progress: Callable[[float], None],
     notice: Callable[[str], None] = lambda sentence: None,
 ) -> Noted:  # fmt: skip
-    """Record a source for ``seconds`` by this computer's clock, or until it ends or ``stop`` is set; what came is kept in any case.
+    """Record a source for ``seconds`` by this computer's clock, or until it ends or ``stop`` is set; the samples until then are kept.
 
     ``progress`` is called with the seconds that have passed, and ``notice`` with each note of the source as it comes.
     """

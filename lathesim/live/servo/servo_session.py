@@ -229,7 +229,7 @@ class Playing:
         self._keep(first, np.vstack([set_points.T, values]))
 
     def _keep(self, first: int, values: FloatArray) -> None:
-        """Write samples to the record, which begins with the first of them: a greeting alone leaves none."""
+        """Write samples to the record, which is made with the first ones, so that a mere greeting leaves no record."""
         try:
             if self._open_sink is not None:
                 open_sink, self._open_sink = self._open_sink, None

@@ -74,14 +74,14 @@ class ServoSide:
             self._tell(f"{peer.partition(':')[0]} silent", f"{peer}: silent for {PATIENCE:g} s, or gone; let go.")
 
     def _refuse(self, writer: asyncio.StreamWriter) -> None:
-        self._tell("more connections than are allowed", f"{_peer(writer)}: more than {MOST_CONNECTIONS} connections; let go.")
+        self._tell("more connections than allowed", f"{_peer(writer)}: more than {MOST_CONNECTIONS} connections; let go.")
 
     async def close(self) -> None:
         """End all sessions and wait until what they recorded is kept."""
         await self._listening.close()
 
     def _tell(self, kind: str, sentence: str) -> None:
-        """Log each kind of fault once, whatever numbers and quoted bytes it holds; how often it came is counted."""
+        """Log each kind of fault once, without regard to its numbers and quoted bytes, and count it."""
         known = re.sub(r"""b?(['"])(\\.|(?!\1).)*\1|\d+""", "", kind)
         if known not in self._told and len(self._told) >= _MOST_KINDS:
             known = ""
@@ -151,7 +151,7 @@ def _peer(writer: asyncio.StreamWriter) -> str:
 
 
 def _is_name(value: object) -> bool:
-    """Return whether a value is a text of 1 to 79 characters that can be shown."""
+    """Return whether a value is a text of 1 to 79 printable characters."""
     return isinstance(value, str) and 0 < len(value) < 80 and value.isprintable()
 
 

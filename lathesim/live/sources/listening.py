@@ -23,16 +23,16 @@ class Listening:
         self._closing = False
 
     async def serve(self, host: str, port: int, *, option: str, backlog: int = 100) -> asyncio.Server:
-        """Begin to listen; raises :class:`LiveError` where the port cannot be taken. ``option`` is the option that chooses another port."""
+        """Begin to listen. Raises :class:`LiveError` if the port cannot be opened; ``option`` names the option for another port."""
         try:
             return await asyncio.start_server(self._accept, host, port, limit=self._longest, backlog=backlog)
         except OSError as failure:
-            raise LiveError(f"{host}:{port} cannot be taken: {failure.strerror}.", remedy=f"Choose another with {option}.") from None
+            raise LiveError(f"{host}:{port} cannot be opened: {failure.strerror}.", remedy=f"Choose another port with {option}.") from None
 
     async def close(self) -> None:
-        """End all connections and wait until each has done what it does at its end."""
+        """End all connections and wait until each has finished."""
         self._closing = True
-        while tasks := set(self._tasks):  # Python 3.11's wait_for loses a request that comes as its own work ends: ask again
+        while tasks := set(self._tasks):  # wait_for of Python 3.11 loses a cancellation that arrives as its work ends: cancel again
             for task in tasks:
                 task.cancel()
             await asyncio.wait(tasks, timeout=0.1)

@@ -91,7 +91,7 @@ class Windows:
 
 
 def free_number(folder: Path) -> int:
-    """Return the next free number of a window in a folder, taken by making its folder ``watch_NUMBER``: no session replaces another's."""
+    """Reserve and return the next free number in a folder by making ``watch_NUMBER``, so no session replaces the files of another."""
     make_folder(folder)
     for number in itertools.count(1):
         try:

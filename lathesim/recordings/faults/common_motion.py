@@ -74,7 +74,7 @@ def correlated(first: FloatArray, second: FloatArray) -> float:
 
 
 def _of_size_one(values: FloatArray) -> FloatArray:
-    """Return values over the largest of them, so that the squares of very large and of very small ones are numbers too."""
+    """Return values divided by the largest magnitude, so that no square overflows or underflows."""
     largest = float(np.abs(values).max(initial=0.0))
     return values / largest if largest > 0.0 else values
 

@@ -19,7 +19,7 @@ _LONGEST = 400
 _SHORT, _HALF = 10.0, 0.5
 """Samples up to which a shift is held against how far apart the two are, and what share of it that must show."""
 _ROUNDED = 5.0
-"""Steps of a converter that a linear prediction makes of their rounding at most."""
+"""Largest prediction error that the rounding of a converter causes [steps] (assumed)."""
 _CLEAR, _STRONG = 12.0, 0.4
 """A peak of the correlation of noise stands this many times above what chance leaves, and is this high."""
 
@@ -56,8 +56,8 @@ def shifted_channels(channels: list[RecordedChannel], found_pairs: list[Pair], p
 
 
 def _is_rounding(command: RecordedChannel) -> bool:
-    """Return whether what is new in every sample of a command is no more than the steps of the converter behind which it was recorded:
-    that noise is the converter's own, and handed on from nowhere."""
+    """Return whether the prediction errors of a command are within the steps of the converter behind which it was recorded. Such noise is
+    the rounding of the converter and comes from no other channel."""
     new, sizes = _whitened(command.values), np.abs(command.steps)
     changes = sizes[sizes > 1e-12 * float(np.abs(command.values).max())]
     if new is None or not len(changes):

@@ -52,7 +52,7 @@ def read_hdf5(path: Path) -> RawTable:
 
 
 def gather(path: Path, between: str, hidden: tuple[str, ...]) -> RawTable:
-    """Read the datasets of a file; groups called as one of ``hidden`` are left out.
+    """Read the datasets of a file; groups named in ``hidden`` are left out.
 
     Links are not followed, nor are values taken from other files.
     """

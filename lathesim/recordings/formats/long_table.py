@@ -1,4 +1,4 @@
-"""Text with one value a line, ``name, date, time, value``, as the ``camonitor`` of EPICS prints it: unfolded into a column for each name.
+"""Text with one value per line, ``name, date, time, value``, as ``camonitor`` of EPICS prints it, read into a column for each name.
 
 Source: EPICS R3.14 Channel Access Reference Manual, section on ``camonitor``. A monitored value is printed where it changes, each name at
 its own moments. Left out: values that are no numbers, the state of an alarm.
@@ -21,23 +21,23 @@ from lathesim.recordings.reader import Reader
 _BETWEEN = rb"[ \t]*[,;\t ][ \t]*"
 _NAME = rb'^[ \t]*"?([A-Za-z_][^\s,;"]*)"?'
 _MOMENT = rb'"?(\d{4}-\d\d-\d\d)"?(?:T|' + _BETWEEN + rb')"?(\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?"?'
-# behind the number may stand the state of an alarm, and no other number
+# an alarm state may follow the number, but no other number
 _VALUE = rb'"?(' + NUMBER.encode() + rb')"?[ \t]*(?:$|\r|[,; \t]+[^-+.\d\s,;])'
 _LINE = re.compile(_NAME + _BETWEEN + _MOMENT + _BETWEEN + _VALUE, re.MULTILINE)
 _LOOKED_AT = 200
 _MOST_NAMES = 64
 _CLOSE = 2.5
-"""Periods of the table that the values of a name may be apart to lie on a straight line; across more it had not changed."""
+"""Largest distance of two values of a name [periods of the table] that is interpolated; a longer one means no change (assumed)."""
 
 
 def reads_long_table(path: Path) -> bool:
-    """Return whether most lines are a name, date and time, and one number."""
+    """Return whether most lines have a name, date, time and one number."""
     lines = [line for line in head_lines(path) if line.strip()][:_LOOKED_AT]
     return bool(lines) and 2 * sum(_LINE.match(line.encode()) is not None for line in lines) > len(lines)
 
 
 def read_long_table(path: Path) -> RawTable:
-    """Read the values of each name as a column, all at the moments of the name that comes most often; ``time`` [s] is since the first line.
+    """Read the values of each name as a column, all at the moments of the most frequent name; ``time`` [s] begins at the first line.
 
     Between values that are close in time a name moves on a straight line. Where they are further apart it had not changed until then.
     """
@@ -50,7 +50,7 @@ def read_long_table(path: Path) -> RawTable:
     times = {name: (np.array(moments[name], dtype="datetime64[ns]") - first) / np.timedelta64(1, "s") for name in names}
     at = np.unique(times[names[0]])
     columns: dict[str, FloatArray] = {"time": at}
-    notes = [f"the file has one value a line; the rows are the {len(at)} moments of {names[0]}"]
+    notes = [f"the file has one value per line; the rows are the {len(at)} moments of {names[0]}"]
     for name in list(values)[:_MOST_NAMES]:
         columns[name] = _at(at, times[name], np.array(values[name]))
         if name != names[0]:
@@ -63,7 +63,7 @@ def read_long_table(path: Path) -> RawTable:
 
 
 def _events(path: Path) -> tuple[dict[str, list[np.datetime64]], dict[str, list[float]], int]:
-    """Return moments and values of each name, and how many lines hold none."""
+    """Return moments and values of each name, and the number of lines without a value."""
     moments: dict[str, list[np.datetime64]] = {}
     values: dict[str, list[float]] = {}
     lost = 0

@@ -1,4 +1,4 @@
-"""MAT files of version 4 to 7 (the ones that are no HDF5), read with scipy; structs become ``struct.field``."""
+"""MAT files of version 4 to 7 (those that are not HDF5), read with scipy; structs become ``struct.field``."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def reads_mat(path: Path) -> bool:
 
 
 def _is_version_4(head: bytes) -> bool:
-    """Return whether a file begins with the header of a matrix of version 4, which has no signature: type, rows, columns, whether complex,
-    length of the name, and the name. Source: MathWorks, MAT-File Format, chapter on level 4."""
+    """Return whether a file begins with the header of a matrix of version 4. It has no signature, only type, rows, columns, a complex flag,
+    the length of the name, and the name. Source: MathWorks, MAT-File Format, chapter on level 4."""
     for order, numbers in (("<", 0), (">", 1000)):
         if len(head) < _VERSION_4.size:
             return False

@@ -17,7 +17,7 @@ _WHEN = re.compile(STAMP.decode() + r"Z?")
 _FORMS = (("\t", False), (";", False), (",", False), ("\t", True), (";", True), ("", False), ("", True))
 _LOOKED_AT = 60
 _NO_EXCEPTION = 0.3
-"""Share of the cells of a column from which on they are what it holds; of a short file half the lines may be its head."""
+"""Share of the cells of a column that decides its kind (assumed: half the lines of a short file may be its header)."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class TextLayout:
     """For each cell whether it holds numbers, as far as the first rows show."""
     named: bool
     other_names: dict[str, int]
-    """Further names of the cells: what else stands above them, and their place."""
+    """Further names of the columns: other header lines, and the position in the row."""
 
 
 def find_layout(lines: Sequence[str]) -> TextLayout | None:
@@ -74,7 +74,7 @@ def cells(line: str, delimiter: str) -> list[str]:
 
         try:
             return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
-        except csv.Error:  # a quoted cell longer than a line of numbers ever is
+        except csv.Error:  # a quoted cell longer than any line of numbers
             return [line]
     return [cell.strip() for cell in line.split(delimiter)]
 
@@ -114,7 +114,7 @@ def is_number(text: str, comma: bool = False) -> bool:
 
 
 def _kind(text: str, comma: bool) -> str:
-    """Return ``when`` for a cell with date and time, ``number``, ``text``, or nothing for an empty one."""
+    """Return ``when`` for a date and time, ``number``, ``text``, or nothing for an empty cell."""
     if not text:
         return ""
     if _WHEN.fullmatch(text.strip('"')):
@@ -123,7 +123,7 @@ def _kind(text: str, comma: bool) -> str:
 
 
 def _kinds(rows: Sequence[Sequence[str]], width: int, comma: bool) -> list[str]:
-    """Return what each column holds: numbers or moments, whichever are more, where they are no exception, else text."""
+    """Return the kind of each column: numbers or moments, whichever are more and not an exception, else text."""
     found = []
     for cell in range(width):
         counted = Counter(kind for row in rows if (kind := _kind(row[cell], comma)))
@@ -133,8 +133,8 @@ def _kinds(rows: Sequence[Sequence[str]], width: int, comma: bool) -> list[str]:
 
 
 def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, kinds: Sequence[str]) -> int | None:
-    """Return the first line whose cells are of the ``kinds`` of their columns: half of them, and the leftmost, where the labels of a
-    preamble stand."""
+    """Return the first line in which half of the cells, and the leftmost one, have the ``kinds`` of their columns; a preamble has labels at
+    the left."""
     leading = next((cell for cell, kind in enumerate(kinds) if kind in ("number", "when")), 0)
     for number, line in filled:
         row = cells(line, delimiter)
@@ -167,7 +167,7 @@ def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str],
 
 
 def _other_names(above: Sequence[str], delimiter: str, width: int) -> dict[str, int]:
-    """Return the texts that stand above single cells, the nearest first, and ``column_1``, ``column_2`` ..., with the place of each."""
+    """Return the header texts above each column, the nearest first, and ``column_1``, ``column_2`` ..., each with its position."""
     found: dict[str, int] = {}
     for line in reversed(above):
         row = [split_unit(cell)[0] for cell in cells(line, delimiter)]
@@ -197,4 +197,4 @@ def _unit_cell(text: str) -> str:
 
 
 _LABELS = ("unit", "units", "einheit")
-"""Words that stand before the units of a row of them, and are none."""
+"""Words that introduce a row of units and are no units."""
