@@ -67,5 +67,5 @@ def test_the_lesson_that_was_read_is_never_replaced(command: list[str], capsys: 
     name, *further = command
     said = call(capsys, name, "case_1/lesson.yaml", *further, "--out", "case_1")
     assert said.code == 1
-    assert said.err.startswith("case_1/lesson.yaml: the lesson that was read stands here")
+    assert said.err.startswith("case_1/lesson.yaml: the new lesson.yaml would replace the lesson that was read")
     assert Path("case_1/lesson.yaml").read_text(encoding="utf-8") == LESSON
