@@ -168,6 +168,7 @@ def test_mobility_and_accelerance_become_receptance(tmp_path: Path) -> None:
     ("rows", "told"),
     [
         ("frequency [Hz],magnitude [m/N]\n" + "".join(f"{f},1e-6\n" for f in range(1, 20)), "the response has no phase"),
+        ("frequency [Hz],real [m/N],imag [m/N]\n" + "".join(f"{f},1e300,-1e299\n" for f in range(1, 20)), "1e+300 m/N in the median"),
         (
             "frequency [Hz],real [m/N],imag [m/N]\n" + "".join(f"{20 - f},1e-6,-1e-7\n" for f in range(19)),
             "the frequencies fall from 20 to 19",

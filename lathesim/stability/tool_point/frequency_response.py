@@ -39,6 +39,8 @@ UNITS: dict[str, tuple[Quantity, float]] = {
 """Unit of a response, without spaces and in small letters -> what it measures, and its size in SI."""
 FEWEST_LINES = 8
 POOR_COHERENCE = 0.5
+_SOFTEST = 1.0
+"""Median receptance [m/N] above which a unit is wrong (assumed): one newton would move a tool point by a metre."""
 _LAST_LINES = 4
 """Smallest number of lines that judge the end of a response; otherwise it is a fiftieth of all lines (assumed)."""
 
@@ -136,6 +138,8 @@ def checked(response: FrequencyResponse, place: str) -> FrequencyResponse:
         raise RecordingError(f"the first frequency is {f[0]:g} Hz.", place=place, remedy="Give the lines from 0 Hz on.")
     if not np.abs(h).max() > 0.0:
         raise RecordingError("the response is 0 at all frequencies.", place=place, remedy="Check the columns.")
+    if (middle := float(np.median(np.abs(h)))) > _SOFTEST:
+        raise RecordingError(f"the receptance is {middle:.3g} m/N in the median.", place=place, remedy="Check the unit of the response.")
     if np.abs(h.imag).max() <= 1e-12 * np.abs(h).max():
         raise RecordingError("the response has no phase.", place=place, remedy="Give its real and imaginary part, or magnitude and phase.")
     if response.coherence is not None:
