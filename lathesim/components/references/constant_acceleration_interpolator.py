@@ -10,11 +10,12 @@ from lathesim.components.references.interpolator import (
     SAMPLE_SLACK,
     SLOWEST,
     ConstantVelocityInterpolator,
+    follow_spindle,
     wanted_speed,
     x_on_path,
 )
 from lathesim.components.references.rows import next_row, takes_time
-from lathesim.components.references.threads import NO_ANGLE, angle_of_speed, walk_thread
+from lathesim.components.references.threads import NO_ANGLE
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED_MODE, KIND, LENGTH, THREAD
 
 
@@ -133,12 +134,9 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
             samples_left -= 1.0
             path_speed = 0.0
         elif path[row][FEED_MODE] >= THREAD:
-            if spindle_angle <= NO_ANGLE:
-                x = x_on_path(path, row, travelled)
-                wanted = wanted_speed(path, row, x, spindle_speed, -1.0, 1.0, spindle_override, 0.0, largest_spindle_speed)
-                index = index if index > NO_ANGLE else 0.0
-                spindle_angle = angle_of_speed(path, row, travelled, index, wanted * sample_period)
-            place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
+            place, travelled, index, way, reached = follow_spindle(
+                path, row, travelled, index, spindle_angle, spindle_speed, spindle_override, largest_spindle_speed, sample_period
+            )
             row = int(place)
             path_speed = way / sample_period
             samples_left = 1.0 - reached

@@ -152,6 +152,19 @@ def wanted_speed(
     return feed * override * abs(speed) / TWO_PI
 
 
+def follow_spindle(
+    path: Any, row: int, travelled: float, index: float, angle: float, spindle_speed: float, spindle_override: float, largest_speed: float,
+    sample_period: float,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """Return how a thread goes on in this sample, as :func:`walk_thread`; without a wired ``angle`` [rad] it follows the spindle speed."""
+    if angle <= NO_ANGLE:
+        x = x_on_path(path, row, travelled)
+        wanted = wanted_speed(path, row, x, spindle_speed, -1.0, 1.0, spindle_override, 0.0, largest_speed)
+        index = index if index > NO_ANGLE else 0.0
+        angle = angle_of_speed(path, row, travelled, index, wanted * sample_period)
+    return walk_thread(path, row, travelled, index, angle)
+
+
 class ConstantVelocityInterpolator(Component):
     """Gives the reference point of each sample; every block is run at constant path speed.
 
@@ -257,12 +270,9 @@ class ConstantVelocityInterpolator(Component):
             reached = 1.0 if samples_left < 0.5 else 0.0
             path_speed = 0.0
         elif path[row][FEED_MODE] >= THREAD:
-            if spindle_angle <= NO_ANGLE:
-                x = x_on_path(path, row, travelled)
-                wanted = wanted_speed(path, row, x, spindle_speed, -1.0, 1.0, spindle_override, 0.0, largest_spindle_speed)
-                index = index if index > NO_ANGLE else 0.0
-                spindle_angle = angle_of_speed(path, row, travelled, index, wanted * sample_period)
-            place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
+            place, travelled, index, way, reached = follow_spindle(
+                path, row, travelled, index, spindle_angle, spindle_speed, spindle_override, largest_spindle_speed, sample_period
+            )
             row = int(place)
             path_speed = way / sample_period
             planned_speed = 0.0
