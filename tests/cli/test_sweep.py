@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.lessons.sweeping.members import Member, Members
+from lathesim.lessons.sweeping.members import Member
+from lathesim.lessons.sweeping.table import SweepTable
 from tests.cli.command import call, environment
 
 LESSON = """\
@@ -102,6 +103,17 @@ def test_the_sweep_gives_what_single_runs_give(capsys: pytest.CaptureFixture[str
         assert float(row.split(",")[2]) == json.loads(run.out)["metrics"]["settled"]["value"]
 
 
+def test_a_group_keeps_apart_what_is_refused_what_ends_and_what_does_not(capsys: pytest.CaptureFixture[str]) -> None:
+    vary = ("table.time_constant=0.01 ms, 20 ms, 24 ms", "--vary", "controller.proportional=0.1..0.5 V/mm:20", "--threads")
+    assert call(capsys, *SWEEP, *vary, "1", "--out", "s.csv", "--no-plot").code == 0
+    assert [row.partition(",")[0] for row in rows()] == [str(number) for number in range(60)]
+    assert all(",,refused: " in row for row in rows()[:20])
+    assert all(row.endswith(",complete") for row in rows()[20:])
+    one = call(capsys, *SWEEP, "controller.proportional=0.5 V/mm", "--set", "table.time_constant=24 ms", "--out", "one.csv", "--no-plot")
+    assert one.code == 0
+    assert rows("one.csv")[0].split(",")[2:] == rows()[59].split(",")[3:]
+
+
 def test_a_run_that_breaks_down_has_the_reason_in_its_row(capsys: pytest.CaptureFixture[str]) -> None:
     said = call(capsys, *SWEEP, "table.time_constant=0.01 ms, 20 ms", "--out", "s.csv", "--no-plot")
     assert said.code == 0
@@ -117,26 +129,25 @@ def test_a_sweep_goes_on_where_it_was_stopped_and_makes_nothing_twice(
     arguments = (*SWEEP, "controller.proportional=0.1..0.5 V/mm:12", "--threads", "2", "--no-plot", "--out")
     assert call(capsys, *arguments, "whole.csv").code == 0
     made: list[int] = []
-    plain_run = Members.run
+    add = SweepTable.add
 
-    def counted(self: Members, number: int, values: tuple[float, ...]) -> Member:
+    def counted(self: SweepTable, member: Member) -> None:
         if len(made) == 5:
             raise KeyboardInterrupt
-        made.append(number)
-        return plain_run(self, number, values)
+        made.append(member.number)
+        add(self, member)
 
-    monkeypatch.setattr(Members, "run", counted)
+    monkeypatch.setattr(SweepTable, "add", counted)
     said = call(capsys, *arguments, "s.csv")
     assert said.code == 130
-    assert said.err == f"Stopped after {len(rows())} of 12 runs; the same command goes on from there.\n"
-    kept = {int(row.split(",")[0]) for row in rows()}
+    assert said.err == "Stopped after 5 of 12 runs; the same command goes on from there.\n"
     with Path("s.csv").open("a") as file:
         file.write("11,0.5,3.1")  # a row that was cut off while it was written
     again: list[int] = []
-    monkeypatch.setattr(Members, "run", lambda self, number, values: (again.append(number), plain_run(self, number, values))[1])
+    monkeypatch.setattr(SweepTable, "add", lambda self, member: (again.append(member.number), add(self, member))[1])
     said = call(capsys, *arguments, "s.csv")
     assert said.code == 0
-    assert sorted(again) == sorted(set(range(12)) - kept)
+    assert sorted(again) == sorted(set(range(12)) - set(made))
     assert Path("s.csv").read_bytes() == Path("whole.csv").read_bytes()
     assert call(capsys, *arguments, "s.csv").out.startswith("12 runs, 0 of them made now;")
 

@@ -15,7 +15,7 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import Lesson, Machine
 from lathesim.lessons.schema import LessonSettings, MachineSettings
 from lathesim.lessons.simulate import prepare
-from lathesim.lessons.sweeping.members import Member, Members
+from lathesim.lessons.sweeping.members import Job, Member, Members
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import source_of
 from lathesim.plugins import load_registry
@@ -56,12 +56,14 @@ def pack(members: Members, overrides: Mapping[str, str | float], plugins: Sequen
     )
 
 
-def run_on_worker(bundle: Bundle, digest: str, jobs: Sequence[tuple[int, tuple[float, ...]]]) -> list[Member]:
+def run_on_worker(bundle: Bundle, digest: str, jobs: Sequence[Job]) -> list[Member]:
     """Return what some runs of a bundle give on a worker; :class:`LatheSimError` where its machine is not that of the one who asked."""
     members = _unpacked(bundle)
     if members.digest != digest:
         raise LatheSimError("a worker puts another machine together.", remedy="Install the same version of lathesim on all workers.")
-    return [members.run(number, values) for number, values in jobs]
+    found: list[Member] = []
+    members.runs(jobs, found.append)
+    return found
 
 
 _FOLDERS: list[tempfile.TemporaryDirectory[str]] = []

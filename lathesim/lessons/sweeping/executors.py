@@ -3,42 +3,81 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
 from typing import Any
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.sweeping.bundle import Bundle, run_on_worker
-from lathesim.lessons.sweeping.members import Member, Members
-
-Job = tuple[int, tuple[float, ...]]
-"""Number and values [SI] of a run."""
+from lathesim.lessons.sweeping.members import Job, Member, Members
 
 MEMORY = 1 << 30
 """Bytes that all runs under way may take together."""
-_A_TASK = 8
+SIDE_BY_SIDE = 16
+"""Runs that one core computes side by side; groups hold a multiple of it."""
+_LARGEST_RECORD = MEMORY // 4
+"""Bytes of runs side by side above which a batch makes them one by one."""
+_LARGEST_GROUP = 64 * SIDE_BY_SIDE
+_A_TASK = SIDE_BY_SIDE
 """Runs in one task on a cluster: few, so that little is lost when it stops, and enough to pay for the way there and back."""
 
 
 def run_here(members: Members, jobs: Sequence[Job], threads: int = 0) -> Iterator[Member]:
-    """Return the runs as they end, made on all cores (the compiled loop lets other threads work); only a few wait at a time."""
+    """Return the runs as they end, made in groups on all cores (the compiled loop lets other threads work).
+
+    The groups get smaller towards the end, so that all cores are busy until then. A stop waits for what each core is just computing.
+    """
     workers = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count() or 1
-    workers = max(1, min(workers, MEMORY // max(1, members.bytes_a_run)))
+    together = SIDE_BY_SIDE * members.bytes_a_run
+    workers = max(1, min(workers, MEMORY // max(1, together if together <= _LARGEST_RECORD else members.bytes_a_run)))
     members.compile()
-    with ThreadPoolExecutor(workers) as pool:
-        waiting = {pool.submit(members.run, *job) for job in jobs[: 2 * workers]}
-        ahead = 2 * workers
+    groups = _groups(jobs, workers)
+    taking, stop = threading.Lock(), threading.Event()
+    ended: SimpleQueue[Member | BaseException | None] = SimpleQueue()
+
+    def hand_over(member: Member) -> None:
+        if stop.is_set():
+            raise InterruptedError
+        ended.put(member)
+
+    def work() -> None:
         try:
-            while waiting:
-                done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-                for future in done:
-                    if ahead < len(jobs):
-                        waiting.add(pool.submit(members.run, *jobs[ahead]))
-                        ahead += 1
-                    yield future.result()
+            while not stop.is_set():
+                with taking:
+                    group = next(groups, ())
+                if not group:
+                    break
+                members.runs(group, hand_over)
+            ended.put(None)
+        except BaseException as error:  # raised again where the runs are waited for
+            ended.put(error)
+
+    with ThreadPoolExecutor(workers) as pool:
+        for _ in range(workers):
+            pool.submit(work)
+        try:
+            while workers:
+                member = ended.get()
+                if isinstance(member, BaseException):
+                    raise member
+                if member is None:
+                    workers -= 1
+                else:
+                    yield member
         finally:
-            for future in waiting:
-                future.cancel()
+            stop.set()
+
+
+def _groups(jobs: Sequence[Job], workers: int) -> Iterator[Sequence[Job]]:
+    """Return the jobs in groups: half of a worker's share of what is left each, rounded up to what runs side by side."""
+    first = 0
+    while first < len(jobs):
+        share = -(-(len(jobs) - first) // (2 * workers * SIDE_BY_SIDE)) * SIDE_BY_SIDE
+        size = min(share, _LARGEST_GROUP)
+        yield jobs[first : first + size]
+        first += size
 
 
 def run_on_cluster(address: str, bundle: Bundle, digest: str, jobs: Sequence[Job]) -> Iterator[Member]:
