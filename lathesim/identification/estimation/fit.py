@@ -1,0 +1,287 @@
+"""The one descent by least squares: free values that make a whitened residual least, within bounds, with uncertainties as penalties.
+
+    minimise  |W r(p)|^2  +  sum_i ((p_i - given_i) / uncertainty_i)^2
+
+``residual`` takes many rows of values at once. The start and all changed values of a Jacobian are one call, and so are steps of several
+dampings: what computes runs side by side computes them in one pass. A Jacobian is kept as long as steps gain as much as it predicts: most
+machines are nearly linear in most of their values, and a step costs one run then. Within bounds the step is the best one that keeps them.
+Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal, Wright, Numerical Optimization, 2nd ed.,
+section 10.3 (Levenberg-Marquardt). Left out: second derivatives of the residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.fit import Free
+from lathesim.identification.signal.rounding import ROUNDING
+
+_STEP = 3e-3
+_DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
+"""Factors on the last damping: two are tried at once, the stronger ones where both fail."""
+_AS_PREDICTED = 0.1
+"""Slopes are kept after a step whose gain differs by less than this share from the predicted one."""
+_LEAST_GAIN = 0.05
+"""Gain in cost, where the residual is in standard deviations, under which a step is not worth its run."""
+
+Residual = Callable[[FloatArray], Sequence[FloatArray]]
+"""From rows of values, shape (rows, values) [SI], to the residual of each, all of one shape."""
+Steps = Callable[[FloatArray, int], FloatArray]
+"""From values (values,) and how many Jacobians were taken before to the changes (values,) by which slopes are taken."""
+
+
+class Weighting:
+    """How a residual counts: this one takes every number as it is; others whiten it."""
+
+    def power(self, residual: FloatArray) -> float:
+        """Return the sum of squares of a whitened residual, not a number where the run was lost."""
+        return float(np.sum(np.square(residual)))
+
+    def white(self, residual: FloatArray) -> FloatArray:
+        """Return a residual whitened, shape (numbers,)."""
+        return residual.ravel()
+
+    def white_slopes(self, slopes: FloatArray, residual: FloatArray) -> FloatArray:
+        """Return slopes (values, ...) whitened as they are at a residual, shape (numbers, values)."""
+        return slopes.reshape(len(slopes), -1).T
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The end of a fit: values [SI], the residual there, and the cost; the slopes d (-residual) / d value while they still hold."""
+
+    values: FloatArray
+    residual: FloatArray
+    cost: float = np.nan
+    slopes: FloatArray | None = None
+    fresh: bool = False
+    """Whether the slopes were taken at these values."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """A residual and its free values; ``known`` slopes, by the place of a value, are taken as they are, and ``steps`` makes the others."""
+
+    residual: Residual
+    free: Sequence[Free]
+    known: Mapping[int, FloatArray] | None = None
+    steps: Steps | None = None
+
+    @cached_property
+    def low(self) -> FloatArray:
+        """Return the lower bounds, (values,)."""
+        return np.array([item.low for item in self.free])
+
+    @cached_property
+    def high(self) -> FloatArray:
+        """Return the upper bounds, (values,)."""
+        return np.array([item.high for item in self.free])
+
+    @cached_property
+    def scale(self) -> FloatArray:
+        """Return the scales, (values,)."""
+        return np.array([item.scale for item in self.free])
+
+    @cached_property
+    def given(self) -> FloatArray:
+        """Return the given values, (values,)."""
+        return np.array([item.given for item in self.free])
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Return one over the squares of the uncertainties, (values,)."""
+        uncertainty = np.array([item.uncertainty for item in self.free])
+        return np.where(np.isfinite(uncertainty), 1.0 / np.maximum(uncertainty, 1e-300) ** 2, 0.0)
+
+    def penalty(self, values: FloatArray) -> float:
+        """Return the squares of how far values are from the given ones, in uncertainties."""
+        return float(np.sum(self.precision * (values - self.given) ** 2))
+
+    def begin(self, start: FloatArray) -> Fit:
+        """Return the start, inside the bounds, with its residual and slopes: one batch."""
+        values = np.clip(start, self.low, self.high)
+        steps, asked = self._steps(values, 0), self._asked
+        found = self.residual(np.vstack([values, (values + np.diag(steps))[asked]]))
+        return Fit(values, found[0], slopes=self._slopes(found[0], found[1:], steps), fresh=True)
+
+    def slopes(self, values: FloatArray, residual: FloatArray, before: int = 0) -> FloatArray:
+        """Return d (-residual) / d value, shape (values, ...), by one-sided differences that stay inside the bounds."""
+        steps, asked = self._steps(values, before), self._asked
+        return self._slopes(residual, self.residual((values + np.diag(steps))[asked]) if asked else [], steps)
+
+    def central_slopes(self, values: FloatArray) -> FloatArray:
+        """Return d (-residual) / d value, shape (values, ...), by central differences, one-sided at a bound."""
+        if not len(values):
+            return np.zeros((0, *self.residual(values[None])[0].shape))
+        steps = np.diag(_STEP * self.scale)
+        ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
+        found = self.residual(np.vstack([ahead, behind]))
+        width = np.diag(ahead - behind)
+        return np.array([(found[len(values) + place] - found[place]) / width[place] for place in range(len(values))])
+
+    @property
+    def _asked(self) -> list[int]:
+        return [place for place in range(len(self.free)) if place not in (self.known or {})]
+
+    def _steps(self, values: FloatArray, before: int) -> FloatArray:
+        steps = _STEP * self.scale if self.steps is None else self.steps(values, before)
+        return np.where(values + steps > self.high, -steps, steps)
+
+    def _slopes(self, residual: FloatArray, moved: Sequence[FloatArray], steps: FloatArray) -> FloatArray:
+        known, found = self.known or {}, iter(moved)
+        if not len(self.free):
+            return np.zeros((0, *residual.shape))
+        with np.errstate(invalid="ignore"):  # a lost run has no slopes, and no step is taken along them
+            slopes = [known[place] if place in known else (residual - next(found)) / steps[place] for place in range(len(steps))]
+        return np.array(slopes)
+
+
+def fit(
+    residual: Residual | Question,
+    free: Sequence[Free],
+    start: FloatArray | Fit,
+    *,
+    weighting: Weighting | None = None,
+    iterations: int = 12,
+    tolerance: float = 1e-6,
+    least: float = _LEAST_GAIN,
+    worth: Callable[[float], float] | None = None,
+    report: Callable[[int, float], None] | None = None,
+) -> Fit:
+    """Return where the descent from ``start`` ends: values inside their bounds, or an earlier fit to go on from with its slopes.
+
+    ``residual`` is a :class:`Question` with ``free`` where slopes are taken in a way of its own. Without a ``weighting`` every number of
+    the residual counts alike. A descent ends after ``iterations`` steps, or when one gains less than ``least`` and a share ``tolerance``
+    of the cost. ``worth`` gives, from the cost, the gain that slopes must predict for it to go on; the same by default. ``report`` is
+    called with the number of each iteration and the cost before it.
+    """
+    question = residual if isinstance(residual, Question) else Question(residual, free)
+    descent = _Descent(question, weighting or Weighting(), tolerance, least, worth)
+    here = start if isinstance(start, Fit) else question.begin(start)
+    here = replace(here, cost=descent.cost(here.values, here.residual))
+    lines, damping, taken = None, 1e-3, 1
+    for turn in range(iterations if len(here.values) else 0):
+        if report is not None:
+            report(turn + 1, here.cost)
+        anew = here.fresh or here.slopes is None
+        if here.slopes is None:
+            here = replace(here, slopes=question.slopes(here.values, here.residual, taken))
+            taken += 1
+        here = replace(here, fresh=False)
+        lines = descent.lines(here, lines)
+        if not descent.goes_on(here, lines):
+            break  # no step within the bounds could gain as much
+        found = descent.tried(here, lines, damping, one=not anew)
+        if found is None and anew:
+            break
+        if found is None:
+            here = replace(here, slopes=None)  # from slopes of another place no step gets better: once more with those of this one
+            continue
+        end, damping = found
+        before, here = here, descent.with_kept_slopes(here, end, lines)
+        if before.cost - here.cost < descent.enough(before.cost):
+            break
+    return here
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """A residual as straight lines of its values, in scales: its slopes as given and whitened (numbers, values), the normal matrix with
+    the penalty's, and ``down`` (values,), by how much half the cost falls with each value."""
+
+    slopes: FloatArray
+    white: FloatArray
+    gram: FloatArray
+    down: FloatArray
+
+
+@dataclass(frozen=True)
+class _Descent:
+    """A question with how its residual counts and when its descent ends."""
+
+    question: Question
+    weighting: Weighting
+    tolerance: float
+    least: float
+    worth: Callable[[float], float] | None
+
+    def cost(self, values: FloatArray, residual: FloatArray) -> float:
+        return self.weighting.power(residual) + self.question.penalty(values)
+
+    def enough(self, cost: float) -> float:
+        """Return the gain that is worth a further step."""
+        return self.least + self.tolerance * cost
+
+    def lines(self, here: Fit, before: _Lines | None) -> _Lines:
+        """Return the straight lines at a place; those from before with another ``down`` where the slopes are the same."""
+        question, scale = self.question, self.question.scale
+        assert here.slopes is not None
+        if before is not None and before.slopes is here.slopes:
+            white, gram = before.white, before.gram
+        else:
+            white = self.weighting.white_slopes(here.slopes, here.residual) * scale
+            gram = white.T @ white + np.diag(question.precision * scale**2)
+        down = white.T @ self.weighting.white(here.residual) - question.precision * scale * (here.values - question.given)
+        return _Lines(here.slopes, white, gram, np.asarray(down))
+
+    def goes_on(self, here: Fit, lines: _Lines) -> bool:
+        """Return whether the lines promise a gain that is worth a step."""
+        promised = self.predicted(self.step(here.values, lines, 0.0), here.values, lines)
+        return promised >= (self.enough if self.worth is None else self.worth)(here.cost)
+
+    def tried(self, here: Fit, lines: _Lines, damping: float, *, one: bool) -> tuple[Fit, float] | None:
+        """Return the first step that gets better and its damping, none where none does; ``one`` tries one first."""
+        for factors in (*(_DAMPINGS[0][:, None] if one else _DAMPINGS[:1]), _DAMPINGS[1]):
+            trials = damping * factors
+            candidates = np.array([self.step(here.values, lines, amount) for amount in trials])
+            residuals = self.question.residual(candidates)
+            costs = [self.cost(trial, other) for trial, other in zip(candidates, residuals, strict=True)]
+            best = int(np.argmin(np.nan_to_num(costs, nan=np.inf)))
+            if costs[best] < here.cost:
+                return Fit(candidates[best], residuals[best], costs[best]), float(np.clip(trials[best], 1e-9, 1e6))
+        return None
+
+    def with_kept_slopes(self, here: Fit, end: Fit, lines: _Lines) -> Fit:
+        """Return the end of a step, with the slopes from before where it gained about as much as they predicted."""
+        gain, predicted = here.cost - end.cost, self.predicted(end.values, here.values, lines)
+        return end if abs(gain - predicted) > _AS_PREDICTED * predicted + self.least else replace(end, slopes=lines.slopes)
+
+    def predicted(self, found: FloatArray, values: FloatArray, lines: _Lines) -> float:
+        """Return by how much the cost falls from ``values`` to ``found`` as far as the slopes show."""
+        step = (found - values) / self.question.scale
+        return float(2.0 * step @ lines.down - step @ lines.gram @ step)
+
+    def step(self, values: FloatArray, lines: _Lines, amount: float) -> FloatArray:
+        """Return the values after a damped step that is the best one within the bounds: one that ran into them and was cut short would take
+        the other values where they belong only together with it."""
+        question, diagonal = self.question, np.diag(lines.gram)
+        matrix = lines.gram + amount * np.diag(diagonal + 1e-9 * max(float(diagonal.max()), 1e-300))
+        step = _undamped(matrix, lines.down)
+        low, high = (question.low - values) / question.scale, (question.high - values) / question.scale
+        if np.any(step < low) or np.any(step > high):
+            step = _bounded(matrix, lines.down, low, high)
+        return np.asarray(np.clip(values + step * question.scale, question.low, question.high))
+
+
+def _undamped(matrix: FloatArray, slope: FloatArray) -> FloatArray:
+    """Return the step, in scales, with which the slopes vanish; none where a run grew beyond all bounds: from there is no way on."""
+    if not (np.isfinite(matrix).all() and np.isfinite(slope).all()):
+        return np.zeros_like(slope)
+    return np.asarray(np.linalg.lstsq(matrix, slope, rcond=None)[0])
+
+
+def _bounded(matrix: FloatArray, slope: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the step s between two bounds with the least s'Ms/2 - s'g, by the active-set method of Stark and Parker."""
+    ridge = ROUNDING * max(float(np.diag(matrix).max()), 1e-300)
+    root = np.linalg.cholesky(matrix + ridge * np.eye(len(matrix))).T
+    goal = np.linalg.solve(root.T, slope)
+    movable = high > low
+    step = np.where(movable, 0.0, low)
+    step[movable] = lsq_linear(root[:, movable], goal, bounds=(low[movable], high[movable]), method="bvls").x
+    return step
