@@ -56,10 +56,9 @@ class Mean:
 
 def table1(draws: int, tell: Tell) -> list[Mean]:
     """Return the means of all cases over ``draws`` draws, each of six factors between 0.99 and 1.01."""
-    from lathesim.analysis.metrics.metric import measure
-    from lathesim.engine.running.run import run
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
+    from lathesim.lessons.sweeping.members import Member, Members
     from lathesim.plugins import load_registry
 
     registry = load_registry(installed=False)
@@ -70,16 +69,13 @@ def table1(draws: int, tell: Tell) -> list[Mean]:
         prepared = prepare(lesson, registry, case)
         plan, chance = prepared.plan, np.random.default_rng(CHANCE)
         given = np.array([plan.parameter_values[plan.parameters[name]] for name in JITTERED])
-        rows = []
-        for _ in range(draws):
-            factors = chance.uniform(1.0 - JITTER, 1.0 + JITTER, len(given))
-            overrides = dict(zip(JITTERED, given * factors, strict=True))
-            record = run(plan, seed=prepared.case.seed, engine="compiled", overrides=overrides, check_stability=False)
-            values = measure(record, registry.metrics).values
-            rows.append([values[name].value * factor for name, (_, factor) in METRICS.items()])
-        means = np.mean(rows, axis=0)
+        drawn = given * chance.uniform(1.0 - JITTER, 1.0 + JITTER, (draws, len(given)))
+        members: list[Member] = []
+        wanted = {name: registry.metric(name) for name in METRICS}
+        Members(prepared, JITTERED, wanted).runs([(number, tuple(row)) for number, row in enumerate(drawn)], members.append)
+        means = np.mean([member.metrics for member in members], axis=0) * [factor for _, factor in METRICS.values()]
         found += [
-            Mean(case, name, unit, float(mean), wanted)
-            for (name, (unit, _)), mean, wanted in zip(METRICS.items(), means, reference, strict=True)
+            Mean(case, name, unit, float(mean), expected)
+            for (name, (unit, _)), mean, expected in zip(METRICS.items(), means, reference, strict=True)
         ]
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -69,9 +69,16 @@ class Course:
 
     def lap(self, corrections: FloatArray, overrides: Mapping[str, float] | None = None) -> Lap:
         """Run a lap with a correction for each axis, shape (axes, samples)."""
-        names, values = list(overrides or {}), np.array([list((overrides or {}).values())])
-        given = {name: [corrections[place][:, None]] for place, name in enumerate(self.tables)}
-        record = np.asarray(self.batch.run(names, values, np.copy, given)[0])
+        return self.laps([corrections], overrides)[0]
+
+    def laps(self, corrections: Sequence[FloatArray], overrides: Mapping[str, float] | None = None) -> list[Lap]:
+        """Run laps in one batch, each with corrections of its own."""
+        names, row = list(overrides or {}), list((overrides or {}).values())
+        given = {name: [one[place][:, None] for one in corrections] for place, name in enumerate(self.tables)}
+        return list(self.batch.run(names, np.array([row for _ in corrections]), self._lap, given))
+
+    def _lap(self, record: FloatArray) -> Lap:
+        """Return the lap of a record (channels, samples)."""
         asked, read = self._rows("reference"), self._rows("reading")
         errors = record[asked] - record[read]
         place = self._contour()

@@ -108,14 +108,16 @@ def _responses(course: Course, base: FloatArray, frame: FloatArray | None, lengt
     samples, count = course.samples, len(course.loops)
     exact = course.exact(late=True)
     lasts = samples - max(1, round(_PLACES[-1] * samples))
+    starts = [min(samples // 2, max(1, round(place * samples))) for place in _PLACES]
+    pulses = np.zeros((len(starts), count, count, samples))
+    for own, at in zip(pulses, starts, strict=True):
+        own[:, :, at] = _PULSE[course.what] * (np.eye(count) if frame is None else frame[at].T)
+    laps = iter(course.laps(list(pulses.reshape(-1, count, samples)), exact))
     responses, answers = [], []
-    for place in _PLACES:
-        at = min(samples // 2, max(1, round(place * samples)))
+    for at in starts:
         columns = []
         for axis in range(count):
-            pulse = np.zeros((count, samples))
-            pulse[:, at] = _PULSE[course.what] * (np.eye(count)[axis] if frame is None else frame[at][:, axis])
-            answer = _into(frame, base - course.lap(pulse, exact).errors)[:, at : at + lasts] / _PULSE[course.what]
+            answer = _into(frame, base - next(laps).errors)[:, at : at + lasts] / _PULSE[course.what]
             answers.append(float(np.sqrt(np.sum(answer[axis] ** 2))))
             columns.append(np.fft.rfft(answer * _faded(answer.shape[1]), length).T)
         responses.append(np.stack(columns, axis=2))

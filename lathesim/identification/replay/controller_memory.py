@@ -113,7 +113,8 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     values = np.array([speeds.get(name, value) for name, value in zip(memories, given, strict=True)])
     best = left(values[None])[0]
     for _ in range(_TIMES):
-        slopes = np.array([_slope(left(values + _STEPS[:, None] * one) - best, _LITTLE * size) for one in np.eye(len(memories))])
+        moves = (_STEPS[:, None] * np.eye(len(memories))[:, None]).reshape(-1, len(memories))
+        slopes = np.array([_slope(own, _LITTLE * size) for own in np.split(left(values + moves) - best, len(memories))])
         answers = np.abs(slopes).max(axis=1) > SLOPE_ROUNDING * np.abs(slopes).max(initial=0.0)
         scale = np.abs(slopes).max(axis=1, keepdims=True) + 1e-300
         moved = np.linalg.lstsq((slopes / scale)[answers].T, -best, rcond=1e-6)[0] / scale[answers, 0]
