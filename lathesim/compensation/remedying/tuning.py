@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -10,12 +11,15 @@ import numpy as np
 from lathesim.compensation.remedying.bench import Bench, Line
 from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray
+from lathesim.identification.estimation.fit import Question, fit
+from lathesim.identification.records.fit import Free
 
-_ROUNDS = 4
+_ROUNDS = 8
+_WORTH = 1e-4
+"""Steps of a search at most, and the share of the mean square that one must gain to be followed by another."""
 _STEP = 0.03
 _LEAD_STEP = 2e-4
 """Changes by which slopes are taken: a share of a value, and seconds of a lead."""
-_DAMPING = (0.0, 1e-2, 1.0)
 
 
 def deviation(bench: Bench, record: FloatArray, sound: FloatArray) -> FloatArray:
@@ -24,7 +28,7 @@ def deviation(bench: Bench, record: FloatArray, sound: FloatArray) -> FloatArray
 
 
 def tuned(bench: Bench, lines: Sequence[Line], free: Mapping[str, tuple[str, ...]]) -> dict[str, float]:
-    """Return ``part.parameter`` -> value for the free parameters of the lines: a few damped Gauss-Newton steps from the given values."""
+    """Return ``part.parameter`` -> value for the free parameters of the lines: a short fit from the given values."""
     names = [f"{line.name}.{name}" for line in lines for name in free.get(line.name, ())]
     if not names:
         return {}
@@ -37,31 +41,21 @@ def tuned(bench: Bench, lines: Sequence[Line], free: Mapping[str, tuple[str, ...
             tried = [np.where(np.arange(len(names)) == place, begin, values) for begin in begins]
             values = tried[int(np.argmin(_cost(bench, names, tried, sound)))]
     steps = np.array([_step(name, value) for name, value in zip(names, values, strict=True)])
-    best = _cost(bench, names, [values], sound)[0]
-    for _ in range(_ROUNDS):
-        rows = [values, *[values + step * row for step, row in zip(steps, np.eye(len(values)), strict=True)]]
-        records = bench.runs([dict(zip(names, row, strict=True)) for row in rows], exact=True)
-        residual = deviation(bench, records[0], sound)
-        slopes = np.stack(
-            [(deviation(bench, record, sound) - residual) / step for record, step in zip(records[1:], steps, strict=True)], axis=1
-        )
-        scale = np.maximum(np.sqrt(np.mean(slopes**2, axis=0)), 1e-30)
-        matrix, right = (slopes / scale).T @ (slopes / scale), (slopes / scale).T @ residual
-        tried = []
-        for damping in _DAMPING:
-            step = np.linalg.lstsq(matrix + damping * np.diag(np.diag(matrix)), -right, rcond=1e-9)[0] / scale
-            tried += [np.clip(values + share * step, low, high) for share in (1.0, 0.5)]
-        costs = _cost(bench, names, tried, sound)
-        place = int(np.argmin(costs))
-        if not costs[place] < best * 0.999:
-            break
-        values, best = tried[place], costs[place]
-    return dict(zip(names, map(float, values), strict=True))
+    left = functools.partial(_left, bench, names, sound, np.sqrt(_cost(bench, names, [values], sound)[0]))
+    fitted = [Free(name, value, step, *ends) for name, value, step, *ends in zip(names, values, steps, low, high, strict=True)]
+    question = Question(left, fitted, steps=lambda values, before: steps)
+    found = fit(question, fitted, values, iterations=_ROUNDS, tolerance=_WORTH, least=0.0).values
+    return dict(zip(names, map(float, found), strict=True))
+
+
+def _left(bench: Bench, names: Sequence[str], sound: FloatArray, unit: float, rows: FloatArray) -> list[FloatArray]:
+    """Return how far the tables are from the sound machine's for each row of values, in a unit [m]."""
+    records = bench.runs([dict(zip(names, row, strict=True)) for row in rows], exact=True)
+    return [deviation(bench, record, sound) / max(unit, 1e-30) for record in records]
 
 
 def _cost(bench: Bench, names: Sequence[str], rows: Sequence[FloatArray], sound: FloatArray) -> list[float]:
-    records = bench.runs([dict(zip(names, row, strict=True)) for row in rows], exact=True)
-    costs = [float(np.mean(deviation(bench, record, sound) ** 2)) for record in records]
+    costs = [float(np.mean(left**2)) for left in _left(bench, names, sound, 1.0, np.array(rows))]
     return [cost if np.isfinite(cost) else np.inf for cost in costs]
 
 
