@@ -19,7 +19,7 @@ from pathlib import Path
 
 from tests.diagnosis.real.cases import Case
 from tests.diagnosis.real.recordings import cases
-from tests.diagnosis.real.scoring import RULE, Answer, changed, row, table
+from tests.diagnosis.real.scoring import RULE, Answer, changed, counted, row, table
 
 HERE = Path(__file__).parents[3]
 """The checkout that these tests belong to."""
@@ -47,8 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(f"{case.name}: {' | '.join(row(case, answer)[2:])}", file=sys.stderr, flush=True)
     chosen = [case for case in chosen if case.name in kept]
     print(table(row(case, kept[case.name]) for case in chosen))
-    marks = [row(case, kept[case.name])[6] for case in chosen]
-    print(f"\n{', '.join(f'{marks.count(mark)} {mark}' for mark in ('right', 'partly', 'wrong'))}\n{RULE}")
+    print(f"\n{counted(row(case, kept[case.name]) for case in chosen)}\n{RULE}")
     if asked.against is not None:
         print("\n" + "\n".join(changed(chosen, kept, read(asked.against))))
     return 0

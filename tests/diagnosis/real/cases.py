@@ -12,12 +12,17 @@ DATA = SHARED / "data"
 
 @dataclass(frozen=True)
 class Size:
-    """A true value of a parameter; ``known`` only where the machine was simulated, else it is the fit of a grey box."""
+    """A true value of a parameter, told to a ``rounding``; ``known`` only where the machine was simulated, else a grey box was fitted."""
 
     parameter: str
     value: float
     unit: str
     known: bool = False
+    rounding: float = 0.0
+
+    def is_within(self, low: float, high: float) -> bool:
+        """Return whether an interval holds the value, as far as its rounding tells."""
+        return low - self.rounding <= self.value <= high + self.rounding
 
 
 @dataclass(frozen=True)

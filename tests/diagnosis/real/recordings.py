@@ -44,7 +44,7 @@ def real() -> list[Case]:
         ),
         Case(
             "lift", "real/odrive_lift", "lift.yaml", "lift1.csv", "lift25.csv", "weight 3.97 A, dry friction 1.05 A",
-            (Hidden(("ForceOffset",), ("x_axis",), (Size("offset", 3.97, "N"),)), _dry("x_axis", Size("level", 1.05, "N"))), (),
+            (Hidden(("ForceOffset",), ("x_axis",), (Size("offset", -3.97, "N"),)), _dry("x_axis", Size("level", 1.05, "N"))), (),
             Deciding("fit", "x_axis.current", "A", 1.27),
         ),
         Case(
@@ -84,34 +84,42 @@ def suite_a(*, on_motor: bool) -> list[Case]:
     ]
 
 
-def _true(parameter: str, value: float, unit: str) -> Size:
-    return Size(parameter, value, unit, known=True)
+def _true(parameter: str, value: float, unit: str, digit: float) -> Size:
+    """Return a true value that is told to a last ``digit``."""
+    return Size(parameter, value, unit, known=True, rounding=0.5 * digit)
 
 
 def _friction(level: float, excess: float = 0.0, speed: float = 0.0, *, on_motor: bool) -> tuple[Hidden, ...]:
     """Return a friction [N] and how it exceeds its level at low speed [m/s], at the table or as a torque of the motor."""
     force, flow, per = ("N*m", "rad/s", LEAD) if on_motor else ("N", "m/s", 1.0)
-    dry = _dry("x_axis", _true("level", level * per, force))
-    peak = Hidden(("StribeckFriction",), ("x_axis",), (_true("excess", excess * per, force), _true("stribeck_velocity", speed / per, flow)))
+    dry = _dry("x_axis", _true("level", level * per, force, per))
+    peak = Hidden(
+        ("StribeckFriction",),
+        ("x_axis",),
+        (_true("excess", excess * per, force, 2.0 * per), _true("stribeck_velocity", speed / per, flow, 1e-4 / per)),
+    )
     return (dry, peak) if excess else (dry,)
 
 
 def _dead_zone(half: float) -> Hidden:
-    return Hidden(("AmplifierDeadZone",), ("x_drive", "x_axis", "x_dac"), (_true("half_width", half, "V"),))
+    return Hidden(("AmplifierDeadZone",), ("x_drive", "x_axis", "x_dac"), (_true("half_width", half, "V", 0.01),))
 
 
 def _pitch_error(amplitude: float, lead: float) -> Hidden:
-    sizes = _true("amplitude", amplitude, "m"), _true("lead", lead, "m"), _true("turn", lead, "m")
+    sizes = _true("amplitude", amplitude, "m", 1e-8), _true("lead", lead, "m", 0.0), _true("turn", lead, "m", 0.0)
     return Hidden(("PeriodicPitchError", "EncoderEccentricity"), ("x_scale", "x_encoder"), sizes)
 
 
 def _growth(strain: float, time_constant: float) -> Hidden:
-    return Hidden(("ThermalScrewGrowth",), ("x_scale",), (_true("strain", strain, "1"), _true("time_constant", time_constant, "s")))
+    return Hidden(
+        ("ThermalScrewGrowth",), ("x_scale",), (_true("strain", strain, "1", 0.1e-6 / 0.3), _true("time_constant", time_constant, "s", 0.1))
+    )
 
 
 def _off(*, mass: float, viscous: float, on_motor: bool) -> tuple[Size, ...]:
     """Return the true values of what the lesson gives wrongly, by their shares."""
     given = ON_MOTOR if on_motor else ON_TABLE
     return tuple(
-        _true(name, value * (1.0 + share), unit) for (name, value, unit), share in ((given["mass"], mass), (given["viscous"], viscous))
+        _true(name, value * (1.0 + share), unit, 0.01 * value)
+        for (name, value, unit), share in ((given["mass"], mass), (given["viscous"], viscous))
     )

@@ -109,7 +109,7 @@ def _sizes(given: Mapping[str, Mapping[str, Any]], true: Sequence[Size]) -> str:
         elif low is None or high is None:
             texts.append(f"{text}, no interval")
         else:
-            holds = "in" if low <= size.value <= high else "OUT of"
+            holds = "in" if size.is_within(low, high) else "OUT of"
             texts.append(f"{text}, {_number(size.value)} is {holds} {_number(low)} to {_number(high)}")
     return "; ".join(texts)
 
@@ -135,6 +135,15 @@ def row(case: Case, answer: Answer) -> tuple[str, ...]:
 def table(rows: Iterable[tuple[str, ...]]) -> str:
     """Return the table as Markdown."""
     return "\n".join(f"| {' | '.join(one)} |" for one in (HEADS, ("---",) * len(HEADS), *rows))
+
+
+def counted(rows: Iterable[tuple[str, ...]]) -> str:
+    """Return how many answers are worth what, and how many of the known sizes that they tell lie in their intervals."""
+    lines = list(rows)
+    marks, names = [line[6] for line in lines], " ".join(line[3] for line in lines)
+    inside, outside = names.count(" is in "), names.count(" is OUT of ")
+    worth = ", ".join(f"{marks.count(mark)} {mark}" for mark in ("right", "partly", "wrong"))
+    return f"{worth}; {inside} of {inside + outside} known sizes lie in their intervals"
 
 
 def changed(cases: Iterable[Case], now: Mapping[str, Answer], before: Mapping[str, Answer]) -> list[str]:
