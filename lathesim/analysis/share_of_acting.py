@@ -18,11 +18,3 @@ def still_missing_at(at: str, share: float, digits: int) -> str:
     if math.isnan(known_share(share)):
         return f"something is still missing at {at}, where next to nothing acts"
     return f"{share:.{digits}%} of what acts at {at} is still missing"
-
-
-def shares_beside(before: float, after: float) -> str:
-    """Return the missing shares before and after as the end of a sentence: ``", 17.3% of what acts there, and 3.1% after"``."""
-    known = [known_share(share) for share in (before, after)]
-    if math.isnan(known[0]):
-        return ""
-    return f", {known[0]:.1%} of what acts there" + ("" if math.isnan(known[1]) else f", and {known[1]:.1%} after")

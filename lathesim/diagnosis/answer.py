@@ -36,6 +36,7 @@ from lathesim.diagnosis.records.residual_test import Criterion, all_of, held
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located, strongest_variables
+from lathesim.diagnosis.reporting.explanations import explanations_of
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
 from lathesim.diagnosis.reporting.remarks import implausible_values, not_determined, not_shown, still_missing, unseen_forms, value_instead
 from lathesim.diagnosis.selection.laboratory import Laboratory, judged_score
@@ -106,7 +107,6 @@ def describe(
     rule = decide(grounds)
     outcome = _Outcome(prepared, found, own, evidence, baseline, judged, rule.verdict in NAMING)
     effects = _effects(outcome, ranked, replace(sure, by_name={**sure.by_name, **_read(counts)}), taken)
-    location = _location(outcome, effects, [candidate for candidate, _ in counts])
     formula, possible = _formula(outcome, progress), _possible(outcome, further, rule.verdict)
     return Diagnosis(
         verdict=rule.verdict,
@@ -115,7 +115,7 @@ def describe(
         recording=question.fitted.name,
         validation="",
         effects=effects,
-        location=location,
+        location=_location(outcome, effects, [candidate for candidate, _ in counts]),
         fit=own.fit,
         removed_share=taken,
         adequate=judged.adequate,
@@ -132,6 +132,7 @@ def describe(
         residual_tests=judged.tests,
         possible=possible,
         stability=stability(grounds),
+        explanations=explanations_of(found, method),
     )
 
 

@@ -51,7 +51,8 @@ def answered(rubbing: tuple[Path, Path, Path], tmp_path_factory: pytest.TempPath
     """What a person is told about the table that rubs, and the folder of what is written besides."""
     out = tmp_path_factory.mktemp("answered")
     with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(io.StringIO()) as errors:
-        code = run_command_line([str(each) for each in ("diagnose", *rubbing[:2], "--validate", rubbing[2], *ONLY, "--out", out)])
+        arguments = ("diagnose", *rubbing[:2], "--validate", rubbing[2], *ONLY, "--explain-decision", "--out", out)
+        code = run_command_line([str(each) for each in arguments])
     return Said(code, printed.getvalue(), errors.getvalue()), out
 
 
@@ -68,6 +69,11 @@ def test_json_is_json_and_nothing_else(rubbing: tuple[Path, Path, Path], capsys:
     assert set(answer["fit"][POSITION]) >= {"unit", "floor", "before", "after", "recording"}
     assert answer["fit"][POSITION]["recording"] == "check.csv"
     assert set(answer["baseline"]["x_axis.viscous"]) >= {"unit", "given", "refit_without", "refit_with"}
+    assert (answer["summary"][0], answer["sentence"]) == ("The simulation left out CoulombFriction at x_axis.",) * 2
+    kept = [one for one in answer["explanations"] if one["kept"]]
+    assert [(one["name"], one["place"], one["kind"]) for one in kept] == [("CoulombFriction", "x_axis", "effect")]
+    assert kept[0]["gain"] > kept[0]["chance"] + 5.0 * kept[0]["standard_error"] > 0.0
+    assert all(one["reason"] for one in answer["explanations"])
     assert answer["insert"][0]["effect"] == "CoulombFriction"
     assert 0.9 < answer["removed_share"] <= 1.0
     assert answer["adequate"] is True
@@ -88,6 +94,11 @@ def test_a_person_reads_what_where_and_how_sure(answered: tuple[Said, Path]) -> 
     assert "Paste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: " in said.out
     assert "Traceback" not in said.err
     assert (folder / "report.html").is_file()
+    assert said.out.startswith("The simulation left out CoulombFriction at x_axis.\n")
+    decided = said.out.partition("\nHow it was decided:\n")[2].splitlines()
+    assert decided[0].split() == ["explanation", "kind", "gain", "error", "chance", "kept", "why"]
+    assert decided[2].startswith("CoulombFriction at x_axis ")
+    assert any(line.startswith("the lesson, its uncertain values refitted") for line in decided)
 
 
 def test_the_lesson_it_writes_explains_the_recording(

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.diagnosis import (
     BaselineValue,
@@ -48,13 +49,8 @@ def _evidence() -> Evidence:
         VariableBar("x_controller.voltage", "acceleration of x_axis", 0.04, 0.01),
         VariableBar("x_controller.voltage", "speed of x_axis", 0.01, 0.0, kind=Kind.SPEED),
     )
-    tried = (
-        ("CoulombFriction at x_axis", 8123.4, 7871.2), ("PreslidingFriction at x_axis", 8119.0, 7862.7),
-        ("AsymmetricFriction at x_axis", 8124.1, 7870.9), ("Backlash at x_scale", 412.0, 98.0), ("TransportDelay at x_drive", 96.0, -31.0),
-        ("TorqueRipple at x_axis", 44.0, 12.5), ("Cogging at x_axis", 41.0, -3.0), ("ForceOffset at x_axis", 8.0, math.nan),
-    )  # fmt: skip
     runners_up = (("CoulombFriction at x_axis", "AsymmetricFriction at x_axis", 0.3),)
-    return Evidence(bars, (missing,), (position, command), WIRES, tried, runners_up)
+    return Evidence(bars, (missing,), (position, command), WIRES, (), runners_up)
 
 
 FIT = {
@@ -78,6 +74,23 @@ COULOMB = FoundEffect(
     0.97,
     "Friction of constant size against the motion, which holds the body at rest while less than that pushes it.",
 )
+
+
+def _tried(name: str, at: str, gain: float, reason: str, *, kept: bool = False) -> Explanation:
+    return Explanation(name, at, "effect", gain, 0.1 * abs(gain), 12.4, kept, reason)
+
+
+EXPLANATIONS = (
+    Explanation("the lesson, its uncertain values refitted", "", "lesson", 0.0, 0.0, 0.0, False, "every gain is counted from here"),
+    _tried("CoulombFriction", "x_axis", 7871.2, "explains 97% of what was left", kept=True),
+    _tried("PreslidingFriction", "x_axis", 7862.7, "another explanation of the same error predicts as well or better"),
+    _tried("AsymmetricFriction", "x_axis", 7870.9, "another explanation of the same error predicts as well or better"),
+    _tried("Backlash", "x_scale", 98.0, "explains only 1.2% of the error"),
+    _tried("TorqueRipple", "x_axis", 12.5, "gains no more than chance may"),
+    _tried("TransportDelay", "x_drive", -31.0, "predicts the held-out data worse"),
+    _tried("ForceOffset", "x_axis", math.nan, "not fitted: 8 is the most that it can gain on the recording that is fitted"),
+)
+NOTHING_KEPT = (replace(EXPLANATIONS[0], kept=True), *EXPLANATIONS[4:])
 LOCATION = Location(
     ("x_axis", "x_drive"),
     ("x_controller.voltage", "x_encoder.position"),
@@ -87,7 +100,7 @@ LOCATION = Location(
 
 NAMED = Diagnosis(
     "named",
-    "Coulomb friction of 20.4 N at x_axis is missing from the lesson.",
+    "The simulation left out CoulombFriction at x_axis.",
     "EMPS axis with mass and viscous friction only",
     "recording.csv",
     "validate.csv",
@@ -109,6 +122,7 @@ NAMED = Diagnosis(
     13.2,
     True,
     _evidence(),
+    explanations=EXPLANATIONS,
 )
 
 TIED = replace(
@@ -130,6 +144,7 @@ UNKNOWN = replace(
     verdict="unknown",
     sentence="A force is missing at x_axis that nothing in the catalogue explains; it depends on the position of x_axis and the direction.",
     effects=(),
+    explanations=NOTHING_KEPT,
     adequate=False,
     removed_share=0.61,
     discovered="F = 3.1 N (x / 10 mm)^2 sgn(v),   0 < x < 120 mm, abs(v) < 0.1 m/s   (empirical, unverified)",
@@ -147,7 +162,8 @@ FAULT = replace(
     baseline={},
     left=(),
     not_told=("No physics is named from this recording. Mend the unit in the lesson, and diagnose again.",),
-    evidence=Evidence((), (), _evidence().traces[:1], WIRES, ()),
+    evidence=Evidence((), (), _evidence().traces[:1], WIRES),
+    explanations=(),
 )
 
 CLEAN = replace(
@@ -155,12 +171,13 @@ CLEAN = replace(
     verdict="no_mismatch",
     sentence="The simulation explains the recording as it is.",
     effects=(),
+    explanations=NOTHING_KEPT,
     location=Location(),
     fit={name: replace(item, before=1.1 * item.floor, after=1.1 * item.floor) for name, item in FIT.items()},
     baseline={name: replace(item, refit_without=item.refit_with) for name, item in BASELINE.items()},
     insert=(),
     left=(),
-    evidence=Evidence((), (), tuple(replace(item, before=item.after) for item in _evidence().traces), WIRES, _evidence().tried[4:]),
+    evidence=Evidence((), (), tuple(replace(item, before=item.after) for item in _evidence().traces), WIRES),
 )
 
 PARAMETERS = replace(

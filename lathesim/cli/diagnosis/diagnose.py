@@ -52,6 +52,7 @@ _EVERY = 10.0
     help="A further recording of the same machine, with the lesson that maps it; several times. One verdict comes of all.",
 )
 @click.option("--design", is_flag=True, help="Where the answer is tied, write the program whose run would tell, to DIR/next.")
+@click.option("--explain-decision", "explained", is_flag=True, help="Print every explanation that was tried, and why it was kept or not.")
 @click.option("--no-report", is_flag=True, help="Write no report.")
 @click.option(
     "--without",
@@ -73,6 +74,7 @@ def diagnose(
     at_most: str | None,
     others: tuple[tuple[str, str], ...],
     design: bool,
+    explained: bool,
     no_report: bool,
     left_out: tuple[str, ...],
     variant: str | None,
@@ -95,6 +97,9 @@ def diagnose(
     from lathesim.diagnosis.diagnose import diagnose as answer
     from lathesim.diagnosis.records.diagnosis import as_json
     from lathesim.diagnosis.reporting.answer_files import report_place, write_answer
+    from lathesim.diagnosis.reporting.explanations import explanation_lines
+    from lathesim.diagnosis.reporting.number_text import plain
+    from lathesim.diagnosis.reporting.summary import headline, summary_lines
     from lathesim.diagnosis.reporting.terminal_text import answer_lines
     from lathesim.identification.replay.loading import load_case
     from lathesim.lessons.lesson import load_lesson
@@ -130,10 +135,10 @@ def diagnose(
             diagnosis = with_designed_program(
                 diagnosis, loaded, registry, folder / "next", variant, lambda text: click.echo(text, err=True), stop
             )
-    answer_json = json.dumps({**as_json(diagnosis), "report": None if no_report else str(report_place(folder))}, indent=2)
-    click.echo(
-        answer_json if quiet else "\n".join([*answer_lines(diagnosis), ""])
-    )  # printed before files are written: the disk may be full
+    told = {"sentence": plain(headline(diagnosis)), "summary": [plain(line) for line in summary_lines(diagnosis)]}
+    answer_json = json.dumps({**as_json(diagnosis), **told, "report": None if no_report else str(report_place(folder))}, indent=2)
+    answer_text = [*answer_lines(diagnosis), *(explanation_lines(diagnosis) if explained else []), ""]
+    click.echo(answer_json if quiet else "\n".join(answer_text))  # printed before files are written: the disk may be full
     files = [] if no_report else write_answer(diagnosis, case.lesson, folder)
     if not quiet:
         files += [write_text(json_file, answer_json + "\n")] if json_file is not None else []

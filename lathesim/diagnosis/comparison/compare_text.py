@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.analysis.share_of_acting import known_share
+from lathesim.analysis.text_table import text_table
 from lathesim.diagnosis.comparison.compare import Comparison
 from lathesim.diagnosis.location.order_spectrum import Line
 
@@ -15,10 +16,10 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     """Return a comparison as a person reads it."""
     lines = [f"Recording: {text}" for text in comparison.findings]
     lines += [""] * bool(lines)
-    lines += _table(_channel_rows(comparison))
+    lines += text_table(_channel_rows(comparison))
     if any(item.is_lost for item in comparison.channels):
         return [*lines, "", "So the place of the mismatch is unknown."]
-    lines += ["", "Every part with the inputs that were recorded:", *_table(_replay_rows(comparison))]
+    lines += ["", "Every part with the inputs that were recorded:", *text_table(_replay_rows(comparison))]
     lines += ["", *mismatch_sentences(comparison)]
     if comparison.adds_up:
         lines.append("Each part leaves next to nothing. Run by itself, with no recording to hold it, the simulation adds that up.")
@@ -26,7 +27,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
         lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
         lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.explained_by]
     found = _line_rows(comparison)
-    return lines + (["", "Lines of the residual:", *_table(found)] if len(found) > 1 else [])
+    return lines + (["", "Lines of the residual:", *text_table(found)] if len(found) > 1 else [])
 
 
 def mismatch_sentences(comparison: Comparison) -> list[str]:
@@ -84,12 +85,6 @@ def _line_rows(comparison: Comparison) -> list[tuple[str, ...]]:
 
 def _bar(share: float) -> str:
     return f"{'#' * round(20 * min(1.0, share)):<20}"
-
-
-def _table(rows: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]]
 
 
 def line_text(line: Line) -> str:

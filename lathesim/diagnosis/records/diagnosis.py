@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lathesim.analysis.share_of_acting import known_share
+from lathesim.diagnosis.records.comparison import Explanation, explanation_as_json
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.residual_test import Condition, ResidualTest
@@ -57,7 +58,7 @@ class FoundEffect:
     ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
     ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes, ``removes`` the same of what was
     left when it came in; ``undetermined`` names parameters that the recording does not determine, ``left_out`` those of them that the lines
-    to paste do without.
+    to paste do without. ``may_be_zero`` says that the intervals of all its sizes hold the value with which it vanishes.
     """
 
     effect: str
@@ -72,6 +73,7 @@ class FoundEffect:
     doc: str = ""
     undetermined: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    may_be_zero: bool = False
 
 
 @dataclass(frozen=True)
@@ -233,6 +235,8 @@ class Diagnosis:
     """How often the decision stands when its limits are shaken; nothing where a check of the recordings decided."""
     untried: tuple[str, ...] = ()
     """Effects, with their places, that a search which was stopped had not fitted yet, the most promising first."""
+    explanations: tuple[Explanation, ...] = ()
+    """Every explanation that was tried, with what it predicts of held-out data."""
 
     @property
     def names(self) -> bool:
@@ -307,7 +311,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "complete": diagnosis.complete,
         "report": diagnosis.report or None,
         "wall_time_s": _number(diagnosis.wall_time),
-    } | {"untried": list(diagnosis.untried)}
+    } | {"untried": list(diagnosis.untried), "explanations": [explanation_as_json(one) for one in diagnosis.explanations]}
 
 
 def _step(number: int, step: Step) -> dict[str, Any]:
@@ -364,6 +368,7 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "separating_experiment": effect.separating_experiment,
         "share": _number(effect.share),
         "undetermined": list(effect.undetermined),
+        "may_be_zero": effect.may_be_zero,
     }
 
 

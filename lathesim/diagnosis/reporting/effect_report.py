@@ -10,7 +10,7 @@ from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.verdict.ranking import RankedEffect
-from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates
+from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
 
@@ -36,9 +36,9 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
             undetermined.append(short)
     others = (*item.tied, *item.forms)
     tied = tuple(dict.fromkeys(other.name if other.name != candidate.name else f"{other.name} at {other.at}" for other in others))
-    unseen = next((other.effect.experiment for other in item.unseen), None)
-    separating = candidate.effect.experiment if tied or undetermined else unseen
-    if tied and channel:
+    # no experiment is worth its time that tells two forms of one law apart
+    separating = candidate.effect.experiment if undetermined or not all(_one_law(candidate, other) for other in others) else None
+    if tied and channel and separating:
         separating = f"{channel} {separating or ''}".strip()
     return FoundEffect(
         candidate.name,
@@ -52,7 +52,14 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         item.removes,
         _first_line(candidate),
         tuple(undetermined),
+        may_be_zero=interval_includes_neutral(candidate, values),
     )
+
+
+def _one_law(candidate: Candidate, other: Candidate) -> bool:
+    """Return whether two candidates at one place are forms of one law: one refines the other, or both refine the same."""
+    laws = [{one.name, *one.effect.identification.generalises} for one in (candidate, other)]
+    return candidate.at == other.at and bool(laws[0] & laws[1])
 
 
 def declared_in(experiment: Experiment, name: str) -> Declaration:

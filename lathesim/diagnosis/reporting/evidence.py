@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from lathesim.diagnosis.location.missing_share import missing_signals
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, VariableBar
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.reporting.explanations import best_of_each
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model, Trial
 from lathesim.identification.replay.experiment import Experiment
@@ -26,19 +27,9 @@ def gather(experiment: Experiment, validation: Experiment, found: SearchResult, 
         missing=missing_signals(validation, before, after, method=method),
         traces=tuple(_traces(validation, own)),
         wires=_wires(validation),
-        tried=tuple(_best_of_each(found.tried)),
+        tried=tuple((_name(one.candidate), one.gain, one.validation_gain) for one in best_of_each(found.tried)),
         runners_up=tuple(runners_up(found)),
     )
-
-
-def _best_of_each(tried: Iterable[Trial]) -> Iterator[tuple[str, float, float]]:
-    """Return name and gains of every candidate, on both recordings: of one that was tried in several ways or rounds the best."""
-    best: dict[str, Trial] = {}
-    for trial in tried:
-        name = _name(trial.candidate)
-        if name not in best or _gains(trial) > _gains(best[name]):
-            best[name] = trial
-    return ((name, trial.gain, trial.validation_gain) for name, trial in best.items())
 
 
 def runners_up(found: SearchResult) -> Iterator[tuple[str, str, float]]:

@@ -16,30 +16,23 @@ import numpy as np
 import lathesim
 from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import (
-    VERDICTS,
-    BaselineValue,
-    ChannelFit,
-    Diagnosis,
-    FoundEffect,
-    MissingSignal,
-    PossibleEffect,
-    VariableBar,
-)
+from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, FoundEffect, MissingSignal, VariableBar
+from lathesim.diagnosis.reporting.answer_tables import GAIN, before_text, effect_rows
+from lathesim.diagnosis.reporting.explanations import HEAD, LEGEND, explanation_rows
 from lathesim.diagnosis.reporting.number_text import (
     NOTHING,
     POSSIBLE_BESIDES,
-    TIMES,
     interval_texts,
     number,
     percent,
+    possible_text,
     probability_text,
     quantity_text,
     takes_part,
-    times,
     words,
 )
-from lathesim.diagnosis.reporting.stability_text import stability_lines
+from lathesim.diagnosis.reporting.remarks import stability_lines
+from lathesim.diagnosis.reporting.summary import is_worse, summary_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.identification.estimation.estimates import CONFIDENCE
 from lathesim.identification.machine.roles import is_recorded_signal
@@ -68,22 +61,24 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     modelled = bool(diagnosis.effects or diagnosis.discovered)
     changed = modelled or diagnosis.verdict == "parameters_only"
     order = _by_size(diagnosis.fit)
-    changes = [_change(name, diagnosis.fit[name]) for name in order[: method.reporting.most_rows]]
+    changes = [_change(name, diagnosis) for name in order[: method.reporting.most_rows]]
+    summary = summary_lines(diagnosis, method)
     return {
         "verdict": diagnosis.verdict,
         "verdict_word": _WORDS[diagnosis.verdict],
-        "sentence": diagnosis.sentence or VERDICTS[diagnosis.verdict],
-        "shortfall": diagnosis.shortfall,
+        "headline": summary[0],
+        "summary": [line.partition(": ")[::2] for line in summary[1:]],
+        "legends": (GAIN, before_text(diagnosis)),
         "takes_part": "" if diagnosis.names else takes_part(diagnosis),
         "lesson": diagnosis.lesson,
         "recording": diagnosis.recording,
         "held_out": diagnosis.validation if diagnosis.validation != diagnosis.recording else "",
-        "complete": diagnosis.complete,
-        "figures": _figures(diagnosis, modelled, changed, method=method),
         "findings": list(diagnosis.findings),
-        "effects": [_effect(effect) for effect in diagnosis.effects],
+        "effects": _effects(diagnosis, diagnosis.effects),
+        "docs": [(effect.effect, effect.doc) for effect in diagnosis.effects if effect.doc],
         "possible_title": POSSIBLE_BESIDES,
-        "possible": [_possible(one) for one in diagnosis.possible],
+        "possible": [possible_text(one) for one in diagnosis.possible],
+        "possible_effects": _effects(diagnosis, [one.effect for one in diagnosis.possible]),
         "discovered": diagnosis.discovered,
         "located": _located(diagnosis),
         "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
@@ -92,12 +87,6 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "bars": _bars(diagnosis.evidence.bars, changed, method),
         "bars_in": max(diagnosis.evidence.bars, key=lambda bar: bar.before).channel if diagnosis.evidence.bars else "",
         "bars_after": changed,
-        "tried": _tried(diagnosis, method),
-        "rule": diagnosis.rule,
-        "history": _history(diagnosis),
-        "tests": _tests(diagnosis),
-        "stability": stability_lines(diagnosis),
-        "tried_more": max(0, len(diagnosis.evidence.tried) - method.reporting.most_rows),
         "sure": _sure(diagnosis),
         "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
         "changed": changed,
@@ -110,12 +99,26 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         ],
         "drawings": _drawings(diagnosis, order, method),
         "baseline": [_baseline(name, item, modelled, method=method) for name, item in diagnosis.baseline.items()],
-        "left": list(diagnosis.left),
+        "left": [*([diagnosis.shortfall] if diagnosis.shortfall else []), *diagnosis.left],
         "not_told": list(diagnosis.not_told),
         "insert": insert_lines(diagnosis.insert),
         "version": lathesim.__version__,
         "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
-    }  # fmt: skip
+    } | _decided(diagnosis, method)  # fmt: skip
+
+
+def _decided(diagnosis: Diagnosis, method: Method) -> dict[str, Any]:
+    """Return what the page says of how the answer was decided."""
+    return {
+        "tried": _tried(diagnosis, method),
+        "tried_head": HEAD,
+        "tried_legend": " ".join(LEGEND),
+        "tried_more": max(0, len(diagnosis.explanations) - method.reporting.most_rows),
+        "rule": diagnosis.rule,
+        "history": _history(diagnosis),
+        "tests": _tests(diagnosis),
+        "stability": stability_lines(diagnosis),
+    }
 
 
 def _own(wires: Wires) -> list[tuple[str, str]]:
@@ -140,46 +143,10 @@ def _over(size: float, floor: float) -> float:
     return size / floor if floor > 0.0 and math.isfinite(size) else 0.0
 
 
-def _figures(diagnosis: Diagnosis, modelled: bool, changed: bool, method: Method = STANDARD) -> list[tuple[str, str]]:
-    """Return the few numbers that stand largest on the page."""
-    found: list[tuple[str, str]] = []
-    if diagnosis.effects and diagnosis.names:
-        found.append(("probability", probability_text(min(effect.probability for effect in diagnosis.effects))))
-    if changed:
-        found.append(("removed on held-out data", percent(diagnosis.removed_share)))
-    if modelled:
-        found.append(("explains the recording", _how_far(diagnosis, method=method)))
-    if diagnosis.fit:
-        worst = diagnosis.fit[_by_size(diagnosis.fit)[0]]
-        before, after = times(_over(worst.before, worst.floor)), times(_over(worst.after, worst.floor))
-        found.append(("worst channel", f"{before.removesuffix(TIMES).rstrip()} → {after} floor" if changed else f"{before} floor"))
-    return found
-
-
-def _how_far(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
-    """Return how far an answer explains the recording: where nothing feeds back, what nobody modelled adds up to many floors."""
-    if not diagnosis.adequate:
-        return "not yet: see what is left"
-    at_floor = all(_over(item.after, item.floor) <= method.reporting.near_floor for item in diagnosis.fit.values())
-    return "down to the floor" if at_floor else "all that follows the motion"
-
-
-def _effect(effect: FoundEffect) -> dict[str, Any]:
-    rows = []
-    for name, item in effect.parameters.items():
-        value, interval = interval_texts(item.value, item.low, item.high, item.unit)
-        if name in effect.undetermined:
-            interval = f"{interval}; not determined by this recording"
-        rows.append({"name": name.replace("_", " "), "value": value, "interval": interval})
-    rows = rows or [{"name": "", "value": "", "interval": ""}]
-    return {"name": effect.effect, "at": words(effect.at), "family": effect.family, "doc": effect.doc, "rows": rows}
-
-
-def _possible(one: PossibleEffect) -> dict[str, Any]:
-    """Return the row of an effect that is possible beside the model."""
-    effect = one.effect
-    told = f"{percent(effect.removes)} of what is left, {percent(effect.share)} of the error"
-    return {**_effect(effect), "replaces": ", ".join(one.in_place_of), "probability": probability_text(effect.probability), "shares": told}
+def _effects(diagnosis: Diagnosis, effects: Sequence[FoundEffect]) -> list[dict[str, str]]:
+    """Return the rows of a table of effects."""
+    rows = effect_rows(diagnosis, effects)
+    return [{"name": name, "at": words(at), "size": size, "gain": gain} for name, at, size, gain in rows]
 
 
 def _located(diagnosis: Diagnosis) -> str:
@@ -285,31 +252,15 @@ def _digits(value: float) -> str:
     return f"{value:.3g}" if math.isfinite(value) else NOTHING
 
 
-def _tried(diagnosis: Diagnosis, method: Method) -> list[dict[str, Any]]:
-    ordered = sorted(diagnosis.evidence.tried, key=lambda item: -item[2] if math.isfinite(item[2]) else math.inf)
-    return [
-        {"name": name, "gain": number(gain, 0), "held_out": number(held, 0), "found": _is_found(name, diagnosis)}
-        for name, gain, held in ordered[: method.reporting.most_rows]
-    ]
-
-
-def _is_found(name: str, diagnosis: Diagnosis) -> bool:
-    return any(name == f"{effect.effect} at {effect.at}" for effect in diagnosis.effects)
+def _tried(diagnosis: Diagnosis, method: Method) -> list[tuple[str, ...]]:
+    """Return the rows of the explanations that gain most; those that are kept are marked."""
+    return explanation_rows(tuple(one for one in diagnosis.explanations if math.isfinite(one.gain)))[: method.reporting.most_rows]
 
 
 def _sure(diagnosis: Diagnosis) -> list[str]:
-    """Return the sentences about probability, runner-up and ties."""
+    """Return for each of several names how probable it is, and what cannot be told from it."""
     named = diagnosis.effects if diagnosis.names else ()
-    several = named if len(named) > 1 else ()
-    lines = [f"{effect.effect} at {effect.at}: probability {probability_text(effect.probability)}." for effect in several]
-    rest = [item for item in diagnosis.evidence.tried if not _is_found(item[0], diagnosis) and math.isfinite(item[2])]
-    for name, runner, gap in diagnosis.evidence.runners_up if named else ():
-        behind = f"{number(gap, 0)} nats behind" if gap >= 1.0 else "as good"
-        lines.append(f"Runner-up{f' of {name}' if several else ''}: {runner}, {behind} on held-out data.")
-    if rest and not diagnosis.effects and diagnosis.verdict in ("no_mismatch", "parameters_only"):
-        best = max(rest, key=lambda item: item[2])
-        tried = len(diagnosis.evidence.tried)
-        lines.append(f"Of {tried} candidates {best[0]} gained most on held-out data, {number(best[2], 0)} nats: too little to be believed.")
+    lines = [f"{effect.effect} at {effect.at}: probability {probability_text(effect.probability)}." for effect in named if len(named) > 1]
     for effect in named:
         if effect.tied_with:
             lines.append(f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here.")
@@ -318,14 +269,14 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
     return lines
 
 
-def _change(name: str, item: ChannelFit) -> dict[str, str]:
+def _change(name: str, diagnosis: Diagnosis) -> dict[str, Any]:
+    item = diagnosis.fit[name]
     return {
         "channel": words(name),
         "floor": quantity_text(item.floor, item.unit, 3),
         "before": quantity_text(item.before, item.unit, 3),
-        "before_times": times(_over(item.before, item.floor)),
         "after": quantity_text(item.after, item.unit, 3),
-        "after_times": times(_over(item.after, item.floor)),
+        "worse": is_worse(diagnosis, name),
         "removed": _removed(item.before, item.after),
     }
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 
 from lathesim.analysis.display_unit import display_unit
-from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.diagnosis import Diagnosis, PossibleEffect, listed
 
 _SMALLEST_PLAIN, _LARGEST_PLAIN = -4, 7
 """Powers of ten between which a number is written without an exponent."""
@@ -19,7 +19,7 @@ _SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NOTHING = "\N{EN DASH}"
-POSSIBLE_BESIDES = "Possible besides, and no part of the verdict"
+POSSIBLE_BESIDES = "Possible besides, and no part of the answer"
 """What stands above effects that explain much of what is left and little of all."""
 
 
@@ -100,13 +100,29 @@ def times(ratio: float) -> str:
     return f"{ratio:.{digits}f} {TIMES}"
 
 
+_PLAIN = str.maketrans({"µ": "u", "·": "*", "²": "^2", "³": "^3", MINUS: "-", TIMES: "x", NOTHING: "-"})
+
+
+def plain(text: str) -> str:
+    """Return text in the signs of a terminal: ``"2.0 um"``, ``"5 N*m"``."""
+    return text.translate(_PLAIN)
+
+
 def words(name: str) -> str:
     """Return ``x_axis.position`` with places where a line may break."""
     return name.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
 
 
+def possible_text(one: PossibleEffect) -> str:
+    """Return what an effect that is possible beside the model would explain, and what it would replace."""
+    effect = one.effect
+    place = f" in the place of {listed(one.in_place_of)}" if one.in_place_of else ""
+    explains = f"explains {percent(effect.removes)} of what is left, {percent(effect.share)} of the whole error"
+    return f"{effect.effect} at {effect.at}{place} {explains}; probability {probability_text(effect.probability)}."
+
+
 def takes_part(diagnosis: Diagnosis) -> str:
     """Return what effects are where nothing is named: they explain part of what is missing, or not even that."""
     judged = diagnosis.validation or "the recording that judges"
-    where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, all in all nothing in {judged}"
-    return f"This takes away part of it{where}, and is no name for it"
+    where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, but nothing in {judged},"
+    return f"These explain a part of it{where} and are no name for the whole"

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.share_of_acting import shares_beside
+from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Evidence, FoundEffect, PossibleEffect, listed, with_unit
+from lathesim.diagnosis.records.diagnosis import (
+    BaselineValue,
+    Diagnosis,
+    Evidence,
+    FoundEffect,
+    MissingSignal,
+    PossibleEffect,
+    listed,
+    with_unit,
+)
 from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.reporting.number_text import percent
 from lathesim.diagnosis.selection.compare_models import Gains, compare_models
 from lathesim.diagnosis.verdict.ranking import RankedEffect
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import POSSIBLE
+
+_PATHS = ("m", "rad")
 
 
 def still_missing(
@@ -24,11 +37,10 @@ def still_missing(
     """Return what is still missing, where, and what it depends on; what is ``possible`` besides is told by itself."""
     sentences = []
     for item in evidence.missing:
-        before, after = (shown_with_unit(size, item.unit, 3) for size in item.sizes)
         # of a position micrometres are missing, and a share of it says nothing
         told = max(item.share_before, item.share_after) >= method.reporting.remark_share
-        shares = shares_beside(item.share_before, item.share_after) if told else ""
-        sentences.append(f"{after} is still missing at {item.at}; before it was {before}{shares}.")
+        if told or item.unit in _PATHS:
+            sentences.append(_one_missing(item, shares=told))
     if variables:
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
     elif (
@@ -37,7 +49,7 @@ def still_missing(
     ):
         sentences.append("What is left goes with nothing that the machine was doing: noise, or a load that nobody measured.")
     if found.ended_after:
-        sentences.append(f"After {found.ended_after} runs no further effect was looked for.")
+        sentences.append(f"The search ended after {found.ended_after} simulations: a further effect was not looked for.")
     earlier = {trial.candidate.part: trial.candidate for trial in found.tried if trial.candidate.part in found.there_before}
     sentences += [f"{one.name} at {one.at} explains as much of the recording from before the change." for one in earlier.values()]
     apart = {(one.effect.effect, one.effect.at) for one in possible}
@@ -45,9 +57,20 @@ def still_missing(
         gains = Gains(trial.gain, trial.validation_gain)
         small = compare_models(gains, method, effects=1).better and found.was_held_against(trial)
         if small and trial.share_of_rest > method.share_of_rest and found.complete and trial.share_of_all <= method.share_of_all:
-            shares = f"{trial.share_of_rest:.0%} of the rest, which is {trial.share_of_all:.1%} of all"
-            sentences.append(f"{trial.candidate.name} at {trial.candidate.at} would take away {shares}: too little to name it.")
+            shares = f"{trial.share_of_rest:.0%} of what is left, but only {trial.share_of_all:.1%} of the whole error"
+            sentences.append(f"{trial.candidate.name} at {trial.candidate.at} would explain {shares}: too little to name it.")
     return tuple(dict.fromkeys(sentences))
+
+
+def _one_missing(item: MissingSignal, *, shares: bool) -> str:
+    """Return how much is missing at a place, now and before, and which ``shares`` of what acts there that is."""
+    sizes = [shown_with_unit(size, item.unit, 3) for size in item.sizes]
+    known = [known_share(share) if shares else math.nan for share in (item.share_before, item.share_after)]
+    before, after = (
+        f"{size} ({percent(share)} of what acts there)" if math.isfinite(share) else size for size, share in zip(sizes, known, strict=True)
+    )
+    earlier = f"; before it was {before}" if before != after else ""
+    return f"At {item.at} {after} has no explanation{earlier}."
 
 
 def implausible_values(implausible: tuple[str, ...], baseline: Mapping[str, BaselineValue]) -> list[str]:
@@ -106,6 +129,19 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
 
 
 def unseen_forms(ranked: Iterable[RankedEffect]) -> list[str]:
-    """Return which refined forms of what is named the recording could not have shown."""
+    """Return which refined forms of what is named the recording could not have shown; no experiment is advised for a form of one law."""
     pairs = [(item.candidate, other) for item in ranked for other in item.unseen]
-    return [f"Whether {candidate.name} is {other.name} this recording cannot tell. {other.effect.experiment}" for candidate, other in pairs]
+    return [f"Whether {candidate.name} is {other.name} this recording cannot tell." for candidate, other in pairs]
+
+
+def stability_lines(diagnosis: Diagnosis) -> list[str]:
+    """Return the line on how often the decision stands under other draws of noise and limits, and on which limit it depends most."""
+    found = diagnosis.stability
+    if found is None:
+        return []
+    verdict = diagnosis.verdict.replace("_", " ")
+    others = [f"{name.replace('_', ' ')} in {share:.0%}" for name, share in found.outcomes.items() if name != diagnosis.verdict]
+    turned = f" ({', '.join(others)})" if others else ""
+    hinges = f" It depends most on the limit {', '.join(found.hinges_on)}." if found.hinges_on else ""
+    again = f"Decided {found.decisions} times with noise and limits drawn again"
+    return [f"{again}, the answer is '{verdict}' in {found.share:.0%}{turned}.{hinges}"]

@@ -169,17 +169,12 @@ def diagnose(case: CaseFile, setup: Setup | None, registry: Registry, tell: Call
 
 
 def diagnosis_text(case: CaseFile) -> list[str]:
-    """Return the answer in lines: what, how sure, where, how much better, what is left, the rivals."""
+    """Return the answer in lines, and under it every explanation that was tried."""
+    from lathesim.diagnosis.reporting.explanations import explanation_lines
     from lathesim.diagnosis.reporting.terminal_text import answer_lines
 
     assert case.diagnosis is not None
-    lines = answer_lines(case.diagnosis)
-    tried = sorted(case.diagnosis.evidence.tried, key=lambda item: -item[2])[:8]
-    if tried:
-        widest = max(len(name) for name, _, _ in tried)
-        lines += ["", "Candidates (gain in log-likelihood, fitted and held out [nats]):"]
-        lines += [f"  {name:<{widest}}  {fitted:10.4g}  {held:10.4g}" for name, fitted, held in tried]
-    return lines
+    return [*answer_lines(case.diagnosis), *explanation_lines(case.diagnosis)]
 
 
 def judged_guess(case: CaseFile) -> str:

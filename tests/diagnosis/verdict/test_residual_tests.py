@@ -14,8 +14,6 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.pruning import degrades_a_channel
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Evidence, MissingSignal, VariableBar
 from lathesim.diagnosis.records.residual_test import ResidualTest
-from lathesim.diagnosis.reporting.html_report import report_html
-from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.diagnosis.verdict.judged import Judged, ValueOff, structured_share
 from lathesim.diagnosis.verdict.replicate_check import DEPENDENCE
 from lathesim.diagnosis.verdict.residual_tests import (
@@ -31,7 +29,6 @@ from lathesim.diagnosis.verdict.residual_tests import (
     value_leaves_form,
 )
 from tests.diagnosis.pushed_table import POSITION
-from tests.diagnosis.sample_diagnoses import CLEAN, NAMED
 
 FIT = {POSITION: ChannelFit("m", 1e-7, 5e-6, 2e-6, "held out")}
 
@@ -231,13 +228,3 @@ def test_every_reason_is_told() -> None:
         "x_encoder.position still swings at 55 Hz; x_scale.position still swings between 4 and 11 Hz."
     )
     assert not_adequate(residual_tests(judged(evidence(0.1, 0.0)), STANDARD)) == ""
-
-
-def test_terminal_and_report_say_that_a_named_model_is_not_adequate() -> None:
-    sentence = "The model is not adequate: 4.6% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis."
-    short = replace(NAMED, adequate=False, shortfall=sentence)
-    lines = answer_lines(short)
-    assert lines[lines.index(NAMED.sentence) + 1] == sentence
-    assert sentence in report_html(short)
-    for right in (NAMED, CLEAN):
-        assert "not adequate" not in "\n".join(answer_lines(right)) + report_html(right)

@@ -5,14 +5,9 @@ from dataclasses import replace
 import pytest
 
 from lathesim.diagnosis.method import STANDARD
-from lathesim.diagnosis.records.diagnosis import as_json
 from lathesim.diagnosis.records.residual_test import Condition, Criterion, ResidualTest, all_of, held
-from lathesim.diagnosis.records.stability import Stability
-from lathesim.diagnosis.reporting.html_report import report_html
-from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.diagnosis.verdict.grounds import Grounds
 from lathesim.diagnosis.verdict.stability import OTHER_EFFECTS, stability
-from tests.diagnosis.sample_diagnoses import NAMED
 
 LIMIT = STANDARD.verdict.within_laws
 
@@ -64,18 +59,3 @@ def test_an_effect_that_is_hardly_accepted_may_be_another_one() -> None:
 def test_the_same_answer_has_the_same_stability() -> None:
     asked = grounds(force_test(LIMIT, 0.01))
     assert stability(asked) == stability(asked)
-
-
-def test_terminal_report_and_json_tell_stability_and_tests() -> None:
-    found = Stability(0.97, 200, {"named": 0.97, "unknown": 0.03}, ("law_error",))
-    answer = replace(NAMED, stability=found, residual_tests=(force_test(0.001), force_test(0.1)))
-    line = "Stability: named in 97% of 200 decisions with shaken limits (unknown in 3%); it hinges on law_error."
-    assert line in answer_lines(answer)
-    page = report_html(answer)
-    assert line in page and "Tests of what is left" in page and "much is left" in page
-    told = as_json(answer)
-    assert told["stability"] == {"share": 0.97, "decisions": 200, "outcomes": {"named": 0.97, "unknown": 0.03}, "hinges_on": ["law_error"]}
-    assert [(test["passed"], test["sentence"]) for test in told["residual_tests"]] == [(True, ""), (False, "much is left")]
-    assert told["residual_tests"][0]["conditions"] == [
-        [{"name": "law_error", "relation": ">=", "statistic": 0.001, "limit": 0.010268745, "error": 0.0}]
-    ]

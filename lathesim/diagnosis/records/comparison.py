@@ -1,0 +1,39 @@
+"""How explanations of a recording compare: each by what it predicts of data that no fit has used."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+Kind = Literal["lesson", "values", "effect", "effects", "fault", "signal", "flexible"]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """An explanation that was tried: the lesson, other values, effects, a fault of the recording, a signal, or a flexible function.
+
+    ``gain`` is by how much it raises the predicted log density of held-out data above that of the lesson [nats], ``standard_error`` the
+    error of that, and ``chance`` what such an explanation gains where nothing is hidden. ``reason`` says why it is ``kept`` or not.
+    """
+
+    name: str
+    place: str
+    kind: Kind
+    gain: float
+    standard_error: float
+    chance: float
+    kept: bool
+    reason: str
+
+    @property
+    def text(self) -> str:
+        """The name with its place."""
+        return f"{self.name} at {self.place}" if self.place else self.name
+
+
+def explanation_as_json(one: Explanation) -> dict[str, Any]:
+    """Return the JSON of an explanation; numbers that are not finite become null."""
+    numbers = {"gain": one.gain, "standard_error": one.standard_error, "chance": one.chance}
+    known = {name: float(f"{value:.8g}") if math.isfinite(value) else None for name, value in numbers.items()}
+    return {"name": one.name, "place": one.place, "kind": one.kind, **known, "kept": one.kept, "reason": one.reason}

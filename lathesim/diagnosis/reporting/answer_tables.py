@@ -1,0 +1,60 @@
+"""The tables under the six lines: effects with their sizes and gains, values of the lesson, channels before and after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect, Interval
+from lathesim.diagnosis.reporting.number_text import NOTHING, interval_texts, number, quantity_text
+from lathesim.diagnosis.reporting.summary import is_worse
+
+Rows = list[tuple[str, ...]]
+
+GAIN = "Gain: by how much the logarithm of the probability of the held-out data rises (in nats); a gain of 5 is 150 to 1."
+_NOISE = "Noise: rounding and noise of the recording."
+
+
+def effect_rows(diagnosis: Diagnosis, effects: Iterable[FoundEffect]) -> Rows:
+    """Return effect, place, size with interval and gain, a row for each size."""
+    gains = {one.text: one.gain for one in diagnosis.explanations}
+    rows: Rows = []
+    for effect in effects:
+        gain = gains.get(f"{effect.effect} at {effect.at}", math.nan)
+        first = (effect.effect, effect.at)
+        sizes = [(name, item_text(item, name in effect.undetermined)) for name, item in effect.parameters.items()] or [("", NOTHING)]
+        for place, (name, text) in enumerate(sizes):
+            beginning = first if place == 0 else ("", "")
+            rows.append((*beginning, f"{name.replace('_', ' ')} {text}".strip(), number(gain, 0) if place == 0 else ""))
+    return rows
+
+
+def before_text(diagnosis: Diagnosis) -> str:
+    """Return what "before" and "noise" mean in the table of channels."""
+    lesson = "the lesson with its uncertain values fitted, nothing inserted" if diagnosis.effects else "the lesson as it is given"
+    return f"Before: {lesson}. {_NOISE}"
+
+
+def item_text(item: Interval, undetermined: bool) -> str:
+    """Return a size with its interval: ``"20.4 N (20.2 to 20.6 N)"``."""
+    value, interval = interval_texts(item.value, item.low, item.high, item.unit)
+    doubt = ", not determined here" if undetermined else ", may be zero" if item.low < 0.0 < item.high else ""
+    return f"{value} ({interval}{doubt if math.isfinite(item.low + item.high) else ''})"
+
+
+def channel_rows(diagnosis: Diagnosis) -> Rows:
+    """Return channel, held-out error before, after and its noise; where it got worse, the row says so."""
+    rows: Rows = []
+    for name, item in diagnosis.fit.items():
+        before, after, noise = (quantity_text(value, item.unit, 3) for value in (item.before, item.after, item.floor))
+        rows.append((name, before, f"{after} (worse)" if is_worse(diagnosis, name) else after, noise))
+    return rows
+
+
+def value_rows(diagnosis: Diagnosis) -> Rows:
+    """Return each uncertain value of the lesson as given and as fitted, with its interval."""
+    rows: Rows = []
+    for name, item in diagnosis.baseline.items():
+        value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
+        rows.append((name, quantity_text(item.given, item.unit), value, interval))
+    return rows
