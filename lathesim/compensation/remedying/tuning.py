@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.compensation.remedying.bench import Bench, Line
 from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.fit import Question, fit
+from lathesim.identification.estimation.fit import Problem, fit
 from lathesim.identification.records.fit import Free
 
 _ROUNDS = 8
@@ -43,8 +43,8 @@ def tuned(bench: Bench, lines: Sequence[Line], free: Mapping[str, tuple[str, ...
     steps = np.array([_step(name, value) for name, value in zip(names, values, strict=True)])
     left = functools.partial(_left, bench, names, sound, np.sqrt(_cost(bench, names, [values], sound)[0]))
     fitted = [Free(name, value, step, *ends) for name, value, step, *ends in zip(names, values, steps, low, high, strict=True)]
-    question = Question(left, fitted, steps=lambda values, before: steps)
-    found = fit(question, fitted, values, iterations=_ROUNDS, tolerance=_WORTH, least=0.0).values
+    problem = Problem(left, fitted, steps=lambda values, before: steps)
+    found = fit(problem, fitted, values, iterations=_ROUNDS, tolerance=_WORTH, least=0.0).values
     return dict(zip(names, map(float, found), strict=True))
 
 

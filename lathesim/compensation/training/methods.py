@@ -10,8 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.compensation.training.question import Question
+from lathesim.compensation.training.score import AsScored
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError, nearest
+from lathesim.identification.estimation.fit import fit
 
 Tell = Callable[[int, float], None]
 _SAME = 1e-7
@@ -50,7 +52,7 @@ def _stepping(question: Question, start: FloatArray, rounds: int, tell: Tell, *,
     mean, square, step = np.zeros_like(start), np.zeros_like(start), 1.0
     way: list[float] = []
     for turn in range(rounds):
-        value, gradient, _ = question.slopes(vector)
+        value, gradient = question.slopes(vector)
         way.append(value)
         tell(turn + 1, min(least, value))
         if not (math.isfinite(value) and np.all(np.isfinite(gradient))):
@@ -71,28 +73,17 @@ def _stepping(question: Question, start: FloatArray, rounds: int, tell: Tell, *,
 
 
 def least_squares(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
-    """Solve for the step with the Gauss-Newton matrix of the score, damped (Levenberg-Marquardt); good steps lower the damping."""
-    vector, damping = start.copy(), 1e-2
-    value, gradient, matrix = question.slopes(vector)
-    way = [value]
-    for turn in range(rounds):
-        tell(turn + 1, value)
-        if not math.isfinite(value):
-            break
-        scale = np.diag(np.maximum(np.diag(matrix), 1e-9 * max(float(np.max(np.diag(matrix))), 1e-12)))
-        tried = [vector - np.linalg.solve(matrix + damping * factor * scale, gradient) for factor in (0.1, 1.0, 10.0, 100.0)]
-        scores = question.scores(tried).mean(axis=1)
-        place = int(np.argmin(scores))
-        if not scores[place] < value * (1.0 - _SAME):
-            damping *= 1e3
-            if damping > 1e12:
-                break
-            continue
-        damping = max(1e-12, damping * (0.1, 1.0, 10.0, 100.0)[place] * 0.3)
-        vector = tried[place]
-        value, gradient, matrix = question.slopes(vector)
-        way.append(value)
-    return Trained(vector, value, len(way), tuple(way))
+    """Fit the weights: the traces of the score by least squares, divided by their sizes (:class:`AsScored`)."""
+    way: list[float] = []
+
+    def report(turn: int, cost: float) -> None:
+        if cost not in way[-1:]:
+            way.append(cost)
+        tell(turn, cost)
+
+    problem, scored = question.problem, AsScored(question.score)
+    found = fit(problem, problem.free, start, weighting=scored, iterations=rounds, tolerance=_SAME, least=0.0, report=report)
+    return Trained(found.values, found.cost, len(way), tuple(way))
 
 
 def evolution(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:

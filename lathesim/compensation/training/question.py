@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -9,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from lathesim.compensation.training.network import Shape
-from lathesim.compensation.training.score import Score, slopes, total
+from lathesim.compensation.training.score import AsScored, Score, total
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError, WiringError
+from lathesim.identification.estimation.fit import Problem
+from lathesim.identification.records.fit import Free
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
@@ -47,37 +51,34 @@ class Question:
         traces = self._traces(vectors, exact)
         return np.array([[total(self.score, run) for run in runs] for runs in traces])
 
-    def slopes(self, vector: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return the mean score over the situations, its gradient and its Gauss-Newton matrix, from one batch of runs."""
-        moved = [vector + _DIFFERENCE * row for row in np.eye(len(vector))]
-        traces = self._traces([vector, *moved], False)
-        count = len(self.situations)
-        value, gradient, matrix = 0.0, np.zeros(len(vector)), np.zeros((len(vector), len(vector)))
-        for place in range(count):
-            here = traces[0][place]
-            if not all(np.all(np.isfinite(trace)) for run in traces for trace in run[place]):
-                return float("inf"), gradient, matrix
-            changes = [
-                np.stack([(traces[1 + weight][place][channel] - here[channel]) / _DIFFERENCE for weight in range(len(vector))])
-                for channel in range(len(here))
-            ]
-            slope, bend = slopes(self.score, here, changes)
-            value += total(self.score, here) / count
-            gradient += slope / count
-            matrix += bend / count
-        return value, gradient, matrix
+    def slopes(self, vector: FloatArray) -> tuple[float, FloatArray]:
+        """Return the mean score over the situations and its gradient, from one batch of runs."""
+        here, scored = self.problem.begin(vector), AsScored(self.score)
+        assert here.slopes is not None
+        value = scored.power(here.residual)
+        if not (math.isfinite(value) and np.all(np.isfinite(here.slopes))):
+            return math.inf, np.zeros_like(vector)
+        return value, -scored.white(here.residual) @ scored.white_slopes(here.slopes, here.residual)
 
-    def _traces(self, vectors: Sequence[FloatArray], exact: bool) -> list[list[list[FloatArray]]]:
+    @functools.cached_property
+    def problem(self) -> Problem:
+        """The traces of the score by the weights, for a fit."""
+        count = self.shape.weights
+        free = [Free(f"{self.table}.{place}", 0.0, 1.0) for place in range(count)]
+        return Problem(lambda rows: self._traces(rows, False), free, steps=lambda values, before: np.full(count, _DIFFERENCE))
+
+    def _traces(self, vectors: Sequence[FloatArray] | FloatArray, exact: bool) -> list[FloatArray]:
+        """Return the traces of each vector of weights, shape (situations, channels, samples)."""
         tables = [self.shape.table(vector) for vector in vectors for _ in self.situations]
         rows = np.tile(self.values, (len(vectors), 1))
         batch = self.batch if exact else replace(self.batch, steps_per_sample=self.steps)
 
-        def kept(record: FloatArray) -> list[FloatArray]:
-            return [record[place].copy() for place in self.places]
+        def kept(record: FloatArray) -> FloatArray:
+            return record[list(self.places)]
 
         runs: list[Any] = batch.run(self.names, rows, kept, {self.table: tables})
         count = len(self.situations)
-        return [runs[first : first + count] for first in range(0, len(runs), count)]
+        return [np.array(runs[first : first + count]) for first in range(0, len(runs), count)]
 
 
 def question_of(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError, nearest
+from lathesim.identification.estimation.fit import Weighting
 
 _TINY = 1e-15
 
@@ -61,20 +63,34 @@ def total(score: Score, traces: Sequence[FloatArray]) -> float:
     return sum(weight * size_of(trace, score.size) for (_, weight), trace in zip(score.channels, traces, strict=True))
 
 
-def slopes(score: Score, traces: Sequence[FloatArray], changes: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
-    """Return gradient and Gauss-Newton matrix of one run's score, given the changes of its traces, shape (weights, samples), per weight.
+@dataclass(frozen=True)
+class AsScored(Weighting):
+    """Traces, shape (situations, channels, samples), as they count: the squares add up to the mean score over the situations.
 
-    d rms/dw = mean(trace change)/rms; the matrix leaves out the second derivatives of the traces.
+        rms = sum_k (x_k / sqrt(N rms))^2,    largest = (x_l / sqrt(|x_l|))^2 at its sample l
+
+    Divided by the sizes at one place, their slopes are those of the score there; the second derivatives of the traces are left out.
     """
-    count = changes[0].shape[0]
-    gradient, matrix = np.zeros(count), np.zeros((count, count))
-    for (_, weight), trace, change in zip(score.channels, traces, changes, strict=True):
-        size = max(size_of(trace, score.size), _TINY)
-        if score.size == "largest":
-            place = int(np.argmax(np.abs(trace)))
-            gradient += weight * np.sign(trace[place]) * change[:, place]
-            matrix += weight / size * np.outer(change[:, place], change[:, place])
-        else:
-            gradient += weight * change @ trace / (len(trace) * size)
-            matrix += weight * change @ change.T / (len(trace) * size)
-    return gradient, matrix
+
+    score: Score
+
+    def power(self, residual: FloatArray) -> float:
+        """Return the mean score; infinity where a run diverged."""
+        return float(np.mean([total(self.score, traces) for traces in residual]))
+
+    def white(self, residual: FloatArray) -> FloatArray:
+        """Return the traces divided by the roots of their sizes, shape (numbers,)."""
+        return np.asarray(self.white_slopes(residual[None], residual)[:, 0])
+
+    def white_slopes(self, slopes: FloatArray, residual: FloatArray) -> FloatArray:
+        """Return slopes of traces divided by the roots of the sizes at ``residual``, shape (numbers, weights)."""
+        rows = []
+        for situation, traces in enumerate(residual):
+            for channel, (_, weight) in enumerate(self.score.channels):
+                trace, changes = traces[channel], slopes[:, situation, channel]
+                size = max(size_of(trace, self.score.size), _TINY)
+                if self.score.size == "largest":
+                    place = int(np.argmax(np.abs(trace)))
+                    trace, changes = trace[place : place + 1], changes[:, place : place + 1]
+                rows.append(changes * math.sqrt(weight / (trace.size * size * len(residual))))
+        return np.concatenate(rows, axis=1).T

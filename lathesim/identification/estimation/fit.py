@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import lsq_linear
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Free
@@ -65,7 +64,7 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
+class Problem:
     """A residual and its free values; ``known`` slopes, by the place of a value, are taken as they are, and ``steps`` makes the others."""
 
     residual: Residual
@@ -143,7 +142,7 @@ class Question:
 
 
 def fit(
-    residual: Residual | Question,
+    residual: Residual | Problem,
     free: Sequence[Free],
     start: FloatArray | Fit,
     *,
@@ -156,22 +155,22 @@ def fit(
 ) -> Fit:
     """Return where the descent from ``start`` ends: values inside their bounds, or an earlier fit to go on from with its slopes.
 
-    ``residual`` is a :class:`Question` with ``free`` where slopes are taken in a way of its own. Without a ``weighting`` every number of
+    ``residual`` is a :class:`Problem` with ``free`` where slopes are taken in a way of its own. Without a ``weighting`` every number of
     the residual counts alike. A descent ends after ``iterations`` steps, or when one gains less than ``least`` and a share ``tolerance``
     of the cost. ``worth`` gives, from the cost, the gain that slopes must predict for it to go on; the same by default. ``report`` is
     called with the number of each iteration and the cost before it.
     """
-    question = residual if isinstance(residual, Question) else Question(residual, free)
-    descent = _Descent(question, weighting or Weighting(), tolerance, least, worth)
-    here = start if isinstance(start, Fit) else question.begin(start)
+    problem = residual if isinstance(residual, Problem) else Problem(residual, free)
+    descent = _Descent(problem, weighting or Weighting(), tolerance, least, worth)
+    here = start if isinstance(start, Fit) else problem.begin(start)
     here = replace(here, cost=descent.cost(here.values, here.residual))
     lines, damping, taken = None, 1e-3, 1
-    for turn in range(iterations if len(here.values) else 0):
+    for turn in range(iterations if len(here.values) and np.isfinite(here.cost) else 0):
         if report is not None:
             report(turn + 1, here.cost)
         anew = here.fresh or here.slopes is None
         if here.slopes is None:
-            here = replace(here, slopes=question.slopes(here.values, here.residual, taken))
+            here = replace(here, slopes=problem.slopes(here.values, here.residual, taken))
             taken += 1
         here = replace(here, fresh=False)
         lines = descent.lines(here, lines)
@@ -191,7 +190,7 @@ def fit(
 
 
 @dataclass(frozen=True, eq=False)
-class _Lines:
+class _Linearised:
     """A residual as straight lines of its values, in scales: its slopes as given and whitened (numbers, values), the normal matrix with
     the penalty's, and ``down`` (values,), by how much half the cost falls with each value."""
 
@@ -203,70 +202,71 @@ class _Lines:
 
 @dataclass(frozen=True)
 class _Descent:
-    """A question with how its residual counts and when its descent ends."""
+    """A problem with how its residual counts and when its descent ends."""
 
-    question: Question
+    problem: Problem
     weighting: Weighting
     tolerance: float
     least: float
     worth: Callable[[float], float] | None
 
     def cost(self, values: FloatArray, residual: FloatArray) -> float:
-        return self.weighting.power(residual) + self.question.penalty(values)
+        return self.weighting.power(residual) + self.problem.penalty(values)
 
     def enough(self, cost: float) -> float:
         """Return the gain that is worth a further step."""
         return self.least + self.tolerance * cost
 
-    def lines(self, here: Fit, before: _Lines | None) -> _Lines:
+    def lines(self, here: Fit, before: _Linearised | None) -> _Linearised:
         """Return the straight lines at a place; those from before with another ``down`` where the slopes are the same."""
-        question, scale = self.question, self.question.scale
+        problem, scale = self.problem, self.problem.scale
         assert here.slopes is not None
-        if before is not None and before.slopes is here.slopes:
-            white, gram = before.white, before.gram
-        else:
-            white = self.weighting.white_slopes(here.slopes, here.residual) * scale
-            gram = white.T @ white + np.diag(question.precision * scale**2)
-        down = white.T @ self.weighting.white(here.residual) - question.precision * scale * (here.values - question.given)
-        return _Lines(here.slopes, white, gram, np.asarray(down))
+        with np.errstate(invalid="ignore", over="ignore"):  # a lost run among those of the slopes: no step follows
+            if before is not None and before.slopes is here.slopes:
+                white, gram = before.white, before.gram
+            else:
+                white = self.weighting.white_slopes(here.slopes, here.residual) * scale
+                gram = white.T @ white + np.diag(problem.precision * scale**2)
+            down = white.T @ self.weighting.white(here.residual) - problem.precision * scale * (here.values - problem.given)
+        return _Linearised(here.slopes, white, gram, np.asarray(down))
 
-    def goes_on(self, here: Fit, lines: _Lines) -> bool:
+    def goes_on(self, here: Fit, lines: _Linearised) -> bool:
         """Return whether the lines promise a gain that is worth a step."""
         promised = self.predicted(self.step(here.values, lines, 0.0), here.values, lines)
         return promised >= (self.enough if self.worth is None else self.worth)(here.cost)
 
-    def tried(self, here: Fit, lines: _Lines, damping: float, *, one: bool) -> tuple[Fit, float] | None:
+    def tried(self, here: Fit, lines: _Linearised, damping: float, *, one: bool) -> tuple[Fit, float] | None:
         """Return the first step that gets better and its damping, none where none does; ``one`` tries one first."""
         for factors in (*(_DAMPINGS[0][:, None] if one else _DAMPINGS[:1]), _DAMPINGS[1]):
             trials = damping * factors
             candidates = np.array([self.step(here.values, lines, amount) for amount in trials])
-            residuals = self.question.residual(candidates)
+            residuals = self.problem.residual(candidates)
             costs = [self.cost(trial, other) for trial, other in zip(candidates, residuals, strict=True)]
             best = int(np.argmin(np.nan_to_num(costs, nan=np.inf)))
             if costs[best] < here.cost:
                 return Fit(candidates[best], residuals[best], costs[best]), float(np.clip(trials[best], 1e-9, 1e6))
         return None
 
-    def with_kept_slopes(self, here: Fit, end: Fit, lines: _Lines) -> Fit:
+    def with_kept_slopes(self, here: Fit, end: Fit, lines: _Linearised) -> Fit:
         """Return the end of a step, with the slopes from before where it gained about as much as they predicted."""
         gain, predicted = here.cost - end.cost, self.predicted(end.values, here.values, lines)
         return end if abs(gain - predicted) > _AS_PREDICTED * predicted + self.least else replace(end, slopes=lines.slopes)
 
-    def predicted(self, found: FloatArray, values: FloatArray, lines: _Lines) -> float:
+    def predicted(self, found: FloatArray, values: FloatArray, lines: _Linearised) -> float:
         """Return by how much the cost falls from ``values`` to ``found`` as far as the slopes show."""
-        step = (found - values) / self.question.scale
+        step = (found - values) / self.problem.scale
         return float(2.0 * step @ lines.down - step @ lines.gram @ step)
 
-    def step(self, values: FloatArray, lines: _Lines, amount: float) -> FloatArray:
+    def step(self, values: FloatArray, lines: _Linearised, amount: float) -> FloatArray:
         """Return the values after a damped step that is the best one within the bounds: one that ran into them and was cut short would take
         the other values where they belong only together with it."""
-        question, diagonal = self.question, np.diag(lines.gram)
+        problem, diagonal = self.problem, np.diag(lines.gram)
         matrix = lines.gram + amount * np.diag(diagonal + 1e-9 * max(float(diagonal.max()), 1e-300))
         step = _undamped(matrix, lines.down)
-        low, high = (question.low - values) / question.scale, (question.high - values) / question.scale
+        low, high = (problem.low - values) / problem.scale, (problem.high - values) / problem.scale
         if np.any(step < low) or np.any(step > high):
             step = _bounded(matrix, lines.down, low, high)
-        return np.asarray(np.clip(values + step * question.scale, question.low, question.high))
+        return np.asarray(np.clip(values + step * problem.scale, problem.low, problem.high))
 
 
 def _undamped(matrix: FloatArray, slope: FloatArray) -> FloatArray:
@@ -278,6 +278,8 @@ def _undamped(matrix: FloatArray, slope: FloatArray) -> FloatArray:
 
 def _bounded(matrix: FloatArray, slope: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return the step s between two bounds with the least s'Ms/2 - s'g, by the active-set method of Stark and Parker."""
+    from scipy.optimize import lsq_linear
+
     ridge = ROUNDING * max(float(np.diag(matrix).max()), 1e-300)
     root = np.linalg.cholesky(matrix + ridge * np.eye(len(matrix))).T
     goal = np.linalg.solve(root.T, slope)

@@ -15,7 +15,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.covariance import covariance_and_misfit
-from lathesim.identification.estimation.fit import Fit, Question, Weighting
+from lathesim.identification.estimation.fit import Fit, Problem, Weighting
 from lathesim.identification.estimation.fit import fit as descend
 from lathesim.identification.noise.noise_model import NoiseModel, NoiseShapes, fit_noise_model, whitened_power
 from lathesim.identification.records.fit import Fitted, Free, known_beforehand
@@ -65,36 +65,36 @@ def fit(
     and a mixture of values that nothing shows looks as if something did.
     """
     constant, known = dict(constant or {}), known or {}
-    machine = _Machine(simulator, tuple(item.name for item in free), constant, coloured)
-    question = Question(machine.residuals, free, {place: known[item.name] for place, item in enumerate(free) if item.name in known})
-    here = question.begin(np.array([item.start for item in free], dtype=float))
+    machine = _FreeMachine(simulator, tuple(item.name for item in free), constant, coloured)
+    problem = Problem(machine.residuals, free, {place: known[item.name] for place, item in enumerate(free) if item.name in known})
+    here = problem.begin(np.array([item.start for item in free], dtype=float))
     models = tuple(noise) if noise is not None else machine.noise(here.values, here.residual)
     reached = -np.inf
     for turn in range(rounds if settle <= 0.0 else _MOST_ROUNDS):
         most = iterations if turn else max(3, iterations // 2)
-        here = descend(question, free, here, weighting=_Whitened(models, full_band), iterations=most, tolerance=tolerance)
+        here = descend(problem, free, here, weighting=_Whitened(models, full_band), iterations=most, tolerance=tolerance)
         models = machine.noise(here.values, here.residual)
         likelihood = log_likelihood(here.residual, models, full_band=full_band)
-        before, reached = reached, likelihood - 0.5 * question.penalty(here.values)
+        before, reached = reached, likelihood - 0.5 * problem.penalty(here.values)
         if turn + 1 >= rounds and reached - before < settle:
             break
-    jacobian = _slopes_at(question, here, slopes)
+    jacobian = _slopes_at(problem, here, slopes)
     weighting = _Whitened(models, full_band)
     white, beforehand = weighting.white_slopes(jacobian, here.residual), known_beforehand(free)
     lengths = [2 * len(model.power) for model in models]
     covariance, misfit = covariance_and_misfit(white, weighting.white(here.residual), beforehand, lengths)
-    penalty = question.penalty(here.values)
+    penalty = problem.penalty(here.values)
     likelihood = log_likelihood(here.residual, models, full_band=full_band)
     return Fitted(tuple(free), here.values, covariance, here.residual, models, likelihood, penalty, constant, jacobian, misfit)
 
 
-def _slopes_at(question: Question, here: Fit, wanted: Slopes) -> FloatArray:
+def _slopes_at(problem: Problem, here: Fit, wanted: Slopes) -> FloatArray:
     """Return the slopes of the residual at the end of a fit, by one of three ways."""
     if wanted == "central":
-        return question.central_slopes(here.values)
+        return problem.central_slopes(here.values)
     if here.slopes is not None and (wanted == "kept" or here.fresh):
         return here.slopes
-    return question.slopes(here.values, here.residual)
+    return problem.slopes(here.values, here.residual)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +116,7 @@ class _Whitened(Weighting):
 
 
 @dataclass(frozen=True, eq=False)
-class _Machine:
+class _FreeMachine:
     """A simulator whose ``free`` values are fitted while its constant ones stay."""
 
     simulator: Simulator

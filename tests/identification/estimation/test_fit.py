@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.fit import Fit, Question, Weighting, fit
+from lathesim.identification.estimation.fit import Fit, Problem, Weighting, fit
 from lathesim.identification.records.fit import Free
 
 TIME = np.linspace(0.0, 3.0, 60)
@@ -32,7 +32,7 @@ def test_values_come_back_from_afar() -> None:
 
 def test_the_start_and_its_jacobian_are_one_call() -> None:
     decay = Decay()
-    start = Question(decay, FREE).begin(np.array([1.9, 0.8]))
+    start = Problem(decay, FREE).begin(np.array([1.9, 0.8]))
     assert decay.calls == [3]
     fit(decay, FREE, start, least=0.0, iterations=1)
     assert decay.calls == [3, 2]
@@ -112,7 +112,7 @@ def test_a_descent_ends_where_slopes_promise_too_little() -> None:
 def test_known_slopes_need_no_runs() -> None:
     decay = Decay()
     slope = np.exp(-TIME)
-    question = Question(lambda rows: decay(np.column_stack([rows, np.full(len(rows), 1.0)])), FREE[:1], {0: slope})
-    assert isinstance(fit(question, FREE[:1], np.array([0.0]), least=0.0), Fit)
+    problem = Problem(lambda rows: decay(np.column_stack([rows, np.full(len(rows), 1.0)])), FREE[:1], {0: slope})
+    assert isinstance(fit(problem, FREE[:1], np.array([0.0]), least=0.0), Fit)
     assert all(count <= 2 for count in decay.calls)
     assert decay.calls[0] == 1
