@@ -62,6 +62,19 @@ def put(typing_context: Any, numbers: Any, first: Any, given: Any) -> Any:
     return types.none(numbers, types.intp, given), generate
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def choose(typing_context: Any, test: Any, one: Any, other: Any) -> Any:
+    """Return one number or the other, both of which are there: a selection is no branch, and may be one of vectors."""
+    kinds = {types.unliteral(one), types.unliteral(other)}
+    kind = kinds.pop() if len(kinds) == 1 else types.float64
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        values = [context.cast(builder, value, given, kind) for value, given in zip(arguments[1:], signature.args[1:], strict=True)]
+        return builder.select(context.cast(builder, arguments[0], signature.args[0], types.boolean), *values)
+
+    return kind(test, one, other), generate
+
+
 def block_signature() -> Any:
     """Return the types of the arguments of ``run_block``: the same for every machine."""
     numbers, directory = types.CPointer(types.float64), types.CPointer(types.int64)

@@ -11,10 +11,8 @@ are read at the start and written back at the end. ``record`` is flat, sample af
 side. Parameters, start values, tables and noise are arguments: changing them never makes new source. ``vector`` and ``matrix`` take one
 array out of many, ``take`` and ``put`` some of its numbers, ``keep`` those of a record.
 
-The stages of the plan's tableau are one loop: a machine of many parts is then compiled in a quarter of the time, and runs as fast. A law
-that a stage calls once stands there in place of its call, without what nobody reads, and what is held through the sample is computed before
-the steps: plain Python then takes two thirds of the time, and machine code no longer. Sums begin with -0.0, to which adding any number
-gives that number.
+The stages of the plan's tableau are one loop: a machine of many parts is then compiled in a quarter of the time, and runs as fast. Sums
+begin with -0.0, to which adding any number gives that number.
 """
 
 from __future__ import annotations
@@ -22,20 +20,19 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import cast
 
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, State, Table
 from lathesim.engine.assembly import Part
 from lathesim.engine.fusing.idle_groups import grouped
 from lathesim.engine.fusing.law_source import LawLibrary, Piece
-from lathesim.engine.fusing.step_text import shortened
 from lathesim.engine.wiring import Plan, giving, law_sources
 
 _PORTION = 32
-_LONGEST_BODY = 40
-"""Lines of a law that may stand in place of its call."""
+_LONGEST_BODY, _SHORT_BODY = 40, 8
+"""Lines of a law of a stage that may stand in place of its call, which spares plain Python the call: if once, and if at each."""
 _HEAD = '"""A fused machine, written by lathesim; change the parts, not this file."""\n'
 _ACCESS = """
 def take(numbers, first, count):
@@ -65,32 +62,39 @@ def fuse(plan: Plan, *, checked: bool = False) -> FusedModule:
     """Write the module of a plan. With ``checked`` every law's result goes through ``check_law`` (used to find where a run broke)."""
     key = "checked module" if checked else "module"
     if key not in plan.kept:
-        writer = _Writer(plan, checked)
+        writer = Writer(plan, checked)
         source = writer.module()
         plan.kept[key] = FusedModule(source, tuple(writer.laws.pieces.values()), hashlib.sha256(source.encode()).hexdigest()[:32])
     return cast(FusedModule, plan.kept[key])
 
 
-class _Writer:
-    def __init__(self, plan: Plan, checked: bool) -> None:
+def idle_values(plan: Plan, part: Part) -> dict[str, float]:
+    """Return the values with which a part only passes on what it is given; empty where it has none, or where a wire feeds one."""
+    values, _ = part.component.idle()
+    return {} if any(f"{part.name}.{name}" in plan.feeds for name in values) else values
+
+
+class Writer:
+    """Writes the module of a plan. Of parts in ``idle`` it is known whether they idle."""
+
+    def __init__(self, plan: Plan, checked: bool = False, idle: Mapping[str, bool] | None = None) -> None:
         self.plan = plan
         self.checked = checked
+        self.known_idle = idle or {}
         self.laws = LawLibrary()
         self.slow = {part.name for part in plan.parts.values() if part.every > 1}
-        self.same: dict[str, str] = {}
-        """Inside a stage: variable -> the one it is only another name of, which spares the assignment."""
         self.stage_laws = [(plan.parts[name], law) for name, law in plan.stage]
         self.stage_laws += [(part, "derivative") for part in plan.parts.values() if "derivative" in part.component.laws]
-        self.alone = Counter(part.component.laws[law] for part, law in self.stage_laws)
         self.staged = set(plan.stage)
         self.read = {self._during_stage(source) for part, law in self.stage_laws for source in law_sources(part, law, plan.feeds)}
         """What a stage reads of what its laws give."""
+        self.alone = Counter(part.component.laws[law] for part, law in self.stage_laws)
 
     # ---- names ----------------------------------------------------------------------------------------------------------------
 
     def _during_stage(self, output: str) -> str:
         """Return the variable of an output inside a stage: one of its own where it moves between samples, which is quicker to compile."""
-        return _flat(output) + ("__stage" if giving(self.plan.parts, output) in self.staged else "")
+        return flat_name(output) + ("__stage" if giving(self.plan.parts, output) in self.staged else "")
 
     def _variable(self, part: Part, name: str, law: str, staged: bool, time: str) -> str:
         """Return the expression by which a law of ``part`` reads one of its arguments."""
@@ -105,24 +109,21 @@ class _Writer:
         if full in self.plan.feeds:
             kind, source = self.plan.feeds[full]
             if kind == "output" and isinstance(item, Input) and item.previous and law == "update":
-                return _flat(full) + "__previous"
-            found = self._during_stage(source) if staged and kind == "output" else _flat(source)
-            return self.same.get(found, found)
+                return flat_name(full) + "__previous"
+            return self._during_stage(source) if staged and kind == "output" else flat_name(source)
         if type(item) is State and staged:
-            return _flat(full) + "__stage"
+            return flat_name(full) + "__stage"
         if isinstance(item, Noise):
-            return f"{_flat(full)}__noise[sample]"
-        return _flat(full)
+            return f"{flat_name(full)}__noise[sample]"
+        return flat_name(full)
 
     def _idle(self, part: Part) -> dict[str, float]:
-        """Return the values with which a part only passes on what it is given; empty where it has none, or where a wire feeds one."""
-        values, _ = part.component.idle()
-        return {} if self.checked or any(f"{part.name}.{name}" in self.plan.feeds for name in values) else values
+        return {} if self.checked else idle_values(self.plan, part)
 
     def _assign(self, targets: list[str], part: Part, law: str, staged: bool, time: str) -> list[str]:
         """Write a law. A part that may be idle has a branch beside it: machines with many candidates for what was left out cost little more
         than without them."""
-        if not self._idle(part):
+        if not self._idle(part) or self.known_idle.get(part.name) is False:
             return self._law(targets, part, law, staged, time)
         passed = part.component.idle()[1]
         if law in part.component.output_laws():
@@ -132,27 +133,21 @@ class _Writer:
             values = [self._variable(part, name, law, staged, time) for name in names]
         else:
             values = ["0.0"] * len(targets) if law == "derivative" else targets
-        same, self.same = self.same, dict(self.same)
-        busy = self._law(targets, part, law, staged, time)
-        aliased = [f"{target} = {self.same[target]}" for target in targets if target in self.same and target not in same]
-        self.same = same
         idle = [f"{target} = {value}" for target, value in zip(targets, values, strict=True) if target != value] or ["pass"]
-        return [f"if {part.name}__idle:", *[f"    {line}" for line in idle], "else:", *[f"    {line}" for line in [*busy, *aliased]]]
+        if part.name in self.known_idle:
+            return idle
+        busy = self._law(targets, part, law, staged, time)
+        return [f"if {part.name}__idle:", *[f"    {line}" for line in idle], "else:", *[f"    {line}" for line in busy]]
 
     def _law(self, targets: list[str], part: Part, law: str, staged: bool, time: str) -> list[str]:
         function = part.component.laws[law]
         names = part.component.arguments[law]
         values = {name: self._variable(part, name, law, staged, time) for name in names}
-        alone = law != "update" or len(targets) == 1  # of several, the first could be what the second still reads
-        short = self.laws.in_place(function, values) if alone and not self.checked else None
-        wanted = self.read if staged and law != "derivative" else set(targets)
-        if short is not None and len(short) == len(targets):
-            pairs = [(target, value) for target, value in zip(targets, short, strict=True) if target in wanted]
-            if staged and law != "derivative":
-                self.same |= {target: value for target, value in pairs if value.isidentifier()}
-            return [f"{target} = {value}" for target, value in pairs if target not in self.same]
-        if staged and not self.checked and (lines := self._body(function, part, law, values, targets)) is not None:
-            return lines
+        if staged and not self.checked:
+            unread = set(targets) - self.read
+            lines = self.laws.lines_in_place(function, list(values.values()), targets, f"{part.name}__{law}__")
+            if lines is not None and len(lines) <= (_LONGEST_BODY if self.alone[function] == 1 else _SHORT_BODY):
+                return [line for line in lines if law == "derivative" or line.partition(" = ")[0] not in unread]
         call = f"{self.laws.add(function, f'{part.component.__name__}_{law}')}({', '.join(values.values())})"
         if self.checked:
             kinds = part.component.declarations
@@ -162,19 +157,12 @@ class _Writer:
             return [call]
         return [f"{', '.join(targets)} = {call}"]
 
-    def _body(self, function: Callable[..., Any], part: Part, law: str, values: dict[str, str], targets: list[str]) -> list[str] | None:
-        """Return the body of a longer law of a stage, where it is the only one of its kind that the stage calls."""
-        if self.alone[function] > 1:
-            return None
-        lines = self.laws.body_in_place(function, values, targets, f"{part.name}__{law}__")
-        return lines if lines is not None and len(lines) <= _LONGEST_BODY else None
-
     # ---- pieces ---------------------------------------------------------------------------------------------------------------
 
     def _unpack(self, discrete: bool = True) -> list[str]:
         lines = _taken("parameters", self.plan.parameters) + _taken("states", self.plan.states) + _taken("discrete", self.plan.discrete)
-        lines += [f"{_flat(name)} = vector(memories, {position})" for name, position in self.plan.memories.items()]
-        lines += [f"{_flat(name)} = matrix(tables, {position})" for name, position in self.plan.tables.items()]
+        lines += [f"{flat_name(name)} = vector(memories, {position})" for name, position in self.plan.memories.items()]
+        lines += [f"{flat_name(name)} = matrix(tables, {position})" for name, position in self.plan.tables.items()]
         for part in self.plan.parts.values():
             if tests := [f"{part.name}__{name} == {_number(value)}" for name, value in self._idle(part).items()]:
                 lines.append(f"{part.name}__idle = {' and '.join(tests)}")
@@ -184,7 +172,7 @@ class _Writer:
     def _outputs(self, name: str, law: str, staged: bool, time: str) -> list[str]:
         part = self.plan.parts[name]
         suffix = "__stage" if staged else ""
-        return self._assign([_flat(f"{name}.{item}") + suffix for item in part.component.output_laws()[law]], part, law, staged, time)
+        return self._assign([flat_name(f"{name}.{item}") + suffix for item in part.component.output_laws()[law]], part, law, staged, time)
 
     def _sample_instant(self) -> list[str]:
         lines: list[str] = []
@@ -193,7 +181,7 @@ class _Writer:
             if law != "update":
                 lines += self._outputs(name, law, False, "time")
                 continue
-            targets = [_flat(f"{name}.{item}") for item in part.component.declared(DiscreteState)]
+            targets = [flat_name(f"{name}.{item}") for item in part.component.declared(DiscreteState)]
             update = self._assign(targets, part, "update", False, "time")
             if part.every > 1:
                 lines.append(f"if (first + sample) % {part.every} == 0:")
@@ -202,37 +190,27 @@ class _Writer:
                 lines += update
         return lines
 
-    def _step(self) -> tuple[list[str], list[str]]:
-        """Return what the steps of a sample have in common, and one step."""
+    def _step(self) -> list[str]:
+        """Return one step, empty where nothing moves."""
         moving = [part for part in self.plan.parts.values() if "derivative" in part.component.laws]
         if not moving:
-            return [], []
+            return []
         time = "stage_time" if self._uses_time_in_stage() else "time"
-        variables = [_flat(name) for name in self.plan.states]
-        laws: list[str] = []
+        variables = [flat_name(name) for name in self.plan.states]
+        body: list[str] = []
         for name, law in self.plan.stage:
-            laws += self._outputs(name, law, True, time)
+            body += self._outputs(name, law, True, time)
         for part in moving:
-            targets = [_flat(f"{part.name}.{name}") + "__rate" for name in part.component.declared(State)]
-            laws += self._assign(targets, part, "derivative", True, time)
-        self.same = {}
-        rates = _rates(laws, variables)
-        sums = [f"{variable}__sum = {variable}__sum + weight * {rates[variable]}" for variable in variables]
-        first = [variable for variable in variables if rates[variable] != f"{variable}__rate"]
-        stages = [f"{variable}__stage = {variable} + reach * {rates[variable]}" for variable in dict.fromkeys([*first, *variables])]
-        body = [*laws, *sums, *stages, *(["stage_time = moment + reach"] if time == "stage_time" else [])]
+            targets = [flat_name(f"{part.name}.{name}") + "__rate" for name in part.component.declared(State)]
+            body += self._assign(targets, part, "derivative", True, time)
+        body += [f"{variable}__sum = {variable}__sum + weight * {variable}__rate" for variable in variables]
+        body += [f"{variable}__stage = {variable} + reach * {variable}__rate" for variable in variables]
+        before = [f"{variable}__stage = {variable}" for variable in variables] + [f"{variable}__sum = -0.0" for variable in variables]
+        if time == "stage_time":
+            before += ["moment = time + substep * step", "stage_time = moment"]
+            body += ["stage_time = moment + reach"]
         after = [f"{variable} = {variable} + share * {variable}__sum" for variable in variables]
-        held: list[str] = []
-        if not self.checked:
-            read_after = [f"{variable}__sum" for variable in variables]
-            varying = ["weight", "reach", "stage_time", "moment", *variables]
-            held, body = shortened(body, read_after, varying, [_flat(name) for name in self.plan.parameters])
-        read = "\n".join(body)
-        before = ["moment = time + substep * step"] if "moment" in read else []
-        before += [f"{variable}__stage = {variable}" for variable in variables if f"{variable}__stage" in read]
-        before += [f"{variable}__sum = -0.0" for variable in variables]
-        before += ["stage_time = moment"] if "moment" in read else []
-        return held, [*before, "for weight, reach in stages:", *[f"    {line}" for line in body], *after]
+        return [*before, "for weight, reach in stages:", *[f"    {line}" for line in body], *after]
 
     def _uses_time_in_stage(self) -> bool:
         return self.checked or any("time" in part.component.arguments[law] for part, law in self.stage_laws)
@@ -240,6 +218,7 @@ class _Writer:
     # ---- functions ------------------------------------------------------------------------------------------------------------
 
     def module(self) -> str:
+        """Return the whole text."""
         head = [_HEAD, "import math", "from operator import getitem as matrix", "from operator import getitem as vector"]
         head += ["from struct import pack_into", "", _ACCESS]
         functions = ["", *self._rates_function(), "", *self._run_function(), ""]
@@ -254,41 +233,36 @@ class _Writer:
         for part in self.plan.parts.values():
             if "derivative" in part.component.laws:
                 names = [f"{part.name}.{name}" for name in part.component.declared(State)]
-                body += self._assign([_flat(name) + "__rate" for name in names], part, "derivative", False, "time")
-                body += [f"result[{self.plan.states[name]}] = {_flat(name)}__rate" for name in names]
+                body += self._assign([flat_name(name) + "__rate" for name in names], part, "derivative", False, "time")
+                body += [f"result[{self.plan.states[name]}] = {flat_name(name)}__rate" for name in names]
         return [*lines, *[f"    {line}" for line in body], "    return 0"]
+
+    def sample(self) -> list[str]:
+        """Return the lines of one sample."""
+        plan = self.plan
+        body = ["time = (first + sample) * period", *self._sample_instant()]
+        body += [
+            f"{flat_name(name)}__previous = {flat_name(plan.feeds[name][1])}" for name in plan.previous if plan.feeds[name][0] == "output"
+        ]
+        body += [f"row = sample * {len(plan.channels)}", *_put("record", plan.channels, "row + ", "keep")]
+        body += ["done = sample + 1"]
+        if plan.assembly.finish:
+            body += [f"if {flat_name(plan.assembly.finish)} > 0.5:", "    finished = True", "    break"]
+        if step := self._step():
+            body += ["for substep in range(steps):", *[f"    {line}" for line in step]]
+        return body
 
     def _run_function(self) -> list[str]:
         plan = self.plan
         lines = ["def run_block(first, count, period, step, steps, parameters, states, discrete, memories, tables, noise, record):"]
         setup = self._unpack()
-        setup += [f"{_flat(name)}__noise = vector(noise, {position})" for name, position in plan.noises.items()]
+        setup += [f"{flat_name(name)}__noise = vector(noise, {position})" for name, position in plan.noises.items()]
         setup += [*plan.tableau.lines(), "finished = False", "done = 0"]
-        body = ["time = (first + sample) * period", *self._sample_instant()]
-        body += [f"{_flat(name)}__previous = {_flat(plan.feeds[name][1])}" for name in plan.previous if plan.feeds[name][0] == "output"]
-        body += [f"row = sample * {len(plan.channels)}", *_put("record", plan.channels, "row + ", "keep")]
-        body += ["done = sample + 1"]
-        if plan.assembly.finish:
-            body += [f"if {_flat(plan.assembly.finish)} > 0.5:", "    finished = True", "    break"]
-        held, step = self._step()
-        if step:
-            body += [*held, "for substep in range(steps):"]
-            body += [f"    {line}" for line in step]
+        body = self.sample()
         body, groups = grouped(body)
         inside = [*setup, *groups, "for sample in range(count):", *[f"    {line}" for line in body]]
         inside += [*_put("states", plan.states), *_put("discrete", plan.discrete), "return -done if finished else done"]
         return [*lines, *[f"    {line}" for line in inside]]
-
-
-def _rates(laws: list[str], variables: list[str]) -> dict[str, str]:
-    """Return the variable that holds the rate of each state: its own, or the stage of another whose rate is its own."""
-    only = dict(line.split(" = ") for line in laws if line.count(" = ") == 1)
-    rates = {variable: f"{variable}__rate" for variable in variables}
-    for variable in variables:
-        other = only.get(rates[variable], "").removesuffix("__stage")
-        if other != variable and rates.get(other) == f"{other}__rate":
-            rates[variable] = f"{other}__stage"
-    return rates
 
 
 def _taken(array: str, names: Iterable[str]) -> list[str]:
@@ -309,7 +283,7 @@ def _put(array: str, names: Iterable[str], begin: str = "", put: str = "put") ->
 
 def _portions(names: Iterable[str]) -> list[tuple[int, list[str]]]:
     """Return the variables in portions with the place of the first: one access a number is slow to compile, one for all slower still."""
-    variables = [_flat(name) for name in names]
+    variables = [flat_name(name) for name in names]
     return [(first, variables[first : first + _PORTION]) for first in range(0, len(variables), _PORTION)]
 
 
@@ -317,8 +291,9 @@ def _number(value: float) -> str:
     return repr(float(value)) if math.isfinite(value) else f"{'-' if value < 0.0 else ''}math.inf"
 
 
-def _flat(name: str) -> str:
+def flat_name(name: str) -> str:
+    """Return the variable of ``part.name`` in the text."""
     if name.endswith("@previous"):
-        return _flat(name.removesuffix("@previous")) + "__previous"
+        return flat_name(name.removesuffix("@previous")) + "__previous"
     part, _, item = name.partition(".")
     return f"{part}__{item}"

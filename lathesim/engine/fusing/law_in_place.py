@@ -1,104 +1,92 @@
-"""A law's body written where it is called: its ``return`` becomes assignments, and what follows an early one stands in an ``else``.
-
-Plain Python pays for a call of a law about what ten additions cost, and for every output that nobody reads; machine code is the same
-either way. A body is written in place where it is nothing but assignments, branches and counted loops that do not return from within.
-"""
+"""A law's body written where it is called: its ``return`` becomes assignments, and what follows an early one stands in an ``else``."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping, Sequence
-from typing import TypeGuard
-
-_STATEMENTS = (ast.Assign, ast.AugAssign, ast.If, ast.For, ast.Break, ast.Continue, ast.Pass, ast.Return)
-_EXPRESSIONS = (
-    ast.Name, ast.Constant, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Attribute, ast.Subscript, ast.Tuple,
-)  # fmt: skip
-"""What machine code can be made of: a law with anything else is called, so that it can be named when the compiler refuses it."""
+import copy
+from collections.abc import Collection, Mapping, Sequence
 
 
-def body_in_place(source: str, arguments: Mapping[str, str], targets: Sequence[str], prefix: str) -> list[str] | None:
-    """Return the lines that do what the law does, none where it has to be called.
+class NotInPlaceError(Exception):
+    """A law has to be called; the message is the line that prevents its body from standing elsewhere."""
 
-    ``source`` is the ``def`` of the law, ``arguments`` the variable for each of its arguments, ``targets`` the variables that take what it
-    returns. Variables of its own get ``prefix`` before their names, or the name of the target that they end in.
+
+def in_place(law: ast.FunctionDef, arguments: Sequence[ast.expr], targets: Sequence[str], prefix: str) -> list[ast.stmt]:
+    """Return the statements that assign to ``targets`` what a law returns.
+
+    Variables of its own get ``prefix`` before their names. Raises :class:`NotInPlaceError`.
     """
-    tree = ast.parse(source).body[0]
-    if not isinstance(tree, ast.FunctionDef) or {argument.arg for argument in tree.args.args} != arguments.keys():
-        return None
-    nodes = [node for statement in tree.body for node in ast.walk(statement)]
-    if any(isinstance(node, (ast.stmt, ast.expr)) and not isinstance(node, (*_STATEMENTS, *_EXPRESSIONS)) for node in nodes):
-        return None
-    values = [_returned(node) for node in nodes if isinstance(node, ast.Return)]
-    if any(len(given) != len(targets) for given in values):
-        return None
-    own = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    begin = [f"{prefix}{name} = {arguments[name]}" for name in sorted(own & arguments.keys())]
-    free = ["" if target in arguments.values() else target for target in targets]  # the law may still read what it replaces
-    found = _named_for(values, free, own - arguments.keys())
-    names = {**arguments, **{name: f"{prefix}{name}" for name in own}, **found}
-    for node in nodes:
-        if isinstance(node, ast.Name):
-            node.id = names.get(node.id, node.id)
-    body = _to_the_end(tree.body, targets)
-    return None if body is None else [*begin, *(line for statement in body for line in ast.unparse(statement).splitlines())]
-
-
-def _returned(statement: ast.Return) -> list[ast.expr]:
-    return list(statement.value.elts) if isinstance(statement.value, ast.Tuple) else [statement.value] if statement.value else []
-
-
-def _named_for(values: list[list[ast.expr]], targets: Sequence[str], own: set[str]) -> dict[str, str]:
-    """Return the variables that are returned in one place only, and no other variable there, with the name of the target of that place."""
-    places: dict[str, set[int]] = {}
-    for given in values:
-        for place, value in enumerate(given):
-            if isinstance(value, ast.Name) and value.id in own:
-                places.setdefault(value.id, set()).add(place)
-    alone = {name: place for name, found in places.items() for place in found if len(found) == 1}
-    return {name: targets[place] for name, place in alone.items() if targets[place] and list(alone.values()).count(place) == 1}
-
-
-def _to_the_end(statements: list[ast.stmt], targets: Sequence[str]) -> list[ast.stmt] | None:
-    """Return statements that end with the targets assigned instead of returning, none where the way to the end is not that plain."""
-    done: list[ast.stmt] = []
-    for place, statement in enumerate(statements):
-        if isinstance(statement, ast.Return):
-            return done + _assignments(statement, targets)
-        if not any(isinstance(node, ast.Return) for node in ast.walk(statement)):
-            done.append(statement)
-            continue
-        if not isinstance(statement, ast.If):
-            return None
-        rest = statements[place + 1 :]
-        if _always_returns(statement.body):
-            body, other = _to_the_end(statement.body, targets), _to_the_end([*statement.orelse, *rest], targets)
-        elif _always_returns(statement.orelse):
-            body, other = _to_the_end([*statement.body, *rest], targets), _to_the_end(statement.orelse, targets)
+    stored = stored_names(*law.body)
+    names = {name: prefix + name for name in stored}
+    begin: list[ast.stmt] = []
+    for argument, value in zip(law.args.args, arguments, strict=True):
+        if isinstance(value, ast.Name) and argument.arg not in stored:
+            names[argument.arg] = value.id
         else:
-            return None
-        if body is None or other is None:
-            return None
-        return [*done, ast.If(statement.test, body or [ast.Pass()], other)]
-    return None
+            names[argument.arg] = prefix + argument.arg
+            begin += _assigned([prefix + argument.arg], value)
+    body = [Renamed(names).visit(copy.deepcopy(statement)) for statement in law.body]
+    return [*begin, *_to_the_end(body, targets)]
+
+
+def read_names(*trees: ast.AST) -> list[str]:
+    """Return the variables that trees read."""
+    every = [node for tree in trees for node in ast.walk(tree)]
+    found = [node.id for node in every if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
+    return found + [node.target.id for node in every if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)]
+
+
+def stored_names(*trees: ast.AST) -> list[str]:
+    """Return the variables that trees assign."""
+    every = [node for tree in trees for node in ast.walk(tree)]
+    return [node.id for node in every if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+
+
+class Renamed(ast.NodeTransformer):
+    """Gives variables other names."""
+
+    def __init__(self, names: Mapping[str, str]) -> None:
+        self.names = names
+
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        """Return the variable under its new name."""
+        return ast.Name(self.names.get(node.id, node.id), node.ctx)
+
+
+def _to_the_end(statements: Sequence[ast.stmt], targets: Sequence[str]) -> list[ast.stmt]:
+    for place, statement in enumerate(statements):
+        before, rest = list(statements[:place]), statements[place + 1 :]
+        match statement:
+            case ast.Return(value=value):
+                return [*before, *_assigned(targets, value)]
+            case ast.If(test=test, body=body, orelse=other) if _returns(statement):
+                sides = [_to_the_end(side if _always_returns(side) else [*side, *rest], targets) for side in (body, other)]
+                return [*before, ast.If(test, sides[0] or [ast.Pass()], sides[1])]
+            case _ if _returns(statement):
+                raise NotInPlaceError(ast.unparse(statement).splitlines()[0])
+    if targets:
+        raise NotInPlaceError("it may end without a return")
+    return list(statements)
+
+
+def _assigned(targets: Sequence[str], value: ast.expr | None) -> list[ast.stmt]:
+    """Return one assignment for each target, one for all where a value reads what another replaces."""
+    names: list[ast.expr] = [ast.Name(target, ast.Store()) for target in targets]
+    if len(targets) == 1 and not isinstance(value, ast.Tuple):
+        return [ast.Assign(names, value or ast.Constant(None), lineno=0)]
+    if isinstance(value, ast.Tuple) and _independent(targets, value.elts):
+        return [ast.Assign([name], item, lineno=0) for name, item in zip(names, value.elts, strict=True)]
+    return [ast.Assign([ast.Tuple(names, ast.Store())], value or ast.Tuple([], ast.Load()), lineno=0)]
+
+
+def _independent(targets: Collection[str], values: Sequence[ast.expr]) -> bool:
+    return len(targets) == len(values) and set(targets).isdisjoint(read_names(*values))
+
+
+def _returns(statement: ast.stmt) -> bool:
+    return any(isinstance(node, ast.Return) for node in ast.walk(statement))
 
 
 def _always_returns(statements: list[ast.stmt]) -> bool:
     last = statements[-1] if statements else None
     return isinstance(last, ast.Return) or (isinstance(last, ast.If) and _always_returns(last.body) and _always_returns(last.orelse))
-
-
-def _assignments(statement: ast.Return, targets: Sequence[str]) -> list[ast.stmt]:
-    """Return one assignment for each target, all at once where one would change what another still reads."""
-    pairs = [(target, value) for target, value in zip(targets, _returned(statement), strict=True) if not _is_name(value, target)]
-    taken: set[str] = set()
-    for target, value in pairs:
-        if any(isinstance(node, ast.Name) and node.id in taken for node in ast.walk(value)):
-            together = (", ".join(target for target, _ in pairs), ", ".join(ast.unparse(value) for _, value in pairs))
-            return ast.parse(" = ".join(together)).body
-        taken.add(target)
-    return [ast.parse(f"{target} = {ast.unparse(value)}").body[0] for target, value in pairs]
-
-
-def _is_name(value: ast.expr, name: str) -> TypeGuard[ast.Name]:
-    return isinstance(value, ast.Name) and value.id == name

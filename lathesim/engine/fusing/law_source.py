@@ -6,19 +6,25 @@ functions of which the same holds; all are copied under names of their own, so t
 
 from __future__ import annotations
 
+import ast
 import builtins
 import hashlib
 import inspect
 import math
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lathesim.engine.fusing.law_in_place import body_in_place
+from lathesim.engine.fusing.law_in_place import NotInPlaceError, in_place
 from lathesim.engine.fusing.law_text import law_text
 from lathesim.errors import ComponentError
 
+_IN_PLACE = (
+    *(ast.Assign, ast.AugAssign, ast.If, ast.Pass, ast.Return),
+    *(ast.Name, ast.Constant, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Attribute, ast.Tuple),
+)
+"""What any compiler takes: a law with anything else is called."""
 _CALLABLE_BUILT_INS = {"abs", "min", "max", "int", "float", "len", "range", "bool"}
 
 
@@ -62,27 +68,25 @@ class LawLibrary:
         self._keep_piece(name, text, list(renames.values()))
         return name
 
-    def in_place(self, function: Callable[..., Any], arguments: Mapping[str, str]) -> list[str] | None:
-        """Return what a short law returns, written for these arguments; none where it has to be called."""
-        text = law_text(function)
-        return None if text.values is None or self._loops(function) else text.in_place(arguments, self._references(function))
+    def with_theirs(self, names: Iterable[str]) -> set[str]:
+        """Return the functions among names, and those that they call in turn."""
+        found = self.pieces.keys() & set(names)
+        return found | {other for name in found for other in self.with_theirs(self.pieces[name].uses)}
 
-    def body_in_place(
-        self, function: Callable[..., Any], arguments: Mapping[str, str], targets: Sequence[str], prefix: str
-    ) -> list[str] | None:
-        """Return the lines of a longer law written where it is called; none where it has to be called."""
-        if self._loops(function):
+    def lines_in_place(self, function: Callable[..., Any], given: Sequence[str], targets: Sequence[str], prefix: str) -> list[str] | None:
+        """Return the lines of a law written where it is called; none where it has to be called, so that it can be named when it fails."""
+        if any("while " in self.pieces[name].text for name in self.with_theirs(self._references(function).values())):
             return None
-        return body_in_place(law_text(function).named("law", self._references(function)), arguments, targets, prefix)
-
-    def _loops(self, function: Callable[..., Any]) -> bool:
-        """Return whether a law or what it calls has a ``while``: it is called, so that it can be named when it does not end."""
-        uses = [name for name in self._references(function).values() if name in self.pieces]
-        texts = [law_text(function).marked, *(self.pieces[name].text for name in self._with_theirs(uses))]
-        return any("while " in text for text in texts)
-
-    def _with_theirs(self, names: list[str]) -> set[str]:
-        return {*names, *(other for name in names for other in self._with_theirs(list(self.pieces[name].uses)))}
+        tree = ast.parse(law_text(function).named("law", self._references(function))).body[0]
+        assert isinstance(tree, ast.FunctionDef)
+        nodes = [node for statement in tree.body for node in ast.walk(statement)]
+        if any(isinstance(node, (ast.stmt, ast.expr)) and not isinstance(node, _IN_PLACE) for node in nodes):
+            return None
+        try:
+            made = in_place(tree, [ast.parse(value, mode="eval").body for value in given], targets, prefix)
+        except NotInPlaceError:
+            return None
+        return [line for statement in made for line in ast.unparse(statement).splitlines()]
 
     def _keep_piece(self, name: str, text: str, used: list[str]) -> None:
         constants = [self._constants[item] for item in used if item in self._constants]

@@ -23,34 +23,21 @@ from typing import Any
 from lathesim.cache_folder import keep_sealed, kept_sealed
 from lathesim.errors import ComponentError
 
-_FORMAT = 3
+_FORMAT = 4
 _MARK = "⟨{}⟩"
 _MARKED = re.compile("⟨([^⟩]*)⟩")
-_ARGUMENT = re.compile("«([^»]*)»")
-_SHORT = 60
-"""Nodes of the expressions that may be written in place of a call; more would only make the module longer."""
 
 
 @dataclass(frozen=True)
 class LawText:
-    """A function's text with marks for its own name and the names it takes from outside (``free``: name and line of the first use).
-
-    ``values`` are the expressions it returns, with marks for its arguments too, where it is nothing but one short ``return``; such a law
-    can be written where it is called, which spares plain Python the call. None for any other.
-    """
+    """A function's text with marks for its own name and the names it takes from outside (``free``: name and line of the first use)."""
 
     marked: str
     free: tuple[tuple[str, int], ...]
-    values: tuple[str, ...] | None
 
     def named(self, name: str, renames: Mapping[str, str]) -> str:
         """Return the text of the function under ``name``, with outside names replaced; those without a new name stay."""
         return _MARKED.sub(lambda match: renames.get(match[1], match[1]) if match[1] else name, self.marked)
-
-    def in_place(self, arguments: Mapping[str, str], renames: Mapping[str, str]) -> list[str]:
-        """Return what the function returns, written for these arguments (variables, not expressions)."""
-        named = [_MARKED.sub(lambda match: renames.get(match[1], match[1]), value) for value in self.values or ()]
-        return [_ARGUMENT.sub(lambda match: arguments[match[1]], value) for value in named]
 
 
 @functools.lru_cache(maxsize=4096)
@@ -71,8 +58,7 @@ def law_text(function: Callable[..., Any]) -> LawText:
 def _kept(name: str) -> LawText | None:
     try:
         found = json.loads(kept_sealed(name) or b"")
-        free = tuple((str(item), int(line)) for item, line in found["free"])
-        return LawText(str(found["marked"]), free, None if found["values"] is None else tuple(found["values"]))
+        return LawText(str(found["marked"]), tuple((str(item), int(line)) for item, line in found["free"]))
     except (ValueError, KeyError, TypeError):
         return None
 
@@ -120,23 +106,10 @@ def _written(function: Callable[..., Any]) -> LawText:
         argument.annotation = None
     if ast.get_docstring(tree):
         tree.body = tree.body[1:] or [ast.Pass()]
-    tree = _Mark(free, _MARK).visit(tree)
+    tree = _Mark(free).visit(tree)
     tree.name = _MARK.format("")
     marked = ast.unparse(ast.fix_missing_locations(tree))
-    return LawText(marked, tuple(free.items()), _values(tree))
-
-
-def _values(tree: ast.FunctionDef) -> tuple[str, ...] | None:
-    """Return the expressions that a marked function returns, where it does nothing else."""
-    if len(tree.body) != 1 or not isinstance(tree.body[0], ast.Return) or tree.body[0].value is None:
-        return None
-    value = tree.body[0].value
-    nodes = list(ast.walk(value))
-    own_names = (ast.NamedExpr, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp, ast.Starred)
-    if len(nodes) > _SHORT or any(isinstance(node, own_names) for node in nodes):
-        return None
-    value = _Mark({argument.arg: 0 for argument in [*tree.args.posonlyargs, *tree.args.args]}, "«{}»").visit(value)
-    return tuple(ast.unparse(item) for item in (value.elts if isinstance(value, ast.Tuple) else [value]))
+    return LawText(marked, tuple(free.items()))
 
 
 def _function_tree(function: Callable[..., Any]) -> ast.FunctionDef:
@@ -161,13 +134,12 @@ def _local_names(tree: ast.FunctionDef) -> set[str]:
 
 
 class _Mark(ast.NodeTransformer):
-    def __init__(self, names: Mapping[str, int], mark: str) -> None:
+    def __init__(self, names: Mapping[str, int]) -> None:
         self.names = names
-        self.mark = mark
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
         if node.id in self.names:
-            node.id = self.mark.format(node.id)
+            node.id = _MARK.format(node.id)
         return node
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:

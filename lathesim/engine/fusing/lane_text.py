@@ -1,0 +1,320 @@
+"""The text of a fused machine written for many runs at once: every variable is a row of lanes, and each lane is one run.
+
+One run waits for its own chain of divisions; sixteen runs side by side let the processor compute vectors. The operations on the numbers of
+a lane and their order are those of one run, so its bits are the same. What no lane has of its own, such as a recorded signal or what only
+parameters that are alike make, is computed once, and before a loop over time where it is the same each time. What
+:mod:`lathesim.engine.fusing.lane_flat` refuses runs lane by lane, as do functions without vectors. Parts that idle in every lane are left
+out.
+
+``run_block`` has the arguments of the fused module with other meanings: ``parameters`` is the workspace, row after row; ``states`` takes
+the samples that each lane was advanced until it finished; ``discrete`` holds the numbers between the records of two lanes; ``memories``,
+``tables`` and ``noise`` hold each array once a lane.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name
+from lathesim.engine.fusing.lane_flat import Flattener, NotLanedError, calls, without_path
+from lathesim.engine.fusing.law_in_place import read_names, stored_names
+from lathesim.engine.wiring import Plan
+
+LANES = 16
+"""Runs side by side: two vectors of AVX-512; with fewer the compiler unrolls the loop instead of making vectors."""
+
+_HEAD = """import math
+
+def choose(test, one, other):
+    return one if test else other
+"""
+_RUN = "def run_block(first, count, period, step, steps, parameters, states, discrete, memories, tables, noise, record):"
+
+
+@dataclass(frozen=True)
+class LaneModule:
+    """The text for lanes. ``rows`` is the place of each variable in the workspace, ``alone`` what runs lane by lane and why."""
+
+    fused: FusedModule
+    rows: Mapping[str, int]
+    alone: tuple[str, ...]
+
+
+@dataclass
+class _Loop:
+    """Statements of a loop over the lanes: of ``vectors``, of ``calls`` of functions, or ``alone`` as it stood; ``once`` is no loop."""
+
+    statements: list[ast.stmt]
+    kind: str = ""
+    read: set[str] = field(init=False)
+    stored: set[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.read, self.stored = set(read_names(*self.statements)), set(stored_names(*self.statements))
+
+    def take(self, other: _Loop) -> None:
+        """Take the statements of another in."""
+        self.statements += other.statements
+        self.read |= other.read
+        self.stored |= other.stored
+
+
+@dataclass
+class _Block:
+    """Statements under a line that is the same for all lanes."""
+
+    head: str
+    body: list[_Op]
+
+    @property
+    def read(self) -> set[str]:
+        """What the line reads."""
+        return set(read_names(ast.parse(f"{self.head} pass")))
+
+
+@dataclass
+class _Finish:
+    name: str
+
+
+@dataclass
+class _Keep:
+    begin: str
+    names: list[str]
+
+
+_Op = _Loop | _Block | _Finish | _Keep
+
+
+def lane_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule:
+    """Return the module of a plan for lanes.
+
+    ``varied`` are the parameters, states, tables and noises that differ between the lanes, ``idle`` says of parts that idle in all lanes or
+    in none which it is. Raises :class:`NotLanedError` where nothing would be in vectors.
+    """
+    key = f"lanes {sorted(varied)} {sorted(idle.items())}"
+    kept = plan.kept.get(key)
+    if kept is None:
+        kept = plan.kept[key] = _LaneWriter(plan, varied, idle).module()
+    assert isinstance(kept, LaneModule)
+    return kept
+
+
+class _LaneWriter:
+    def __init__(self, plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> None:
+        writer = Writer(plan, idle=idle)
+        lines = writer.sample()
+        self.laws = writer.laws
+        self.kept = [flat_name(name) for name in (*plan.parameters, *plan.states, *plan.discrete)]
+        self.rows = {name: place for place, name in enumerate(self.kept)}
+        mixed = {f"{part.name}__idle" for part in plan.parts.values() if part.component.idle()[0] and part.name not in idle}
+        self.arrays = {flat_name(name): f"vector(memories, {LANES * place}{{}})" for name, place in plan.memories.items()}
+        self.arrays |= {flat_name(name): f"matrix(tables, {LANES * place}{{}})" for name, place in plan.tables.items()}
+        self.arrays |= {f"{flat_name(name)}__noise": f"vector(noise, {LANES * place}{{}})" for name, place in plan.noises.items()}
+        self.varying = {*map(flat_name, varied), *(f"{flat_name(name)}__noise" for name in varied), *map(flat_name, plan.memories), *mixed}
+        self.setup = [f"{name} = {text.format('')}" for name, text in self.arrays.items() if name not in self.varying]
+        self.setup += [f"{part.name}__sample_period = period * {part.every}.0" for part in plan.parts.values() if part.every > 1]
+        self.setup += plan.tableau.lines()
+        functions = {item.name: item for item in ast.parse("\n".join(self.laws.blocks)).body if isinstance(item, ast.FunctionDef)}
+        self.flattener = Flattener(functions, [*self.kept, *mixed], mixed)
+        self.refusals: dict[int, str] = {}
+        ops: list[_Op] = [_Block("for sample in range(count):", self._ops(ast.parse("\n".join(lines)).body))]
+        self._spread([op for op in _every(ops) if isinstance(op, _Loop)])
+        self.ops = _merged(self._settled(ops))
+
+    def _ops(self, body: Iterable[ast.stmt]) -> list[_Op]:
+        return [op for statement in body for op in self._op(statement)]
+
+    def _op(self, statement: ast.stmt) -> list[_Op]:
+        match statement:
+            case ast.Assign(targets=[ast.Name(id="done")]):
+                return []
+            case ast.If(test=ast.Compare(left=ast.Name(id=name))) if any(isinstance(item, ast.Break) for item in statement.body):
+                return [_Finish(name)]
+            case ast.For(target=target, body=body):
+                return [_Block(f"for {ast.unparse(target).strip('()')} in {ast.unparse(statement.iter)}:", self._ops(body))]
+            case ast.If(test=test, body=body) if {"first", "sample"} == set(read_names(test)):
+                return [_Block(f"if {ast.unparse(test)}:", self._ops(body))]
+            case ast.Expr(value=ast.Call(func=ast.Name(id="keep"), args=[_, begin, ast.Tuple(elts=values)])):
+                return [_Keep(ast.unparse(begin), [ast.unparse(value) for value in values])]
+        try:
+            return [_Loop([ast.Assign([ast.Name(name, ast.Store())], value, lineno=0)]) for name, value in self.flattener.flat(statement)]
+        except NotLanedError as error:
+            self.flattener.known |= set(stored_names(statement))
+            self.refusals[id(statement)] = str(error)
+            return [_Loop([statement])]
+
+    def _spread(self, loops: list[_Loop]) -> None:
+        """Find the variables that differ between lanes because of what they are made of, and with them the kind of each loop."""
+        made_of = [set(read_names(*map(without_path, op.statements))) for op in loops]
+        pairs = list(zip(loops, made_of, strict=True))
+        while new := [op for op, read in pairs if not op.stored <= self.varying and not self.varying.isdisjoint(read)]:
+            self.varying |= {name for op in new for name in op.stored}
+        for op in loops:
+            if self.varying.isdisjoint(op.stored):
+                op.kind, op.statements = "once", [without_path(item) for item in op.statements]
+                op.read = set(read_names(*op.statements))
+            else:
+                op.kind = "alone" if id(op.statements[0]) in self.refusals else "calls" if calls(op.statements[0]) else "vectors"
+
+    def _settled(self, ops: Iterable[_Op]) -> list[_Op]:
+        """Return statements with what a loop over time computes alike each time before it."""
+        made: list[_Op] = []
+        for op in ops:
+            if isinstance(op, _Block):
+                held, body = self._held(self._settled(op.body), op.head) if op.head.startswith("for") else ([], self._settled(op.body))
+                made += [*held, _Block(op.head, _merged(body))]
+            else:
+                made.append(op)
+        return made
+
+    def _held(self, ops: list[_Op], head: str) -> tuple[list[_Op], list[_Op]]:
+        changing = Counter(stored_names(ast.parse(f"{head} pass")))
+        changing.update(name for op in _every(ops) if isinstance(op, _Loop) for name in op.stored)
+        held: list[_Op] = []
+        rest: list[_Op] = []
+        read: set[str] = set()
+        for op in ops:
+            if (
+                isinstance(op, _Loop)
+                and op.kind != "alone"
+                and not any(changing[name] for name in op.read)
+                and all(changing[name] == 1 and name not in self.rows and name not in read for name in op.stored)
+            ):
+                held.append(op)
+                changing -= Counter(op.stored)
+            else:
+                rest.append(op)
+                read |= _read([op])
+        return held, rest
+
+    # ---- text -----------------------------------------------------------------------------------------------------------------
+
+    def module(self) -> LaneModule:
+        """Write the module."""
+        while self._drop(_read(self.ops)):
+            pass
+        loops = [op for op in _every(self.ops) if isinstance(op, _Loop) and op.kind != "once"]
+        if not any(op.kind == "vectors" and op.statements for op in loops):
+            raise NotLanedError("nothing of it depends on what differs between the runs")
+        self.touched = Counter(name for op in loops for name in {*read_names(*op.statements), *stored_names(*op.statements)})
+        self.across = {name for op in loops for name in self._read_first(op)}
+        self.across |= {name for op in _every(self.ops) if isinstance(op, (_Keep, _Finish)) for name in _read([op])}
+        body = self._lines(self.ops)
+        begin = [f"{name} = parameters[{LANES * self.rows[name]}]" for name in self.kept if name not in self.varying]
+        inside = [*self.setup, *begin, "between = int(discrete[0])", "left = True", *body, "return count"]
+        source = "\n".join([_HEAD, *self.laws.blocks, "", _RUN, *_indented(inside), ""])
+        used = self.laws.with_theirs(_read(self.ops))
+        pieces = tuple(piece for piece in self.laws.pieces.values() if piece.name in used)
+        alone = [self.refusals[id(item)] for op in loops if op.kind == "alone" for item in op.statements]
+        return LaneModule(FusedModule(source, pieces, hashlib.sha256(source.encode()).hexdigest()[:32]), self.rows, tuple(alone))
+
+    def _drop(self, read: set[str]) -> bool:
+        """Take away the assignments in loops that nobody reads; say whether there were any."""
+        found = False
+        for op in _every(self.ops):
+            if isinstance(op, _Loop) and op.kind != "alone":
+                left = [item for item in op.statements if not read.isdisjoint(stored_names(item))]
+                if len(left) < len(op.statements):
+                    found, op.statements, op.read = True, left, set(read_names(*left))
+        return found
+
+    def _place(self, name: str) -> str:
+        return f"parameters[{LANES * self.rows.setdefault(name, len(self.rows))} + lane]"
+
+    def _lines(self, ops: list[_Op]) -> list[str]:
+        lines: list[str] = []
+        for op in ops:
+            match op:
+                case _Block(head, body):
+                    lines += [head, *_indented(self._lines(body) or ["pass"])]
+                case _Loop(statements):
+                    lines += self._loop(op) if statements else []
+                case _Finish(name):
+                    lines += ["left = False", f"for lane in range({LANES}):", "    if states[lane] == 0.0:"]
+                    lines += [f"        if {self._read(name)} > 0.5:", "            states[lane] = sample + 1.0"]
+                    lines += ["        else:", "            left = True", "if not left:", "    break"]
+                case _Keep(begin, names):
+                    lines.append(f"for lane in range({LANES}):")
+                    lines += [f"    record[lane * between + {begin} + {place}] = {self._read(name)}" for place, name in enumerate(names)]
+        return lines
+
+    def _read(self, name: str) -> str:
+        return self._place(name) if name in self.varying else name
+
+    def _loop(self, loop: _Loop) -> list[str]:
+        text = [line for item in loop.statements for line in ast.unparse(item).splitlines()]
+        if loop.kind == "once":
+            return text
+        bools = self.flattener.bools
+        lines = []
+        for name in self._read_first(loop):
+            value = self.arrays[name].format(" + lane") if name in self.arrays else self._place(name)
+            lines.append(f"{name} = {value}{' > 0.5' if name in bools else ''}")
+        lines += text
+        for name in dict.fromkeys(stored_names(*loop.statements)):
+            if name in self.across:
+                lines.append(f"{self._place(name)} = {f'choose({name}, 1.0, 0.0)' if name in bools else name}")
+        return [f"for lane in range({LANES}):", *_indented(lines)]
+
+    def _read_first(self, loop: _Loop) -> list[str]:
+        """Return the rows that a loop reads before it has assigned them in any case."""
+        found: dict[str, None] = {}
+        stored: set[str] = set()
+        for statement in loop.statements:
+            own = set(stored_names(statement))
+            branches = isinstance(statement, (ast.If, ast.For))
+            local = {name for name in own if self.touched[name] == 1 and name not in self.rows} if branches else set()
+            for name in [*read_names(statement), *(own if branches else ())]:
+                if name in self.varying and name not in stored and name not in local:
+                    found[name] = None
+            stored |= own
+        return list(found)
+
+
+def _merged(ops: Iterable[_Op]) -> list[_Op]:
+    """Return loops put together: each goes to the earliest one of its kind that may take it in, past what has nothing to do with it."""
+    made: list[_Op] = []
+    for new in ops:
+        place, found = len(made), None
+        while isinstance(new, _Loop) and place and isinstance(op := made[place - 1], _Loop):
+            found = op if op.kind == new.kind != "alone" else found
+            if op.kind == new.kind == "alone" or not (op.stored.isdisjoint(new.read | new.stored) and op.read.isdisjoint(new.stored)):
+                break
+            place -= 1
+        if found is not None and isinstance(new, _Loop):
+            found.take(new)
+        else:
+            made.insert(place if isinstance(new, _Loop) and new.kind == "once" else len(made), new)
+    return made
+
+
+def _every(ops: Iterable[_Op]) -> Iterator[_Op]:
+    for op in ops:
+        yield op
+        if isinstance(op, _Block):
+            yield from _every(op.body)
+
+
+def _read(ops: Iterable[_Op]) -> set[str]:
+    """Return the variables that anything reads."""
+    read: set[str] = set()
+    for op in _every(ops):
+        match op:
+            case _Loop():
+                read |= op.read | (op.stored if op.kind == "alone" else set())
+            case _Keep(begin, names):
+                read |= {*names, *read_names(ast.parse(begin))}
+            case _Finish(name):
+                read.add(name)
+            case _Block():
+                read |= op.read
+    return read
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return [f"    {line}" for line in lines]

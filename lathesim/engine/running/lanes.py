@@ -1,0 +1,125 @@
+"""Runs of one plan side by side: their numbers in rows, one lane a run (see :mod:`lathesim.engine.fusing.lane_text`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lathesim.engine.assembly import FloatArray
+from lathesim.engine.compiling.machine_code import CompiledMachine
+from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled
+from lathesim.engine.fusing.fuse import flat_name, idle_values
+from lathesim.engine.fusing.lane_flat import NotLanedError
+from lathesim.engine.fusing.lane_text import LANES, LaneModule, lane_module
+from lathesim.engine.running.run_arrays import RunArrays
+from lathesim.engine.wiring import Plan
+from lathesim.errors import SimulationError
+
+FEWEST = 4
+"""Runs from which lanes pay: sixteen together take as long as two or three alone."""
+_LARGEST_RECORD = 2**25
+"""Numbers in the record of sixteen runs (256 MB a thread); longer ones are run one by one."""
+WORTH_A_LOOK = 0.3
+"""Seconds of runs one by one before a text is written for lanes, which takes up to that long itself."""
+Timing = tuple[float, float, int]
+"""Sample period [s], step [s], steps a sample."""
+
+
+@dataclass
+class _Spent:
+    """What is known of a kind of batch: seconds of its runs one by one, of the last, of the compiler; and whether lanes are refused."""
+
+    total: float = 0.0
+    last: float = 0.0
+    price: float | None = None
+    refused: bool = False
+
+
+class Choice:
+    """Whether a batch is run in lanes, which costs the compiler's time once.
+
+    Lanes are compiled once the runs that were made one by one, and those still ahead, would take longer than the compiler; so no batch
+    takes more than twice as long as it would with the better of the two.
+    """
+
+    def __init__(self, plan: Plan, varied: Sequence[str], parameters: FloatArray, columns: Mapping[int, FloatArray]) -> None:
+        self.plan, self.varied = plan, frozenset(varied)
+        self.alike: dict[str, bool] = {}
+        for part in plan.parts.values():
+            if values := idle_values(plan, part):
+                places = {plan.parameters[f"{part.name}.{name}"]: value for name, value in values.items()}
+                idles = np.all([columns.get(place, parameters[place : place + 1]) == value for place, value in places.items()], axis=0)
+                if np.all(idles) or not np.any(idles):
+                    self.alike[part.name] = bool(np.all(idles))
+        kept = plan.kept.setdefault(f"spent on {sorted(varied)} {sorted(self.alike.items())}", _Spent())
+        assert isinstance(kept, _Spent)
+        self._spent = kept
+
+    @property
+    def refused(self) -> bool:
+        """Whether lanes cannot be made of this machine, or were no quicker."""
+        return self._spent.refused
+
+    def spend(self, seconds: float, runs: int, side_by_side: bool) -> None:
+        """Count the time of runs; go back to one by one where lanes took longer, as where most laws are loops."""
+        if side_by_side:
+            self._spent.refused |= 0.0 < self._spent.last < seconds / runs
+        else:
+            self._spent.total, self._spent.last = self._spent.total + seconds, seconds
+
+    def lanes(self, ahead: int, samples: int) -> Lanes | None:
+        """Return the lanes for runs of so many samples where ``ahead`` of them are worth it, compiled."""
+        spent = self._spent
+        total = spent.total + ahead * spent.last
+        too_long = LANES * samples * len(self.plan.channels) > _LARGEST_RECORD
+        if spent.refused or ahead < FEWEST or total < WORTH_A_LOOK or too_long:
+            return None
+        try:
+            module = lane_module(self.plan, self.varied, self.alike)
+            if spent.price is None:  # looked up once: it looks for files
+                spent.price = 0.0 if is_compiled(module.fused) else compile_time(module.fused)
+            if total >= spent.price:
+                return Lanes(self.plan, module, compiled_machine(module.fused), samples)
+        except (NotLanedError, SimulationError):  # the machine itself was compiled: it runs as it is
+            spent.refused = True
+        return None
+
+
+@dataclass
+class Lanes:
+    """What one thread needs to run lane by lane: a machine and a record of shape (lanes, numbers)."""
+
+    plan: Plan
+    module: LaneModule
+    machine: CompiledMachine
+    samples: int
+
+    def __post_init__(self) -> None:
+        length = self.samples * len(self.plan.channels)
+        self.record = np.zeros((LANES, length + 8 * (length % 64 == 0)))  # lanes a page apart would push each other out of the cache
+
+    def run(self, members: Sequence[RunArrays], count: int, timing: Timing, noises: Sequence[FloatArray]) -> tuple[FloatArray, list[int]]:
+        """Return the records of up to 16 members, shape (lanes, samples, channels), and how many samples each was advanced."""
+        plan, rows = self.plan, self.module.rows
+        spare = LANES - len(members)
+        members = [*members, *[members[-1].copy() for _ in range(spare)]]
+        space = np.zeros((len(rows), LANES))
+        first = [len(plan.parameters), len(plan.states), len(plan.discrete)]
+        for lane, member in enumerate(members):
+            given = (member.parameters, member.states, member.discrete)
+            space[: sum(first), lane] = np.concatenate([item[:size] for item, size in zip(given, first, strict=True)])
+        for part in plan.parts.values():
+            if (row := rows.get(f"{part.name}__idle")) is not None:
+                values = idle_values(plan, part).items()
+                space[row] = np.all([space[rows[flat_name(f"{part.name}.{name}")]] == value for name, value in values], axis=0)
+        done = np.zeros(LANES)
+        between = np.array([float(self.record.shape[1])])
+        every = ([member.memories for member in members], [member.tables for member in members], [*noises, *[noises[-1]] * spare])
+        memories, tables, noise = (tuple(item for lanes in zip(*each, strict=True) for item in lanes) for each in every)
+        advanced = self.machine.run_block(
+            0, count, *timing, space.reshape(-1), done, between, memories, tables, noise, self.record.reshape(-1)
+        )
+        records = self.record[:, : self.samples * len(plan.channels)].reshape(LANES, self.samples, len(plan.channels))
+        return records, [int(item) or advanced for item in done]
