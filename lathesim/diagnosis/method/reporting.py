@@ -18,6 +18,8 @@ class ReportingLimits:
     """Parts of a chain that are told at most."""
     most_bars: int = 8
     """Variables of which a bar is drawn at most."""
+    least_bar: float = 0.01
+    """Share that a variable must explain for its bar to be drawn."""
     most_rows: int = 6
     """Channels, and effects that were tried, in a table of the page at most."""
     most_drawings: int = 2

@@ -31,6 +31,11 @@ class Explanation:
         """The name with its place."""
         return f"{self.name} at {self.place}" if self.place else self.name
 
+    @property
+    def is_clear(self) -> bool:
+        """Whether the gain is above chance by two standard errors."""
+        return self.gain - 2.0 * self.standard_error > self.chance
+
 
 def explanation_as_json(one: Explanation) -> dict[str, Any]:
     """Return the JSON of an explanation; numbers that are not finite become null."""

@@ -92,7 +92,12 @@ def _why_not(trial: Trial, found: SearchResult, method: Method) -> Iterator[str]
         yield "the simulation of the whole machine gets worse with it"
     if trial.share_of_all <= method.share_of_all:
         yield f"explains only {trial.share_of_all:.1%} of the error"
-    yield "another explanation of the same error predicts as well or better"
+    kept = [one.validation_gain for one in found.tried if found.holds(one.candidate)]
+    if found.model.candidates:
+        kept.append(found.model.validation.motion - found.baseline.validation.motion)
+    if max(kept, default=-math.inf) >= trial.validation_gain:
+        yield "another one predicts as well or better"
+    yield "left out by a rule on sizes, and not for its gain"
 
 
 def _text(candidate: Candidate) -> str:

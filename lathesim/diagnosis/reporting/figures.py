@@ -54,11 +54,11 @@ def trace_svg(trace: ChannelTrace, floor: float, windows: Windows = (), prefix: 
     _line(lower, trace.time, without / factor, WITHOUT if changed else SIMULATED, 0.9)
     if changed:
         _line(lower, trace.time, with_it / factor, SIMULATED, 0.9)
-    dress(lower, label("residual", unit), label("time", "s"))
+    dress(lower, label("error", unit), label("time", "s"))
     _mark(lower, windows)
     _fit(upper, trace.time)
     figure.align_ylabels([upper, lower])
-    return svg_text(figure, prefix, f"{trace.channel}: recorded and simulated, residual below")
+    return svg_text(figure, prefix, f"{trace.channel}: recorded and simulated, error below")
 
 
 def missing_svg(missing: MissingSignal, windows: Windows = (), prefix: str = "missing", width: float = HALF) -> str:
@@ -68,7 +68,7 @@ def missing_svg(missing: MissingSignal, windows: Windows = (), prefix: str = "mi
     if len(missing.total) == len(missing.time):
         factor, unit = common_unit([missing.total], missing.unit)
         _line(upper, missing.time, missing.total / factor, REFERENCE, 1.0)
-        dress(upper, label("all", unit), "", f"Missing at {missing.at}")
+        dress(upper, label("acts", unit), "", f"Missing at {missing.at}")
     upper.tick_params(labelbottom=False)
     factor, unit = common_unit([missing.before, missing.after], missing.unit)
     _line(lower, missing.time, missing.before / factor, WITHOUT, 0.9)

@@ -26,12 +26,13 @@ from lathesim.diagnosis.reporting.number_text import (
     number,
     percent,
     possible_text,
+    pretty,
     probability_text,
     quantity_text,
     takes_part,
     words,
 )
-from lathesim.diagnosis.reporting.remarks import stability_lines
+from lathesim.diagnosis.reporting.remarks import stability_lines, what_is_left
 from lathesim.diagnosis.reporting.summary import is_worse, summary_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.identification.estimation.estimates import CONFIDENCE
@@ -66,8 +67,8 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     return {
         "verdict": diagnosis.verdict,
         "verdict_word": _WORDS[diagnosis.verdict],
-        "headline": summary[0],
-        "summary": [line.partition(": ")[::2] for line in summary[1:]],
+        "headline": summary[0].partition(". ")[::2],
+        "summary": [pretty(line).partition(": ")[::2] for line in summary[1:]],
         "legends": (GAIN, before_text(diagnosis)),
         "takes_part": "" if diagnosis.names else takes_part(diagnosis),
         "lesson": diagnosis.lesson,
@@ -99,7 +100,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         ],
         "drawings": _drawings(diagnosis, order, method),
         "baseline": [_baseline(name, item, modelled, method=method) for name, item in diagnosis.baseline.items()],
-        "left": [*([diagnosis.shortfall] if diagnosis.shortfall else []), *diagnosis.left],
+        "left": list(map(pretty, what_is_left(diagnosis))),
         "not_told": list(diagnosis.not_told),
         "insert": insert_lines(diagnosis.insert),
         "version": lathesim.__version__,
@@ -205,6 +206,7 @@ def _bars(bars: Sequence[VariableBar], changed: bool, method: Method) -> list[di
         if bar.variable not in tallest or bar.before > tallest[bar.variable].before:
             tallest[bar.variable] = bar
     chosen = sorted(tallest.values(), key=lambda bar: -bar.before)[: method.reporting.most_bars]
+    chosen = [bar for bar in chosen if max(bar.before, bar.after) > method.reporting.least_bar]
     return [
         {"variable": bar.variable, "channel": "" if bar.channel == chosen[0].channel else bar.channel, "before": _width(bar.before),
          "after": _width(bar.after) if changed and math.isfinite(bar.after) else None, "text": f"{_width(bar.before):.0f} %"}

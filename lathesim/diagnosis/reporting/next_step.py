@@ -19,7 +19,7 @@ def next_step(diagnosis: Diagnosis, off: Sequence[str], worse: Sequence[str]) ->
     if diagnosis.verdict == "unknown":
         return _after_unknown(diagnosis)
     if worse and diagnosis.verdict == "parameters_only":
-        return f"Do not use the fitted values: they predict {listed(list(worse))} worse. Record more motion, or measure the values."
+        return f"Do not use the fitted values: they predict {listed(list(worse))} worse. {_record_more(diagnosis)}"
     if off:
         return f"Look in the report when {off[0]} is off most. Other speeds, places or a further sensor may show the cause."
     if diagnosis.verdict == "parameters_only":
@@ -28,18 +28,24 @@ def next_step(diagnosis: Diagnosis, off: Sequence[str], worse: Sequence[str]) ->
 
 
 def _after_names(diagnosis: Diagnosis, worse: Sequence[str]) -> str:
-    steps = []
     if worse:
-        steps.append(f"Do not rely on it yet: it predicts {listed(list(worse))} worse.")
+        return f"Do not rely on it yet: it predicts {listed(list(worse))} worse. {_record_more(diagnosis)}"
+    steps = []
     experiment = next((effect.separating_experiment for effect in diagnosis.effects if effect.separating_experiment), "")
     if experiment:
         tied = any(effect.tied_with for effect in diagnosis.effects)
         steps.append(f"{'Tell them apart' if tied else 'Determine its size'}. {experiment}")
-    elif diagnosis.insert and not worse:
+    elif diagnosis.insert:
         steps.append("Paste the lines below into the lesson, or run the _explained.yaml beside the report, which holds them.")
     if not diagnosis.adequate and not experiment:
         steps.append("Look in the report at what is left.")
     return " ".join(steps)
+
+
+def _record_more(diagnosis: Diagnosis) -> str:
+    if diagnosis.recording in diagnosis.validation:
+        return "One recording cannot well judge itself: record a second one, and give it with --validate."
+    return "Record more motion, at other speeds and places."
 
 
 def _after_unknown(diagnosis: Diagnosis) -> str:

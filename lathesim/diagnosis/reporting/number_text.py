@@ -19,6 +19,7 @@ _SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NOTHING = "\N{EN DASH}"
+ARROW = "\N{RIGHTWARDS ARROW}"
 POSSIBLE_BESIDES = "Possible besides, and no part of the answer"
 """What stands above effects that explain much of what is left and little of all."""
 
@@ -106,6 +107,12 @@ _PLAIN = str.maketrans({"µ": "u", "·": "*", "²": "^2", "³": "^3", MINUS: "-"
 def plain(text: str) -> str:
     """Return text in the signs of a terminal: ``"2.0 um"``, ``"5 N*m"``."""
     return text.translate(_PLAIN)
+
+
+def pretty(text: str) -> str:
+    """Return text of a terminal in the signs of a page: ``"2.0 µm"``, ``"5 N·m"``, an arrow."""
+    text = re.sub(r"(?<=\d )u(?=[mVs]\b)", "µ", text).replace("->", ARROW)
+    return re.sub(r"(?<=[A-Za-z)])\*(?=[A-Za-z(])", "·", text)
 
 
 def words(name: str) -> str:

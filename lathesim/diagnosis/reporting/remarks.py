@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import (
     BaselineValue,
@@ -65,9 +64,9 @@ def still_missing(
 def _one_missing(item: MissingSignal, *, shares: bool) -> str:
     """Return how much is missing at a place, now and before, and which ``shares`` of what acts there that is."""
     sizes = [shown_with_unit(size, item.unit, 3) for size in item.sizes]
-    known = [known_share(share) if shares else math.nan for share in (item.share_before, item.share_after)]
+    known = [share if shares else math.nan for share in (item.share_before, item.share_after)]
     before, after = (
-        f"{size} ({percent(share)} of what acts there)" if math.isfinite(share) else size for size, share in zip(sizes, known, strict=True)
+        f"{size} ({percent(share)} of what acts there)" if share < 1.0 else size for size, share in zip(sizes, known, strict=True)
     )
     earlier = f"; before it was {before}" if before != after else ""
     return f"At {item.at} {after} has no explanation{earlier}."
@@ -132,6 +131,11 @@ def unseen_forms(ranked: Iterable[RankedEffect]) -> list[str]:
     """Return which refined forms of what is named the recording could not have shown; no experiment is advised for a form of one law."""
     pairs = [(item.candidate, other) for item in ranked for other in item.unseen]
     return [f"Whether {candidate.name} is {other.name} this recording cannot tell." for candidate, other in pairs]
+
+
+def what_is_left(diagnosis: Diagnosis) -> list[str]:
+    """Return why a model is not adequate, where it is not, and all that is left."""
+    return [*filter(None, [diagnosis.shortfall]), *diagnosis.left]
 
 
 def stability_lines(diagnosis: Diagnosis) -> list[str]:

@@ -146,13 +146,16 @@ def _size(diagnosis: Diagnosis, method: Method) -> str:
     if diagnosis.names:
         sizes = [f"{effect.effect} {_size_text(effect)}" for effect in diagnosis.effects]
     elif diagnosis.verdict == "parameters_only":
-        moved = moved_values(diagnosis)
-        sizes = [_moved_text(name, item) for name, item in moved[: method.reporting.most_named]]
-        sizes += [f"{len(moved) - method.reporting.most_named} more below"] if len(moved) > method.reporting.most_named else []
+        moved, most = moved_values(diagnosis), method.reporting.most_named
+        sizes = [_moved_text(name, item) for name, item in moved[:most]]
+        sizes += [f"{len(moved) - most} more below"] if len(moved) > most else []
+    elif diagnosis.verdict == "unknown":
+        parts = found_effects(diagnosis) if diagnosis.removed_share > 0.0 else []
+        sizes = [*(f"{effect.effect} {_size_text(effect)}" for effect in parts), *_missing_text(diagnosis)]
     else:
-        sizes = _missing_text(diagnosis) if diagnosis.verdict == "unknown" else []
+        sizes = []
     explained = diagnosis.names and diagnosis.adequate and diagnosis.removed_share > 0.0
-    share = f" This explains {percent(diagnosis.removed_share)} of the held-out error." if explained else ""
+    share = f" With recorded inputs this explains {percent(diagnosis.removed_share)} of the held-out error." if explained else ""
     return f"{'; '.join(sizes)}.{share}" if sizes else ""
 
 
@@ -188,8 +191,8 @@ def _missing_text(diagnosis: Diagnosis) -> list[str]:
 def _one_missing(item: MissingSignal) -> str:
     share = known_share(item.share_after)
     of = "of what acts there" if item.unit in FORCES else "of the signal there"
-    beside = f", {percent(share)} {of}" if math.isfinite(share) else ""
-    return f"{_shown(item.sizes[1], item.unit)} (root mean square) at {item.at} have no name{beside}"
+    beside = f", {percent(share)} {of}" if share < 1.0 else ""
+    return f"without a name {_shown(item.sizes[1], item.unit)} (root mean square) at {item.at}{beside}"
 
 
 def _sure(diagnosis: Diagnosis, method: Method) -> str:
@@ -200,15 +203,30 @@ def _sure(diagnosis: Diagnosis, method: Method) -> str:
         return ""
     if diagnosis.names:
         return f"{stopped}{_sure_of_names(diagnosis, tried, method)}{_close(diagnosis, method)}"
-    among = f"none of the {tried} effects that were tried" if tried > 1 else "nothing that was tried"
     if diagnosis.verdict == "unknown":
-        worst = next(iter(still_off(diagnosis, method)), "")
-        times = diagnosis.fit[worst].after / diagnosis.fit[worst].floor if worst else 0.0
-        far = f"{times:.0f} times" if times < method.reporting.far_off else f"more than {method.reporting.far_off:.0f} times"
-        off = f"{worst} is off by {far} its noise, and " if worst else ""
-        return stopped + _capital(f"{off}{among} explains that.") + _close(diagnosis, method)
-    nothing_else = _capital(f"{among} explains enough more to be named.") if tried else ""
-    return f"{stopped}{nothing_else}{_close(diagnosis, method)}".strip()
+        return stopped + _certainly_missing(diagnosis, tried, method) + _close(diagnosis, method)
+    return f"{stopped}{_nothing_else(diagnosis, tried)}{_close(diagnosis, method)}".strip()
+
+
+def _certainly_missing(diagnosis: Diagnosis, tried: int, method: Method) -> str:
+    """Return how far off the worst channel stays, and that nothing tried explains it."""
+    among = f"none of the {tried} effects that were tried" if tried > 1 else "nothing that was tried"
+    worst = next(iter(still_off(diagnosis, method)), "")
+    if not worst:
+        return f"{among[0].upper()}{among[1:]} explains it."
+    times, far = diagnosis.fit[worst].after / diagnosis.fit[worst].floor, method.reporting.far_off
+    return f"{worst} is off by {f'{times:.0f}' if times < far else f'more than {far:.0f}'} times its noise, and {among} explains that."
+
+
+def _nothing_else(diagnosis: Diagnosis, tried: int) -> str:
+    """Return that no effect predicts better than chance, or which one does and yet was left out."""
+    if not tried:
+        return ""
+    rivals = [one for one in diagnosis.explanations if one.kind == "effect" and not one.kept and one.is_clear]
+    if not rivals:
+        return f"None of the {tried} effects that were tried predicts clearly better than chance would."
+    best = max(rivals, key=lambda one: one.gain)
+    return f"Of the {tried} effects that were tried {best.text} predicts best, and is not taken: {best.reason}."
 
 
 def _close(diagnosis: Diagnosis, method: Method) -> str:
@@ -217,10 +235,6 @@ def _close(diagnosis: Diagnosis, method: Method) -> str:
     if found is None or found.share >= method.reporting.firm:
         return ""
     return f" The decision is close: of {found.decisions} repetitions with other noise, {percent(found.share)} decide so."
-
-
-def _capital(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}" if "." not in text.partition(" ")[0] else text
 
 
 def _sure_of_names(diagnosis: Diagnosis, tried: int, method: Method) -> str:
@@ -254,7 +268,7 @@ def _compared(diagnosis: Diagnosis, method: Method) -> str:
     judged = diagnosis.validation or "the recording that judges"
     seen = "not fitted" if judged != diagnosis.recording else "fitted too"
     changed = ", lesson alone -> with this" if diagnosis.effects else ", lesson as given -> values fitted"
-    return f"error on {judged} ({seen}){changed if '->' in told else ''}: {told}."
+    return f"error of the whole simulation on {judged} ({seen}){changed if '->' in told else ''}: {told}."
 
 
 def is_worse(diagnosis: Diagnosis, name: str) -> bool:

@@ -10,7 +10,7 @@ from lathesim.diagnosis.records.diagnosis import Diagnosis, with_unit
 from lathesim.diagnosis.reporting.answer_tables import GAIN, Rows, before_text, channel_rows, effect_rows, value_rows
 from lathesim.diagnosis.reporting.html_report import insert_lines
 from lathesim.diagnosis.reporting.number_text import POSSIBLE_BESIDES, plain, possible_text, takes_part
-from lathesim.diagnosis.reporting.remarks import stability_lines
+from lathesim.diagnosis.reporting.remarks import stability_lines, what_is_left
 from lathesim.diagnosis.reporting.summary import summary_lines
 
 _EFFECT_HEAD = ("effect", "place", "size (95 % interval)", "gain")
@@ -19,7 +19,7 @@ _EFFECT_HEAD = ("effect", "place", "size (95 % interval)", "gain")
 def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the lines of an answer."""
     lines = [*summary_lines(diagnosis, method), *_tables(diagnosis), *_possible_lines(diagnosis)]
-    lines += _section("What is left:", [*([diagnosis.shortfall] if diagnosis.shortfall else []), *diagnosis.left])
+    lines += _section("What is left:", what_is_left(diagnosis))
     lines += _section("What this recording cannot tell:", diagnosis.not_told)
     lines += _section("About the recording:", diagnosis.findings)
     lines += _section("How firm the answer is:", stability_lines(diagnosis))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, ChannelFit, Diagnosis, Interval, Location, VariableBar
 from lathesim.diagnosis.records.stability import Stability
 from lathesim.diagnosis.reporting.number_text import plain
@@ -37,10 +38,13 @@ def test_a_named_effect_is_told_with_place_size_doubt_comparison_and_next_step()
     assert headline(NAMED) == "The simulation left out CoulombFriction at x_axis."
     told = lines(NAMED)
     assert told["Where"].startswith("x_axis, x_drive; the error goes with sign of velocity of x_axis")
-    assert told["Size"] == "CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). This explains 98.3 % of the held-out error."
+    assert (
+        told["Size"]
+        == "CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). With recorded inputs this explains 98.3 % of the held-out error."
+    )
     assert told["Sure"].startswith("97.4 % probable, among the 6 effects that were tried; the next best, AsymmetricFriction at x_axis")
     assert told["Compared"].startswith(
-        "error on validate.csv (not fitted), lesson alone -> with this: x_encoder.position 27 um -> 0.44 um; "
+        "error of the whole simulation on validate.csv (not fitted), lesson alone -> with this: x_encoder.position 27 um -> 0.44 um; "
     )
     assert told["Next"].startswith("Paste the lines below into the lesson")
 
@@ -115,6 +119,16 @@ def test_a_tie_names_its_rivals_and_what_would_tell() -> None:
 def test_a_close_decision_is_called_one() -> None:
     assert "close" in lines(replace(NAMED, stability=CLOSE))["Sure"]
     assert "close" not in lines(replace(NAMED, stability=FIRM))["Sure"]
+
+
+def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> None:
+    assert lines(CLEAN)["Sure"] == "None of the 3 effects that were tried predicts clearly better than chance would."
+    pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 22.0, False, "left out by a rule on sizes")
+    told = lines(replace(CLEAN, explanations=(*CLEAN.explanations, pitch)))["Sure"]
+    assert (
+        told
+        == f"Of the 4 effects that were tried PeriodicPitchError at {SCALE} predicts best, and is not taken: left out by a rule on sizes."
+    )
 
 
 def test_values_that_moved_are_told_with_interval_and_the_given_value() -> None:
