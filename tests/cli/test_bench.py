@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.cli.speed import bench_rows, bench_scale, bench_table1
+from lathesim.cli.speed import bench_lanes, bench_rows, bench_scale, bench_servo, bench_table1
 from lathesim.cli.speed.bench_axes import axes_plan
+from lathesim.cli.speed.bench_lanes import LaneFigure
 from lathesim.cli.speed.bench_rows import Row, Skipped
 from lathesim.cli.speed.bench_scale import Hour, Series
+from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run
 from tests.cli.command import call
 
@@ -94,3 +96,27 @@ def test_the_axes_of_the_scale_all_do_the_same() -> None:
     record = run(axes_plan(3), duration=2.0, engine="plain")
     assert np.ptp(record["axis1.position"]) > 0.02
     assert np.array_equal(record["axis1.position"], record["axis3.position"])
+
+
+def test_lanes_hold_each_ratio_against_its_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    figures = [LaneFigure("servo axis", 8.0, 7.0, True, 0.004, 0.0005), LaneFigure("Jacobian", 2.5, 2.0, False)]
+    monkeypatch.setattr(bench_lanes, "lane_figures", lambda *_, **__: (figures, ["C: gcc is not installed"]))
+    said = call(capsys, "bench", "--lanes")
+    assert said.code == 1
+    assert "| servo axis | 4 ms | 0.5 ms | 8 | at least 7 | kept |" in said.out
+    assert "| Jacobian |  |  | 2.5 | at most 2 | MISSED |" in said.out
+    assert "Left out: C: gcc is not installed." in said.out
+    found = json.loads(call(capsys, "bench", "--lanes", "--json").out)
+    assert [row["is_within"] for row in found["rows"]] == [True, False]
+
+
+@pytest.mark.skipif(bool(bench_servo.no_compiler()), reason=bench_servo.no_compiler())
+def test_the_servo_axis_in_c_has_the_bits_of_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench_servo, "SECONDS", 3.0)
+    plan = bench_servo.servo_plan()
+    values = bench_servo.spread(plan, bench_servo.VARIED, 2)
+    ours = Batch(plan, bench_servo.samples_of(plan), threads=1).run(bench_servo.VARIED, values)
+    theirs = bench_servo.servo_in_c(plan, 2)(values)
+    assert all(np.array_equal(one, other.T) for one, other in zip(ours, theirs, strict=True))
+    assert np.ptp(ours[0][0]) > 0.09
+    assert not np.array_equal(ours[0], ours[1])

@@ -28,8 +28,9 @@ AGREEMENT = 1.0
 @click.option("--table1", is_flag=True, help="Print the means of Table 1 over small changes, beside a reference.")
 @click.option("--tui", "terminal", is_flag=True, help="Measure the terminal app: first paint, answers to keys, drawing.")
 @click.option("--stability", is_flag=True, help="Measure stability maps, as ratios: collocation, measured responses, the next cut.")
+@click.option("--lanes", is_flag=True, help="Measure runs side by side, as ratios: against one by one, and against C where gcc is here.")
 @click.option("--save", type=OutputPath(makes_folder=True), metavar="F.png", help="Where --scale draws [default: lathesim_runs/scale.png].")
-def bench(as_json: bool, quick: bool, scale: bool, table1: bool, terminal: bool, stability: bool, save: Path | None) -> int:
+def bench(as_json: bool, quick: bool, scale: bool, table1: bool, terminal: bool, stability: bool, lanes: bool, save: Path | None) -> int:
     """Measure how fast this machine simulates: the median CPU time of a run, its ratio to the compiled engine, and peers where installed.
 
     The work is an 18 s part program on the two-axis lathe with spindle, cutting force, wear, contour and force control, tachometer noise
@@ -44,6 +45,8 @@ def bench(as_json: bool, quick: bool, scale: bool, table1: bool, terminal: bool,
         return _terminal(as_json, quick)
     if stability:
         return _stability(as_json)
+    if lanes:
+        return _lanes(as_json, quick)
     from lathesim.cli.speed.bench_work import lathe_work
 
     _tell("preparing the work ...")
@@ -148,6 +151,26 @@ def _stability(as_json: bool) -> int:
             word, sign = "least" if figure.is_at_least else "most", "kept" if figure.is_within else "MISSED"
             click.echo(f"{figure.name}: {figure.value:.3g} (at {word} {figure.bar:g}: {sign})")
         click.echo(f"\n{_machine_line()}")
+    return int(any(not figure.is_within for figure in figures))
+
+
+def _lanes(as_json: bool, quick: bool) -> int:
+    """Measure runs side by side."""
+    import json
+
+    from lathesim.cli.speed.bench_lanes import lane_figures
+
+    figures, left_out = lane_figures(3 if quick else 5, quick=quick, tell=_tell)
+    if as_json:
+        rows = [{**vars(figure), "is_within": figure.is_within} for figure in figures]
+        click.echo(json.dumps({"schema": "lathesim-bench-lanes/1", "rows": rows, "skipped": left_out, "machine": _machine()}, indent=2))
+    else:
+        click.echo("| ratio | before | after | value | bar | |\n|---|---:|---:|---:|---:|---|")
+        for figure in figures:
+            word, sign = "at least" if figure.is_at_least else "at most", "kept" if figure.is_within else "MISSED"
+            before, after = ("" if value is None else _seconds(value) for value in (figure.alone_s, figure.together_s))
+            click.echo(f"| {figure.name} | {before} | {after} | {figure.value:.3g} | {word} {figure.bar:g} | {sign} |")
+        click.echo("\n".join(["", *(f"Left out: {item}." for item in left_out), _machine_line()]))
     return int(any(not figure.is_within for figure in figures))
 
 

@@ -204,7 +204,7 @@ def _hour_here() -> str:
         begun = time.perf_counter()
         cpu = cpu_seconds(recorded)
         clock, size = time.perf_counter() - begun, path.stat().st_size / 1e6
-    return json.dumps(dataclasses.asdict(Hour(clock, cpu, unrecorded, _largest_memory(), size)))
+    return json.dumps(dataclasses.asdict(Hour(clock, cpu, unrecorded, largest_memory(), size)))
 
 
 class _Nowhere:
@@ -221,10 +221,10 @@ def _batch_here(runs: int) -> str:
     value = plan.parameter_values[plan.parameters[_PARAMETER]]
     costs = Batch(plan, 200, seed=SEED).run([_PARAMETER], value * np.linspace(0.9, 1.1, runs)[:, None], _last)
     assert len(costs) == runs
-    return f"{_largest_memory()}"
+    return f"{largest_memory()}"
 
 
-def _largest_memory() -> float:
+def largest_memory() -> float:
     """Return the largest memory of this process so far [MB]; ``ru_maxrss`` also counts what its parent had when it started it."""
     status = Path("/proc/self/status")
     if status.exists():
