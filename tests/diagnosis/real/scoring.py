@@ -27,8 +27,8 @@ class Answer:
     said: str = ""
 
 
-def worth(case: Case, told: Mapping[str, Any]) -> str:
-    """Return "right", "partly" or "wrong"."""
+def worth(case: Case, told: Mapping[str, Any], *, by_names: bool = False) -> str:
+    """Return "right", "partly" or "wrong"; ``by_names`` where no held-out error of a simulation is there."""
     verdict = told.get("verdict")
     if not case.hidden:
         return "right" if verdict in (("parameters_only",) if case.values else SOUND) else "wrong"
@@ -40,7 +40,7 @@ def worth(case: Case, told: Mapping[str, Any]) -> str:
         )
     others = [one for one in effects if not any(_is(hidden, one) for hidden in (*case.hidden, *case.beside))]
     exact = len(found) == len(case.hidden) and not others and not any(one.get("tied_with") for one in effects)
-    return "right" if exact and is_near(case, told) else "partly"
+    return "right" if exact and (by_names or is_near(case, told)) else "partly"
 
 
 def _is_tied(hidden: Hidden, effect: Mapping[str, Any]) -> bool:
@@ -92,6 +92,12 @@ def named(case: Case, told: Mapping[str, Any]) -> str:
     baseline = {name: {**value, "value": value.get("refit_with")} for name, value in (told.get("baseline") or {}).items()}
     values = _sizes(baseline, case.values)
     return " + ".join([*parts, *([values] if values else [])]) or "-"
+
+
+def named_at(told: Mapping[str, Any]) -> str:
+    """Return the effects of an answer at their places, those that are no part of the verdict in brackets."""
+    text = " + ".join(f"{one['effect']} at {one['at']}" for one in told.get("effects") or [])
+    return text if told.get("verdict") in NAMING or not text else f"[{text}]"
 
 
 def _sizes(given: Mapping[str, Mapping[str, Any]], true: Sequence[Size]) -> str:
