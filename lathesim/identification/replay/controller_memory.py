@@ -12,7 +12,7 @@ a parameter).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from lathesim.component import DiscreteState, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part
 from lathesim.identification.machine.roles import decides, start_values
 from lathesim.identification.replay.simulator import Simulator
-from lathesim.identification.signal.rounding import LARGER_PART, SLOPE_ROUNDING
+from lathesim.identification.signal.rounding import LARGER_PART, ROUNDING, SLOPE_ROUNDING
 
 _LITTLE = 0.01
 """Share of a command below which it follows from its controller without any memory, and by which a memory is moved to be seen."""
@@ -111,28 +111,41 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     if _rms(before) < _LITTLE * size:
         return {}
     values = np.array([speeds.get(name, value) for name, value in zip(memories, given, strict=True)])
-    best = left(values[None])[0]
-    for _ in range(_TIMES):
-        moves = (_STEPS[:, None] * np.eye(len(memories))[:, None]).reshape(-1, len(memories))
-        slopes = np.array([_slope(own, _LITTLE * size) for own in np.split(left(values + moves) - best, len(memories))])
-        answers = np.abs(slopes).max(axis=1) > SLOPE_ROUNDING * np.abs(slopes).max(initial=0.0)
-        scale = np.abs(slopes).max(axis=1, keepdims=True) + 1e-300
-        moved = np.linalg.lstsq((slopes / scale)[answers].T, -best, rcond=1e-6)[0] / scale[answers, 0]
-        tried = values.copy()
-        tried[answers] += moved
-        now = left(tried[None])[0]
-        if not _rms(now) < _rms(best):
-            break
-        values, best = tried, now
+    values, best = _fitted(left, values, _LITTLE * size)
     kept = _rms(best) < LARGER_PART * _rms(before)
     return {name: float(value) for name, value, old in zip(memories, values, given, strict=True) if value != old} if kept else {}
 
 
-def _slope(moved: FloatArray, least: float) -> FloatArray:
-    """Return the slope (samples,) of what ``_STEPS`` move, (steps, samples): of the first that moves it by ``least``, or of the largest."""
-    shown = np.flatnonzero(np.abs(moved).max(axis=1) >= least)
-    step = int(shown[0]) if len(shown) else len(_STEPS) - 1
-    return np.asarray(moved[step] / _STEPS[step])
+def _fitted(left: Callable[[FloatArray], FloatArray], start: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:
+    """Return the memories with which least of a command is left, and that, by least squares along the directions that it shows."""
+    from scipy.optimize import least_squares
+
+    def slopes(values: FloatArray) -> FloatArray:
+        """Return d left / d memory, (memories, samples), of one batch: by the first step that moves it by ``least``, or the largest."""
+        moves = [values, *(values + step * one for one in np.eye(len(values)) for step in _STEPS)]
+        here, moved = np.split(left(np.array(moves)), [1])
+        moved = moved.reshape(len(values), len(_STEPS), -1) - here
+        shown = np.abs(moved).max(axis=2) >= least
+        step = np.where(shown.any(axis=1), shown.argmax(axis=1), len(_STEPS) - 1)
+        return np.asarray(moved[np.arange(len(values)), step] / _STEPS[step][:, None])
+
+    first, best = slopes(start), left(start[None])[0]
+    scale = np.abs(first).max(axis=1, keepdims=True)
+    answers = (scale > SLOPE_ROUNDING * scale.max(initial=0.0))[:, 0]
+    _, sizes, turned = np.linalg.svd((first[answers] / scale[answers]).T, full_matrices=False)
+    shown = np.square(sizes) > ROUNDING * np.square(sizes.max(initial=0.0))
+    directions = np.zeros((np.count_nonzero(shown), len(start)))
+    directions[:, answers] = turned[shown] / sizes[shown, None] / scale[answers, 0]
+    unit = float(np.linalg.norm(best))
+    if not len(directions) or unit == 0.0:
+        return start, best
+    end = least_squares(
+        lambda place: left((start + unit * place @ directions)[None])[0] / unit,
+        np.zeros(len(directions)),
+        lambda place: (directions @ (slopes(start + unit * place @ directions) if place.any() else first)).T,
+        max_nfev=_TIMES + 1,
+    )
+    return start + unit * end.x @ directions, unit * end.fun
 
 
 def _rms(values: FloatArray) -> float:
