@@ -4,15 +4,15 @@
 
 R_i is 1/m_i, so that k_i = w_i^2/R_i; U and L stand for the modes far above and below the band, and r is the rate of an exponential
 window. A pole may lie outside the band: a mode close to the band bends the response inside, unlike a constant.
-Poles and residues are found together by Levenberg and Marquardt; a further mode begins where the misfit is largest. Source: N. M. M. Maia,
-J. M. M. Silva, Theoretical and Experimental Modal Analysis (1997), chapter 4. Left out: complex residues.
+The poles are fitted, each time with the residues that are best for them; a further mode begins where the misfit is largest. Source:
+N. M. M. Maia, J. M. M. Silva, Theoretical and Experimental Modal Analysis (1997), chapter 4. Left out: complex residues.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,10 @@ _SPARE = 1
 _STEPS = 30
 _ENOUGH = 1e-3
 """A fit ends when a step gains less than this of the sum of squares."""
-_LEAST_DAMPING, _MOST_DAMPING = 1e-6, 0.9
+_DAMPINGS = (1e-6, 0.9)
+"""Least and largest damping ratio of a pole."""
+_LARGEST_STEP = 0.5
+"""First step of the logarithm of a frequency or damping at most (assumed)."""
 _BELOW, _ABOVE = 0.2, 5.0
 """Factors on the lowest and highest frequency of the band that limit a pole (assumed: further out U and L fit as well)."""
 _DETERMINED = 1.0
@@ -191,38 +194,26 @@ def _solved(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeight
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    return np.asarray(np.linalg.lstsq(matrix / np.outer(scale, scale), right / scale, rcond=1e-13)[0] / scale)
+    return np.asarray((np.linalg.lstsq(matrix / np.outer(scale, scale), (right.T / scale).T, rcond=1e-13)[0].T / scale).T)
 
 
 def _refined(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> ModalModel:
     """Return a model with poles and residues where the weighted misfit is smallest, and the covariance there."""
+    from scipy.optimize import least_squares
+
     count = len(model.omega)
-    slowest, quickest = _BELOW * abs(s[0].imag) + 1e-3, _ABOVE * abs(s[-1].imag)
     model = _solved(model, s, values, weights)
-    brake = 1e-3
-    for _ in range(_STEPS):
-        matrix, slope = _normal(model, s, values, weights)
-        scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-        reduced = matrix / np.outer(scale, scale)
-        for _ in range(8):
-            step = np.linalg.lstsq(reduced + brake * np.eye(len(reduced)), slope / scale, rcond=None)[0] / scale
-            moved = np.clip(step[: 2 * count], -0.5, 0.5)
-            trial = replace(
-                model,
-                omega=np.clip(model.omega * np.exp(moved[:count]), slowest, quickest),
-                damping=np.clip(model.damping * np.exp(moved[count:]), _LEAST_DAMPING, _MOST_DAMPING),
-            )
-            trial = _solved(trial, s, values, weights)
-            if trial.misfit <= model.misfit:
-                break
-            brake *= 8.0
-        else:
-            break
-        gained = model.misfit - trial.misfit
-        model, brake = trial, max(brake / 8.0, 1e-9)
-        if gained < _ENOUGH * max(1.0, 1e-3 * model.misfit / len(s)):
-            break
-    matrix, _ = _normal(model, s, values, weights)
+    if count:
+        poles = _Poles(model, s, values, weights)
+        ends = [[_BELOW * abs(s[0].imag) + 1e-3, _ABOVE * abs(s[-1].imag)], _DAMPINGS]
+        low, high = np.log(np.repeat(ends, count, axis=0).T / np.concatenate([model.omega, model.damping]))
+        bounds = np.minimum(low, -1e-9), np.maximum(high, 1e-9)
+        enough = max(_ENOUGH / max(model.misfit, 1e-300), 1e-3 * _ENOUGH / len(s))
+        end = least_squares(
+            poles.left, np.zeros(2 * count), poles.slopes, bounds, "dogbox", ftol=enough, x_scale=_LARGEST_STEP, max_nfev=_STEPS
+        )  # fmt: skip
+        model = poles.moved(end.x)
+    matrix = weights.gram(_derivatives(model, s))
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     inverse = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-14) / np.outer(scale, scale)
     order = np.argsort(model.omega)
@@ -236,20 +227,63 @@ def _refined(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeigh
     )
 
 
-def _normal(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeights) -> tuple[FloatArray, FloatArray]:
-    """Return the normal matrix and the slope for the logarithms of frequency, damping and residue, and the rests."""
+@dataclass(frozen=True, eq=False)
+class _Poles:
+    """The misfit of a model by the logarithms of its frequencies and dampings over those it begins with; residues and rests are the best
+    for its poles. Source: L. Kaufman, BIT 15 (1975), 49 (variable projection, whose slopes leave out how the residues bend).
+
+    All lines are brought down to as few numbers as there are poles by the products of misfit and slopes: a fit needs no more of them.
+    """
+
+    begun: ModalModel
+    s: Complex
+    values: Complex
+    weights: NoiseWeights
+    _last: dict[bytes, FloatArray] = field(default_factory=dict)
+
+    def moved(self, logarithms: FloatArray) -> ModalModel:
+        """Return the model with moved poles."""
+        factors = np.exp(logarithms).reshape(2, -1)
+        moved = replace(self.begun, omega=self.begun.omega * factors[0], damping=self.begun.damping * factors[1])
+        return _solved(moved, self.s, self.values, self.weights)
+
+    def left(self, logarithms: FloatArray) -> FloatArray:
+        """Return numbers whose squares add up to the misfit, (2 poles + 1,)."""
+        return self._numbers(logarithms)[:, -1]
+
+    def slopes(self, logarithms: FloatArray) -> FloatArray:
+        """Return the derivatives of :meth:`left`, (2 poles + 1, 2 poles), as far as no residue makes up for them."""
+        return -self._numbers(logarithms)[:, :-1]
+
+    def _numbers(self, logarithms: FloatArray) -> FloatArray:
+        """Return numbers for slopes and misfit, (2 poles + 1, 2 poles + 1), with the products that all their lines have."""
+        key = logarithms.tobytes()
+        if key not in self._last:
+            model = self.moved(logarithms)
+            misfit = self.values - np.concatenate([model.residue, model.rest]) @ model.rows(self.s)
+            gram = self.weights.gram(np.concatenate([_derivatives(model, self.s), misfit[None, :]]))
+            poles = np.append(np.arange(2 * len(model.omega)), len(gram) - 1)
+            amounts = np.arange(2 * len(model.omega), len(gram) - 1)
+            both = gram[np.ix_(amounts, poles)]
+            products = gram[np.ix_(poles, poles)] - _solve(gram[np.ix_(amounts, amounts)], both).T @ both
+            size = np.sqrt(np.maximum(np.diag(products), 1e-300))
+            sizes, vectors = np.linalg.eigh(products / np.outer(size, size))
+            self._last.clear()
+            self._last[key] = np.sqrt(np.maximum(sizes, 0.0))[:, None] * vectors.T * size
+        return self._last[key]
+
+
+def _derivatives(model: ModalModel, s: Complex) -> Complex:
+    """Return the response's derivatives by the logarithms of frequency, damping and residue, and by the rests, (values, lines)."""
     responses = model.rows(s)
     count = len(model.omega)
     w, z, r = model.omega[:, None], model.damping[:, None], model.residue[:, None]
     amounts = np.concatenate([model.residue, np.ones(len(model.rest))])
-    total = 3 * count + len(model.rest)
-    rows = np.empty((total + 1, len(s)), dtype=np.complex128)
+    rows = np.empty((3 * count + len(model.rest), len(s)), dtype=np.complex128)
     by_frequency, by_damping = rows[:count], rows[count : 2 * count]
     np.multiply(responses[:count], responses[:count], out=by_damping)
     by_damping *= -2.0 * w * r
     np.multiply(by_damping, z * s + w, out=by_frequency)
     by_damping *= z * s
-    np.multiply(responses, amounts[:, None], out=rows[2 * count : total])
-    rows[total] = values - np.concatenate([model.residue, model.rest]) @ responses
-    gram = weights.gram(rows)
-    return gram[:-1, :-1], gram[:-1, -1]
+    np.multiply(responses, amounts[:, None], out=rows[2 * count :])
+    return rows
