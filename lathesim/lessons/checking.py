@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
+from lathesim.component import Component
 from lathesim.errors import LessonError
 from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import case_of
@@ -15,10 +16,14 @@ from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
 
 
-def check_lesson(lesson: Lesson, registry: Registry) -> None:
-    """Raise :class:`LessonError` if a case cannot be prepared, or if an overridden entry of the lesson itself is faulty."""
+def check_lesson(lesson: Lesson, registry: Registry) -> dict[str, type[Component]]:
+    """Return the parts of all cases by name.
+
+    Raises :class:`LessonError` if a case cannot be prepared, or if an overridden entry of the lesson itself is faulty.
+    """
     itself = case_of(lesson)
-    for case in (itself, *(prepare(lesson, registry, variant).case for variant in lesson.variants or (None,))):
+    prepared = [prepare(lesson, registry, variant) for variant in lesson.variants or (None,)]
+    for case in (itself, *(item.case for item in prepared)):
         if case.duration is not None:
             seconds(case.duration)
     for key, name in _always_overridden(lesson):
@@ -30,6 +35,7 @@ def check_lesson(lesson: Lesson, registry: Registry) -> None:
         except LessonError as error:
             if error.place in (given.place, given.key_place):
                 raise
+    return {part.name: part.component for item in prepared for part in item.machinery.parts}
 
 
 def _always_overridden(lesson: Lesson) -> Iterator[tuple[str, str]]:

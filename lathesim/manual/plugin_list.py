@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from lathesim.component import Component
 from lathesim.errors import PluginError
 from lathesim.plugins import Registry, load_registry
 
@@ -32,4 +34,14 @@ def checked_plugin(path: Path) -> str:
     registry.ask()
     if registry.problems:
         raise PluginError("\n".join(registry.problems))
-    return f"{len(registry.plugins)} plug-in{'' if len(registry.plugins) == 1 else 's'} in order."
+    own = {name: item for name, item in {**registry.components, **registry.effects}.items() if not item.__module__.startswith("lathesim.")}
+    return "\n".join([f"{len(registry.plugins)} plug-in{'' if len(registry.plugins) == 1 else 's'} in order.", *without_vectors(own)])
+
+
+def without_vectors(components: Mapping[str, type[Component]]) -> Iterator[str]:
+    """Yield a line for each part that a batch of runs computes one run after the other, with the line of its law that is the reason."""
+    from lathesim.engine.fusing.lane_flat import refusal
+
+    for name, component in components.items():
+        if place := next((found for function in component.laws.values() if (found := refusal(function))), ""):
+            yield f"  {name}: a batch computes it one run after the other, because of {place}"

@@ -139,16 +139,27 @@ def test_check_says_in_one_line_each_what_a_file_is(capsys: Capture) -> None:
     files = ["lesson_configs/01_contour_error.yaml", "lesson_configs/machines/two_axis_lathe.yaml", "part_programs/straight_turning.nc"]
     said = call(capsys, "check", *(ROOT / file for file in files))
     assert said.code == 0
-    told = [line.partition(": ")[2] for line in said.out.splitlines()]
+    told = [line.partition(": ")[2] for line in said.out.splitlines() if not line.startswith("  ")]
     assert told[0] == "a lesson on the machine two_axis_lathe, 6 variants."
     assert told[1].startswith("a machine template with ")
     assert told[2].startswith("a part program with ")
 
 
+def test_check_names_the_line_of_a_law_that_a_batch_computes_one_run_after_the_other(capsys: Capture) -> None:
+    text, line = (ROOT / "plugins/sandoval_force.py").read_text(encoding="utf-8"), "        speed = cutting_speed / METRE_PER_MINUTE\n"
+    Path("part.py").write_text(text.replace(line, f"{line}        while speed > 1e9:\n            speed -= 1.0\n"), encoding="utf-8")
+    said = call(capsys, "check", "part.py")
+    assert said.code == 0, said.err
+    number = text[: text.index(line)].count("\n") + 2
+    told = said.out.splitlines()[1]
+    assert told.startswith("  SandovalForce: a batch computes it one run after the other, because of ")
+    assert told.endswith(f"part.py:{number}: while speed > 1e9:")
+
+
 def test_check_takes_a_machine_whose_tables_only_a_lesson_gives(capsys: Capture) -> None:
     said = call(capsys, "check", ROOT / "lesson_configs/machines/coordinated_plant.yaml")
     assert said.code == 0, said.err
-    assert said.out.endswith("a machine template with 4 parts.\n")
+    assert "a machine template with 4 parts.\n" in said.out
 
 
 def test_check_tells_every_file_at_fault(capsys: Capture) -> None:
@@ -164,7 +175,7 @@ def test_check_tells_every_file_at_fault(capsys: Capture) -> None:
     assert lines[1] == "part.py:1: the plug-in cannot be imported: ModuleNotFoundError: No module named 'nothing_here'"
     assert lines[2] == "machine.yaml:5:22: '1 m' is given in m, but N is wanted. Use a unit like N."
     assert lines[3] == "none.nc: there is no such file."
-    assert said.out.endswith("a lesson on the machine two_axis_lathe, 6 variants.\n")
+    assert "a lesson on the machine two_axis_lathe, 6 variants.\n" in said.out
 
 
 HEAD = "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\n"

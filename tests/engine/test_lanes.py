@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import pytest
 from lathesim.component import Component, DiscreteState, Input, Memory, Noise, Output, Parameter, Table
 from lathesim.engine.assembly import Part, Wire
 from lathesim.engine.fusing.fuse import idle_values
+from lathesim.engine.fusing.lane_flat import refusal
 from lathesim.engine.fusing.lane_text import lane_module
 from lathesim.engine.running import lanes
 from lathesim.engine.running.batch import Batch
@@ -208,9 +209,16 @@ def test_lanes_are_compiled_only_where_the_runs_take_longer_than_the_compiler(mo
     assert asked
 
 
-def test_the_text_says_which_line_runs_lane_by_lane() -> None:
-    module = lane_module(trial_plan(), frozenset(NAMES), {})
-    assert [line for line in module.alone if "past" in line]
+@pytest.mark.parametrize(
+    ("law", "line"), [(Trial.update, "before = past[place]"), (Trial.output, ""), (Recorded.update, "return recorded")]
+)
+def test_the_line_that_keeps_a_law_from_lanes_is_named(law: Callable[..., Any], line: str) -> None:
+    found = refusal(law)
+    place, _, text = found.partition(": ")
+    assert text.startswith(line) and bool(found) == bool(line)
+    if line:
+        path, _, number = place.rpartition(":")
+        assert Path(path) == Path(__file__) and Path(path).read_text(encoding="utf-8").splitlines()[int(number) - 1].strip() == text
 
 
 def test_what_does_not_depend_on_the_lanes_is_computed_once() -> None:

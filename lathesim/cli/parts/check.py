@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...]) -> int:
     """Check lessons and machine templates (.yaml), plug-ins (.py, folders) and part programs (any other ending).
 
-    One line for each file: its kind, or its fault. Exits with 1 if something is wrong. A plug-in is code, and checking it runs the file
-    with all your rights: read the plug-ins of others first.
+    One line for each file: its kind, or its fault; under it a line for each part that a batch of runs cannot compute in vectors, with the
+    line of its law that prevents this. Exits with 1 if something is wrong. A plug-in is code, and checking it runs the file with all your
+    rights: read the plug-ins of others first.
     """
     from lathesim.errors import LatheSimError
 
@@ -71,16 +72,18 @@ def _checked_yaml(path: Path, registry: Registry) -> str:
     from lathesim.lessons.lesson import load_lesson, load_machine
     from lathesim.lessons.simulate import check_machine
     from lathesim.lessons.yaml_source import read_source
+    from lathesim.manual.plugin_list import without_vectors
 
     if "lesson" not in read_source(path).data and "parts" in read_source(path).data:
         machine = load_machine(path)
-        check_machine(machine, registry)
-        return f"a machine template with {len(machine.settings.parts)} parts."
+        parts = check_machine(machine, registry).parts
+        found = f"a machine template with {len(machine.settings.parts)} parts."
+        return "\n".join([found, *without_vectors({name: part.component for name, part in parts.items()})])
     lesson = load_lesson(path)
-    check_lesson(lesson, registry)
+    components = check_lesson(lesson, registry)
     if lesson.settings.tool_point is not None:
         from lathesim.stability.limits.lesson_cut import cut_of
 
         cut_of(lesson)
     variants = f", {len(lesson.variants)} variants" if lesson.variants else ""
-    return f"a lesson on the machine {lesson.machine.name}{variants}."
+    return "\n".join([f"a lesson on the machine {lesson.machine.name}{variants}.", *without_vectors(components)])

@@ -7,9 +7,12 @@ what follows an early ``return`` in an ``else``. What cannot be written so is re
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 from lathesim.engine.fusing.law_in_place import NotInPlaceError, Renamed, in_place, stored_names
+from lathesim.engine.fusing.law_source import LawLibrary
+from lathesim.engine.fusing.law_text import source_line
 
 _VECTOR_MATH = frozenset({"sqrt", "fabs", "copysign", "floor", "ceil", "isnan", "isinf", "isfinite"})
 """Functions of ``math`` that are instructions of a processor, also for vectors."""
@@ -19,8 +22,30 @@ Pair = tuple[str, ast.expr]
 """A variable and its value."""
 
 
-class NotLanedError(Exception):
-    """Something cannot be written for lanes; the message says which line."""
+def refusal(function: Callable[..., Any]) -> str:
+    """Return ``file:line: text`` of what keeps a law from being written for lanes, empty where nothing does."""
+    library = LawLibrary()
+    functions: dict[str, ast.FunctionDef] = {}
+    name = library.add(function, "law")
+    for item in ast.parse("\n".join(library.blocks)).body:
+        if isinstance(item, ast.FunctionDef):
+            functions[item.name] = item
+    law = functions[name]
+    arguments = [argument.arg for argument in law.args.args]
+    targets = [f"target_{place}" for place in range(_returned(law, functions))]
+    try:
+        Flattener(functions, arguments, ()).flat(ast.parse(f"{', '.join(targets)} = {name}({', '.join(arguments)})").body[0])
+    except NotInPlaceError as error:
+        return source_line(library.function(error.law or name), error.line)
+    return ""
+
+
+def _returned(law: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> int:
+    """Return how many values a law gives."""
+    value = next(node.value for node in ast.walk(law) if isinstance(node, ast.Return))
+    if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in functions:
+        return _returned(functions[value.func.id], functions)
+    return len(value.elts) if isinstance(value, ast.Tuple) else 1
 
 
 def name_of(name: str) -> ast.Name:
@@ -62,37 +87,44 @@ class Flattener:
         """Where the branches that are being written are taken: functions are slow, and called there only."""
 
     def flat(self, statement: ast.stmt) -> list[Pair]:
-        """Return what a statement assigns, in order. Raises :class:`NotLanedError`, and is then as it was before."""
+        """Return what a statement assigns, in order. Raises :class:`NotInPlaceError`, and is then as it was before."""
         before = (set(self.known), set(self.bools), self.path)
         try:
             return self._flat([statement])
-        except NotLanedError:
+        except NotInPlaceError:
             self.known, self.bools, self.path = before
             raise
 
     def _flat(self, statements: Iterable[ast.stmt]) -> list[Pair]:
         made: list[Pair] = []
         for statement in statements:
-            match statement:
-                case ast.Pass():
-                    pass
-                case ast.Assign(targets=[ast.Name(id=name)], value=value):
-                    self._assign(made, name, value)
-                case ast.AugAssign(target=ast.Name(id=name), op=how, value=value):
-                    self._assign(made, name, ast.BinOp(name_of(name), how, value))
-                case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Tuple(elts=values)) if len(targets) == len(values):
-                    names = [self._new("given") for _ in targets]
-                    for name, value in zip(names, values, strict=True):
-                        self._assign(made, name, value)
-                    for target, name in zip(targets, names, strict=True):
-                        self._put(made, ast.unparse(target), name_of(name))
-                case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Call(func=ast.Name()) as call):
-                    self._law(made, call, [ast.unparse(target) for target in targets])
-                case ast.If():
-                    self._branch(made, statement)
-                case _:
-                    raise NotLanedError(ast.unparse(statement).splitlines()[0])
+            try:
+                self._add(made, statement)
+            except NotInPlaceError as error:
+                error.line = error.line or statement.lineno
+                raise
         return made
+
+    def _add(self, made: list[Pair], statement: ast.stmt) -> None:
+        match statement:
+            case ast.Pass():
+                pass
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                self._assign(made, name, value)
+            case ast.AugAssign(target=ast.Name(id=name), op=how, value=value):
+                self._assign(made, name, ast.BinOp(name_of(name), how, value))
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Tuple(elts=values)) if len(targets) == len(values):
+                names = [self._new("given") for _ in targets]
+                for name, value in zip(names, values, strict=True):
+                    self._assign(made, name, value)
+                for target, name in zip(targets, names, strict=True):
+                    self._put(made, ast.unparse(target), name_of(name))
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=ast.Call(func=ast.Name()) as call):
+                self._law(made, call, [ast.unparse(target) for target in targets])
+            case ast.If():
+                self._branch(made, statement)
+            case _:
+                raise NotInPlaceError
 
     def _new(self, what: str) -> str:
         self.count += 1
@@ -101,7 +133,7 @@ class Flattener:
     def _put(self, made: list[Pair], name: str, value: ast.expr) -> None:
         if not _is_bool(value, self.bools):
             if name in self.bools:
-                raise NotLanedError(f"{name} = {ast.unparse(value)}: a truth value before")
+                raise NotInPlaceError  # a truth value before
         elif name in self.known - self.bools:
             value = ast.Call(name_of("choose"), [value, ast.Constant(1.0), ast.Constant(0.0)], [])
         else:
@@ -120,12 +152,14 @@ class Flattener:
         assert isinstance(call.func, ast.Name)
         law = self.functions.get(call.func.id)
         if law is None:
-            raise NotLanedError(f"{call.func.id}: not a law")
+            raise NotInPlaceError
         self.count += 1
         try:
             made += self._flat(in_place(law, call.args, targets, f"lane_{self.count}_"))
-        except (NotLanedError, NotInPlaceError) as error:
-            raise NotLanedError(f"{law.name}: {error}" if ": " not in str(error) else str(error)) from None
+        except NotInPlaceError as error:
+            if not error.law:
+                error.law, error.line = law.name, max(0, error.line - law.lineno)
+            raise
 
     def _branch(self, made: list[Pair], statement: ast.If) -> None:
         """Write both branches, one after the other under names of their own, and the selections between them."""
@@ -185,7 +219,7 @@ class Flattener:
             case ast.BoolOp(op=how, values=values):
                 truths = [self._value(made, value) for value in values]
                 if not all(_is_bool(value, self.bools) for value in truths):
-                    raise NotLanedError(ast.unparse(node))
+                    raise NotInPlaceError
                 return _joined(ast.BitAnd() if isinstance(how, ast.And) else ast.BitOr(), truths)
             case ast.IfExp(test=test, body=body, orelse=other):
                 chosen = self._truth(self._value(made, test))
@@ -207,7 +241,7 @@ class Flattener:
                 name = self._new("value")
                 self._law(made, node, [name])
                 return name_of(name)
-        raise NotLanedError(ast.unparse(node))
+        raise NotInPlaceError
 
 
 def _joined(how: ast.operator, values: list[ast.expr]) -> ast.expr:

@@ -20,8 +20,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name
-from lathesim.engine.fusing.lane_flat import Flattener, NotLanedError, calls, without_path
-from lathesim.engine.fusing.law_in_place import read_names, stored_names
+from lathesim.engine.fusing.lane_flat import Flattener, calls, without_path
+from lathesim.engine.fusing.law_in_place import NotInPlaceError, read_names, stored_names
 from lathesim.engine.wiring import Plan
 
 LANES = 16
@@ -37,11 +37,10 @@ _RUN = "def run_block(first, count, period, step, steps, parameters, states, dis
 
 @dataclass(frozen=True)
 class LaneModule:
-    """The text for lanes. ``rows`` is the place of each variable in the workspace, ``alone`` what runs lane by lane and why."""
+    """The text for lanes. ``rows`` is the place of each variable in the workspace."""
 
     fused: FusedModule
     rows: Mapping[str, int]
-    alone: tuple[str, ...]
 
 
 @dataclass
@@ -94,7 +93,7 @@ def lane_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) ->
     """Return the module of a plan for lanes.
 
     ``varied`` are the parameters, states, tables and noises that differ between the lanes, ``idle`` says of parts that idle in all lanes or
-    in none which it is. Raises :class:`NotLanedError` where nothing would be in vectors.
+    in none which it is. Raises :class:`NotInPlaceError` where nothing would be in vectors.
     """
     key = f"lanes {sorted(varied)} {sorted(idle.items())}"
     kept = plan.kept.get(key)
@@ -121,7 +120,6 @@ class _LaneWriter:
         self.setup += plan.tableau.lines()
         functions = {item.name: item for item in ast.parse("\n".join(self.laws.blocks)).body if isinstance(item, ast.FunctionDef)}
         self.flattener = Flattener(functions, [*self.kept, *mixed], mixed)
-        self.refusals: dict[int, str] = {}
         ops: list[_Op] = [_Block("for sample in range(count):", self._ops(ast.parse("\n".join(lines)).body))]
         self._spread([op for op in _every(ops) if isinstance(op, _Loop)])
         self.ops = _merged(self._settled(ops))
@@ -143,10 +141,9 @@ class _LaneWriter:
                 return [_Keep(ast.unparse(begin), [ast.unparse(value) for value in values])]
         try:
             return [_Loop([ast.Assign([ast.Name(name, ast.Store())], value, lineno=0)]) for name, value in self.flattener.flat(statement)]
-        except NotLanedError as error:
+        except NotInPlaceError:
             self.flattener.known |= set(stored_names(statement))
-            self.refusals[id(statement)] = str(error)
-            return [_Loop([statement])]
+            return [_Loop([statement], "alone")]
 
     def _spread(self, loops: list[_Loop]) -> None:
         """Find the variables that differ between lanes because of what they are made of, and with them the kind of each loop."""
@@ -159,7 +156,7 @@ class _LaneWriter:
                 op.kind, op.statements = "once", [without_path(item) for item in op.statements]
                 op.read = set(read_names(*op.statements))
             else:
-                op.kind = "alone" if id(op.statements[0]) in self.refusals else "calls" if calls(op.statements[0]) else "vectors"
+                op.kind = op.kind or ("calls" if calls(op.statements[0]) else "vectors")
 
     def _settled(self, ops: Iterable[_Op]) -> list[_Op]:
         """Return statements with what a loop over time computes alike each time before it."""
@@ -200,7 +197,7 @@ class _LaneWriter:
             pass
         loops = [op for op in _every(self.ops) if isinstance(op, _Loop) and op.kind != "once"]
         if not any(op.kind == "vectors" and op.statements for op in loops):
-            raise NotLanedError("nothing of it depends on what differs between the runs")
+            raise NotInPlaceError  # nothing of it depends on what differs between the runs
         self.touched = Counter(name for op in loops for name in {*read_names(*op.statements), *stored_names(*op.statements)})
         self.across = {name for op in loops for name in self._read_first(op)}
         self.across |= {name for op in _every(self.ops) if isinstance(op, (_Keep, _Finish)) for name in _read([op])}
@@ -210,8 +207,7 @@ class _LaneWriter:
         source = "\n".join([_HEAD, *self.laws.blocks, "", _RUN, *_indented(inside), ""])
         used = self.laws.with_theirs(_read(self.ops))
         pieces = tuple(piece for piece in self.laws.pieces.values() if piece.name in used)
-        alone = [self.refusals[id(item)] for op in loops if op.kind == "alone" for item in op.statements]
-        return LaneModule(FusedModule(source, pieces, hashlib.sha256(source.encode()).hexdigest()[:32]), self.rows, tuple(alone))
+        return LaneModule(FusedModule(source, pieces, hashlib.sha256(source.encode()).hexdigest()[:32]), self.rows)
 
     def _drop(self, read: set[str]) -> bool:
         """Take away the assignments in loops that nobody reads; say whether there were any."""

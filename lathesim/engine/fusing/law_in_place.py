@@ -8,7 +8,13 @@ from collections.abc import Collection, Mapping, Sequence
 
 
 class NotInPlaceError(Exception):
-    """A law has to be called; the message is the line that prevents its body from standing elsewhere."""
+    """A law has to be called as it is: because of ``line`` of the function ``law``, counted from its ``def``."""
+
+    law = ""
+
+    def __init__(self, line: int = 0) -> None:
+        super().__init__()
+        self.line = line
 
 
 def in_place(law: ast.FunctionDef, arguments: Sequence[ast.expr], targets: Sequence[str], prefix: str) -> list[ast.stmt]:
@@ -58,25 +64,25 @@ def _to_the_end(statements: Sequence[ast.stmt], targets: Sequence[str]) -> list[
         before, rest = list(statements[:place]), statements[place + 1 :]
         match statement:
             case ast.Return(value=value):
-                return [*before, *_assigned(targets, value)]
+                return [*before, *_assigned(targets, value, statement.lineno)]
             case ast.If(test=test, body=body, orelse=other) if _returns(statement):
                 sides = [_to_the_end(side if _always_returns(side) else [*side, *rest], targets) for side in (body, other)]
-                return [*before, ast.If(test, sides[0] or [ast.Pass()], sides[1])]
+                return [*before, ast.copy_location(ast.If(test, sides[0] or [ast.Pass()], sides[1]), statement)]
             case _ if _returns(statement):
-                raise NotInPlaceError(ast.unparse(statement).splitlines()[0])
+                raise NotInPlaceError(statement.lineno)
     if targets:
-        raise NotInPlaceError("it may end without a return")
+        raise NotInPlaceError
     return list(statements)
 
 
-def _assigned(targets: Sequence[str], value: ast.expr | None) -> list[ast.stmt]:
+def _assigned(targets: Sequence[str], value: ast.expr | None, line: int = 0) -> list[ast.stmt]:
     """Return one assignment for each target, one for all where a value reads what another replaces."""
     names: list[ast.expr] = [ast.Name(target, ast.Store()) for target in targets]
     if len(targets) == 1 and not isinstance(value, ast.Tuple):
-        return [ast.Assign(names, value or ast.Constant(None), lineno=0)]
+        return [ast.Assign(names, value or ast.Constant(None), lineno=line)]
     if isinstance(value, ast.Tuple) and _independent(targets, value.elts):
-        return [ast.Assign([name], item, lineno=0) for name, item in zip(names, value.elts, strict=True)]
-    return [ast.Assign([ast.Tuple(names, ast.Store())], value or ast.Tuple([], ast.Load()), lineno=0)]
+        return [ast.Assign([name], item, lineno=line) for name, item in zip(names, value.elts, strict=True)]
+    return [ast.Assign([ast.Tuple(names, ast.Store())], value or ast.Tuple([], ast.Load()), lineno=line)]
 
 
 def _independent(targets: Collection[str], values: Sequence[ast.expr]) -> bool:

@@ -68,6 +68,11 @@ class LawLibrary:
         self._keep_piece(name, text, list(renames.values()))
         return name
 
+    def function(self, name: str) -> Callable[..., Any]:
+        """Return the function that stands under a name."""
+        found: Callable[..., Any] = next(item for item, taken in self._names.items() if taken == name)
+        return found
+
     def with_theirs(self, names: Iterable[str]) -> set[str]:
         """Return the functions among names, and those that they call in turn."""
         found = self.pieces.keys() & set(names)

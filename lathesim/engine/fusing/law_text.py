@@ -12,6 +12,7 @@ import functools
 import hashlib
 import inspect
 import json
+import linecache
 import re
 import textwrap
 import types
@@ -104,9 +105,7 @@ def _written(function: Callable[..., Any]) -> LawText:
     tree.returns = None
     for argument in [*tree.args.args, *tree.args.posonlyargs]:
         argument.annotation = None
-    if ast.get_docstring(tree):
-        tree.body = tree.body[1:] or [ast.Pass()]
-    tree = _Mark(free).visit(tree)
+    tree = _Mark(free).visit(_without_docstring(tree))
     tree.name = _MARK.format("")
     marked = ast.unparse(ast.fix_missing_locations(tree))
     return LawText(marked, tuple(free.items()))
@@ -120,6 +119,21 @@ def _function_tree(function: Callable[..., Any]) -> ast.FunctionDef:
         raise ComponentError("the source of the law cannot be read.", place=place, remedy="Write it in a file.") from error
     if not isinstance(tree, ast.FunctionDef):
         raise ComponentError("the law is no plain function.", place=place, remedy="Write it with def.")
+    return tree
+
+
+def source_line(function: Callable[..., Any], line: int) -> str:
+    """Return ``file:line: text`` of the source of a statement, given by its line in the function's text after the ``def``."""
+    written, source = ast.parse(law_text(function).named("law", {})), _without_docstring(_function_tree(function))
+    pairs = zip(*([node for node in ast.walk(tree) if isinstance(node, ast.stmt)] for tree in (written.body[0], source)), strict=True)
+    found = next((there.lineno for here, there in pairs if here.lineno == line + 1), 1) + function.__code__.co_firstlineno - 1
+    file = inspect.getsourcefile(function) or ""
+    return f"{file}:{found}: {linecache.getline(file, found).strip()}"
+
+
+def _without_docstring(tree: ast.FunctionDef) -> ast.FunctionDef:
+    if ast.get_docstring(tree):
+        tree.body = tree.body[1:] or [ast.Pass()]
     return tree
 
 

@@ -11,8 +11,8 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.engine.compiling.machine_code import CompiledMachine
 from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled
 from lathesim.engine.fusing.fuse import flat_name, idle_values
-from lathesim.engine.fusing.lane_flat import NotLanedError
 from lathesim.engine.fusing.lane_text import LANES, LaneModule, lane_module
+from lathesim.engine.fusing.law_in_place import NotInPlaceError
 from lathesim.engine.running.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
@@ -82,7 +82,7 @@ class Choice:
                 spent.price = 0.0 if is_compiled(module.fused) else compile_time(module.fused)
             if total >= spent.price:
                 return Lanes(self.plan, module, compiled_machine(module.fused), samples)
-        except (NotLanedError, SimulationError):  # the machine itself was compiled: it runs as it is
+        except (NotInPlaceError, SimulationError):  # the machine itself was compiled: it runs as it is
             spent.refused = True
         return None
 
