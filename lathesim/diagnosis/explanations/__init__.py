@@ -1,0 +1,1 @@
+"""What may explain a recording: models that predict its channels and compete by how well they do."""

@@ -1,0 +1,96 @@
+"""The force that a moving part lacks: what its recorded motion needs beyond what the lesson's forces give.
+
+A force on a part shows in a channel as its response to an impulse, h. A short filter A with A * h = B, of as many taps, undoes it:
+
+    acceleration(t) = (A * residual)(t) / sum(B)
+
+with A by Prony's method of the lowest order that leaves nothing. It acts sample by sample, so that a residual which drifts far, as an angle
+without its friction does, gives as good a force as any. Source: Hayes, Statistical Digital Signal Processing and Modeling (1996), section
+4.4 (Prony's method). Left out: what a force does within a sample.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushed, _speaks_loudest, _telling
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.open_loop import as_recorded
+from lathesim.identification.replay.simulator import IMPULSE
+
+_TINY = sys.float_info.min
+
+
+@dataclass(frozen=True, eq=False)
+class Lacking:
+    """What is lacking behind a channel: a force ``at`` an input of a part, against positive motion, or the residual of the channel itself;
+    ``values`` (samples,) [``unit``], NaN where it is not known."""
+
+    at: str
+    unit: str
+    values: FloatArray
+    is_force: bool
+
+
+def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
+    """Return what is lacking behind a channel: the force on the part whose motion it shows best, else its own residual."""
+    name, residual, plan = experiment.machine.compare[row], fitted.residual[row], experiment.sensed.plan
+    states, responses, _ = experiment.sensed.impulse_responses(as_recorded(fitted.by_name))
+    floors = experiment.sensed.seen_floors
+    moved = [
+        (place, state)
+        for place, state in enumerate(states)
+        if (part := _pushed(plan, state))
+        and np.any(responses[place, row])
+        and _speaks_loudest(responses[place], row, floors, _telling(experiment, part))
+    ]
+    if not moved or not experiment.sensed.noise_shapes(fitted.by_name)[row].differences:
+        return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, is_force=False)
+    place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
+    rate = undone(residual, responses[place, row] / IMPULSE * experiment.sensed.period)
+    part = state.partition(".")[0]
+    inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
+    effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
+    values = -(inertia or 1.0) * _flow_of(plan, state) * rate
+    return Lacking(effort, plan.unit(effort) if inertia else f"{plan.unit(flow)}^2", values, is_force=True)
+
+
+def undone(residual: FloatArray, response: FloatArray, longest: int = 2000, left: float = 1e-3) -> FloatArray:
+    """Return the input (samples,) whose ``response`` to an impulse (samples,) a residual (samples,) is; NaN where it is not known.
+
+    The filter is fitted to the ``longest`` samples of the response and may leave a share ``left`` of it.
+    """
+    filters = [_undoing(response[:longest], order) for order in (1, 2, 3, 4)]
+    undoing, taps, _ = next((one for one in filters if one[2] < left), min(filters, key=lambda one: one[2]))
+    values = lfilter(undoing, 1.0, residual) / taps.sum()
+    values[: len(undoing) - 1] = np.nan
+    late = round(float(np.arange(len(taps)) @ taps / taps.sum()))
+    return np.concatenate([values[late:], np.full(late, np.nan)]) if 0 < late < len(taps) else np.asarray(values)
+
+
+def _undoing(response: FloatArray, order: int) -> tuple[FloatArray, FloatArray, float]:
+    """Return a filter of an order, what it makes of a response, and the share of that which comes later than its own length."""
+    before = np.stack([response[order - lag + 1 : len(response) - lag] for lag in range(1, order + 1)], axis=1)
+    weights = np.linalg.lstsq(before, response[order + 1 :], rcond=None)[0]
+    undoing = np.concatenate([[1.0], -weights])
+    left = lfilter(undoing, 1.0, response)
+    taps = left[: order + 1]
+    return undoing, taps, float(np.linalg.norm(left[order + 1 :])) / max(float(np.linalg.norm(taps)), _TINY)
+
+
+def quiet_every(values: FloatArray, fewest: int = 2000, falls: float = 0.7) -> int:
+    """Return over how many samples the mean of a force is to be taken for its noise to be no longer most of it: a sensor's noise, turned
+    into a force, grows with the square of the frequency. The ``fewest`` means are left, and twice as many take less than ``falls`` off."""
+    known, every = values[np.isfinite(values)], 1
+    while len(known) > fewest:
+        half = known[: len(known) // 2 * 2].reshape(-1, 2).mean(axis=1)
+        if float(np.var(half)) > falls * float(np.var(known)):
+            break
+        known, every = half, 2 * every
+    return every

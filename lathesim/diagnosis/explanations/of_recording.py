@@ -1,0 +1,83 @@
+"""The operating conditions of a recording, and what is asked of each of its channels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from lathesim.diagnosis.explanations.conditions import Conditions, Motion
+from lathesim.diagnosis.explanations.flexible import Flexible, flexible
+from lathesim.diagnosis.explanations.lacking_force import Lacking, lacking, quiet_every
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.fit import Fitted
+from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
+
+
+def conditions_of(experiment: Experiment) -> Conditions:
+    """Return what the machine was doing, as its sensors or its references show it, and as the lesson simulates it where neither does."""
+    period = experiment.machine.assembly.sample_period
+    time = np.asarray(np.arange(len(experiment.record.time)) * period, dtype=np.float64)
+    moved = _moved(experiment)
+    motions, others = [], {}
+    for part in experiment.machine.assembly.parts:
+        ports = part.component.ports
+        place, speed = (moved.get(f"{part.name}.{ports.get(role, '')}") for role in ("displacement", "flow"))
+        if place is None and speed is None and ports.get("reference") and f"{part.name}.{ports['reference']}" in experiment.machine.drive:
+            place = experiment.record[f"{part.name}.{ports['reference']}"]
+        if place is None and speed is not None:
+            place = np.cumsum(speed) * period
+        if place is not None and np.ptp(place) > 0.0:
+            speed = velocity_of(place, period) if speed is None else speed
+            unit = experiment.sensed.plan.unit(f"{part.name}.{ports.get('displacement', ports.get('reference'))}")
+            motions.append(Motion(part.name, unit, place, *_steady(speed, period)))
+        in_cut = experiment.doing.get(f"{part.name}.{ports.get('in_cut', '')}")
+        if in_cut is not None and 0.0 < float(np.mean(in_cut > 0.5)) < 1.0:
+            others[f"cut of {part.name}"] = (in_cut > 0.5).astype(np.float64)
+    return Conditions(time, tuple(motions), others)
+
+
+def _steady(speed: FloatArray, period: float, longest: float = 0.2, falls: float = 0.7) -> tuple[FloatArray, FloatArray]:
+    """Return a velocity and its derivative, smoothed for as long as that takes noise off, which would explain itself.
+
+    Smoothing twice as long, at most ``longest`` [s], takes a usual acceleration down to the share ``falls`` or less where it is noise.
+    """
+    before, width = math.inf, 2 * round(1.0 / (period * min(100.0, 0.2 / period))) + 1
+    while True:
+        velocity, acceleration = (savgol_filter(speed, width, 2, deriv=order, delta=period) for order in (0, 1))
+        spread = float(np.median(np.abs(acceleration)))
+        if spread > falls * before or 2 * width * period > longest or 2 * width >= len(speed):
+            return velocity, acceleration
+        before, width = spread, 2 * width - 1
+
+
+def _moved(experiment: Experiment) -> dict[str, FloatArray]:
+    """Return positions, angles and velocities of parts by their outputs: as recorded, else as simulated."""
+    recorded = {name: experiment.record[name] for name in experiment.machine.compare}
+    return {**experiment.doing, **recorded_motion(experiment.with_candidates, recorded)}
+
+
+def of_channel(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, row: int) -> tuple[Lacking, Flexible]:
+    """Return what is lacking behind a channel (a force where it shows a motion), and the flexible explanation of that."""
+    missing, other = lacking(experiment, fitted, row), lacking(validation, judged, row)
+    here, there = conditions_of(experiment), conditions_of(validation)
+    if missing.is_force and any(name.partition(".")[0] == missing.at.partition(".")[0] for name in experiment.machine.uncertain):
+        # an uncertain mass and viscous friction take these up
+        here, there = (_absorbing(one, missing.at.partition(".")[0]) for one in (here, there))
+    step = 0.0 if missing.is_force else _step(experiment, row) / math.sqrt(12.0)
+    return missing, flexible(here, missing.values, (there, other.values), step, quiet_every(missing.values) if missing.is_force else 1)
+
+
+def _absorbing(conditions: Conditions, part: str) -> Conditions:
+    motion = conditions.motion(part)
+    return replace(conditions, absorbed=np.stack([motion.velocity, motion.acceleration]))
+
+
+def _step(experiment: Experiment, row: int) -> float:
+    """Return the step of a channel, with that of the first sensor of a motion where it shows the difference from that."""
+    first = [one.first for one in experiment.sensed.redundant_sensors if one.row == row]
+    steps = [experiment.machine.resolution.get(experiment.machine.compare[place], 0.0) for place in (row, *first)]
+    return math.hypot(*steps)
