@@ -85,7 +85,7 @@ def rigs(seed: int, sound: int, single: int, at_most: float, kept: Container[str
                 continue
             told, seconds = _ask(folder, "fit.csv", "validate.csv", at_most)
         hidden = tuple(tuple(names) for names in truth["right"].values())
-        yield Draw("rigs", name, case.kind, hidden, {}, told, seconds)
+        yield Draw("rigs", name, case.kind, hidden, {}, told, seconds, tuple(truth["beside"]))
 
 
 def suite(seed: int, number: int, at_most: float, kept: Container[str] = ()) -> Iterator[Draw]:

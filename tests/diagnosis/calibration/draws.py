@@ -30,6 +30,8 @@ class Draw:
     sizes: Mapping[str, float]
     told: Mapping[str, Any]
     seconds: float
+    beside: tuple[str, ...] = ()
+    """Effects that belong to what is hidden, and may be named too: the friction on which a peak at low speed stands."""
 
 
 @dataclass(frozen=True)
@@ -85,10 +87,11 @@ def intervals(draw: Draw) -> Iterator[Interval]:
 
 
 def tied_set(draw: Draw) -> tuple[str, ...]:
-    """Return the names that an answer leaves open for its first effect; an answer that names none leaves none."""
-    if draw.told["verdict"] not in NAMING or not draw.told["effects"]:
+    """Return the names that an answer leaves open for its first effect but what may stand beside it; one that names none leaves none."""
+    effects = [one for one in draw.told["effects"] if one["effect"] not in draw.beside] if draw.told["verdict"] in NAMING else []
+    if not effects:
         return ()
-    first = draw.told["effects"][0]
+    first = effects[0]
     return tuple(dict.fromkeys([first["effect"], *(tie.partition(" at ")[0] for tie in first["tied_with"])]))
 
 
@@ -97,6 +100,7 @@ def is_right(draw: Draw) -> bool:
     if not draw.hidden:
         return draw.told["verdict"] in ("no_mismatch", "parameters_only")
     names = [one["effect"] for one in draw.told["effects"]] if draw.told["verdict"] in NAMING else []
+    names = [name for name in names if name not in draw.beside]
     return len(names) == len(draw.hidden) and all(any(name in right for name in names) for right in draw.hidden)
 
 
@@ -104,7 +108,8 @@ def read(file: Path) -> list[Draw]:
     """Return the draws of a file, one a line."""
     lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
     draws = [json.loads(line) for line in lines]
-    return [Draw(**{**one, "hidden": tuple(tuple(names) for names in one["hidden"])}) for one in draws]
+    sets = [{"hidden": tuple(tuple(names) for names in one["hidden"]), "beside": tuple(one.get("beside", ()))} for one in draws]
+    return [Draw(**{**one, **own}) for one, own in zip(draws, sets, strict=True)]
 
 
 def append(file: Path, draws: Iterable[Draw]) -> None:

@@ -9,6 +9,8 @@ from typing import Any
 from tests.diagnosis.real.cases import Case, Hidden, Size
 
 SOUND, NAMING = ("no_mismatch", "parameters_only"), ("named", "tied")
+SHOWN = 3
+"""Effects of an answer that a table of many ways has room for."""
 NEAR = 1.1
 """Ratio of the held-out error to that of the grey box up to which an answer is right."""
 RULE = """\
@@ -95,8 +97,9 @@ def named(case: Case, told: Mapping[str, Any]) -> str:
 
 
 def named_at(told: Mapping[str, Any]) -> str:
-    """Return the effects of an answer at their places, those that are no part of the verdict in brackets."""
-    text = " + ".join(f"{one['effect']} at {one['at']}" for one in told.get("effects") or [])
+    """Return the first effects of an answer at their places and how many more there are; no part of the verdict, they stand in brackets."""
+    effects = list(dict.fromkeys(f"{one['effect']} at {one['at']}" for one in told.get("effects") or []))
+    text = " + ".join([*effects[:SHOWN], *([f"{len(effects) - SHOWN} more"] if len(effects) > SHOWN else [])])
     return text if told.get("verdict") in NAMING or not text else f"[{text}]"
 
 

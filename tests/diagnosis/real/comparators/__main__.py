@@ -28,6 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", default="", metavar="NAME", help="cases with one of these in their name, separated by commas")
     parser.add_argument("--adcd", type=Path, default=None, metavar="PYTHON", help="an interpreter where adcd is installed")
     parser.add_argument("--program", type=Path, default=None, metavar="FILE", help="answers kept by tests.diagnosis.real")
+    parser.add_argument("--table", action="store_true", help="ask nothing, show the answers that are kept")
     parser.add_argument("--json", type=Path, default=Path("build/comparators.json"), metavar="FILE", help="where the answers are kept")
     asked = parser.parse_args(arguments)
     chosen = [case for case in cases() if any(part in case.name for part in asked.only.split(","))]
@@ -40,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         }
         if asked.adcd:
             ways["adcd"] = lambda case: adcd(case, asked.adcd, Path(folder))
-        for name, way in ways.items():
+        for name, way in ways.items() if not asked.table else ():
             for case in chosen:
                 kept.setdefault(name, {})[case.name] = way(case)
             asked.json.parent.mkdir(parents=True, exist_ok=True)

@@ -69,7 +69,7 @@ def best_shape(candidate: Candidate, equation: Equation, values: Array) -> float
 
 def adcd(case: Case, python: Path, folder: Path) -> dict[str, Any]:
     """Return the corrections that ``adcd`` finds, by the names of the effects that they are."""
-    effects, formulas = [], []
+    effects, formulas, helps = [], [], False
     for fitted, _ in equations(case):
         matrix = np.column_stack([column for column, _, _ in fitted.given.values()])
         classical = matrix @ np.linalg.lstsq(matrix, fitted.values, rcond=None)[0]
@@ -86,20 +86,26 @@ def adcd(case: Case, python: Path, folder: Path) -> dict[str, Any]:
         if told.is_file():
             answer = json.loads(told.read_text(encoding="utf-8"))
             formulas.append(f"{fitted.kind}: {answer['formula']}")
-            effects += _nearest(np.array(answer["values"]), asked["observed"] - asked["classical"], scale["y"], fitted, chosen)
-    return {"verdict": "named" if effects else "unknown", "effects": effects, "formulas": formulas}
+            found = scale["y"] * np.array(answer["values"], dtype=float)
+            if _helps(found, asked["observed"] - asked["classical"]):
+                helps = True
+                effects += _nearest(found, fitted, chosen)
+    return {"verdict": "named" if effects else ("unknown" if helps else "no_mismatch"), "effects": effects, "formulas": formulas}
 
 
-def _nearest(values: Array, rest: Array, scale: float, equation: Equation, chosen: Any) -> list[dict[str, Any]]:
-    """Return the effect that a formula is, where it explains a tenth of what the lesson leaves at least."""
-    if not np.all(np.isfinite(values)) or np.sum((rest - scale * values) ** 2) > EXPLAINED * np.sum(rest**2):
-        return []
+def _helps(values: Array, rest: Array) -> bool:
+    """Return whether a formula explains a tenth of what the lesson leaves."""
+    return bool(np.all(np.isfinite(values)) and np.any(values) and np.sum((rest - values) ** 2) < EXPLAINED * np.sum(rest**2))
+
+
+def _nearest(values: Array, equation: Equation, chosen: Any) -> list[dict[str, Any]]:
+    """Return the effect whose columns explain nine tenths of a formula, if there is one."""
     best, name = EXPLAINED, None
     for candidate in candidates(equation):
-        for shape in candidate.shapes if len(candidate.shapes) < 100 else candidate.shapes[::10]:
-            columns = np.column_stack([candidate.columns(equation, shape)[chosen], np.ones(len(values))])
+        for shape in candidate.shapes:
+            columns = candidate.columns(equation, shape)[chosen]
             left = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
-            share = 1.0 - float(np.sum(left**2) / np.sum((values - values.mean()) ** 2 + 1e-300))
+            share = 1.0 - float(np.sum(left**2) / np.sum(values**2))
             if share > best:
                 best, name = share, candidate
     return [] if name is None else [{"effect": name.effect, "at": name.at, "parameters": {}, "tied_with": []}]
