@@ -74,5 +74,6 @@ def test_draws_are_kept_as_they_are(tmp_path):
 
 def test_the_stored_draws_meet_the_gates_that_are_met(capsys):
     assert main([]) == int(bool(MISSED))
-    assert f"{len(read(STORED))} draws" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert all(f"{sum(draw.source == source for draw in read(STORED))} draws" in shown for source in ("rigs", "table"))
     assert {one.gate for one in gates(read(STORED)) if not one.met} == MISSED
