@@ -179,7 +179,7 @@ def _sized(
                 sized.append(tried)
                 break
         else:
-            fact = f"no usual size of {item.effect.__name__} at {item.at} moves a recorded channel by {SEEN:g} floors."
+            fact = f"no usual size of {item.effect.__name__} at {item.at} moves a recorded channel by {SEEN:g} times its noise."
             raise NotSeenError(fact, remedy="Give its values, or hide another effect.")
     together = machine.run({**baseline, **_overrides(sized)}, 0)
     return tuple(sized), _moves(machine, columns, without, together, floors)

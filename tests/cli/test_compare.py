@@ -23,7 +23,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_compare_tells_how_far_off_where_and_on_what_it_depends(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = call(capsys, "compare", case / "lesson.yaml", case / "recording.csv", "--out", tmp_path)
     assert said.code == 0, said.err
-    assert said.out.splitlines()[0].split() == ["channel", "residual,", "rms", "floor", "over", "floor", "worst"]
+    assert said.out.splitlines()[0].split() == ["channel", "error,", "rms", "noise", "error", "/", "noise", "worst"]
     assert "The mismatch sits in x_axis. Values are as the lesson has them" in said.out
     assert "x_encoder <- x_axis <- x_drive <- x_dac" in said.out
     assert "velocity of x_axis" in said.out

@@ -175,7 +175,9 @@ def test_sizes_that_are_not_given_are_drawn_until_they_are_seen(prepared: Prepar
     drawn = concealed_in(prepared, registry, "CoulombFriction@x_axis")
     assert 5.0 <= drawn.hidden[0].values["level"] <= 100.0
     assert max(drawn.moves.values()) >= 5.0
-    with pytest.raises(NotSeenError, match="no usual size of ThermalScrewGrowth at x_encoder moves a recorded channel by 5 floors"):
+    with pytest.raises(
+        NotSeenError, match="no usual size of ThermalScrewGrowth at x_encoder moves a recorded channel by 5 times its noise"
+    ):
         concealed_in(prepared, registry, "ThermalScrewGrowth@x_encoder")
 
 

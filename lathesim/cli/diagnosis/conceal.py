@@ -107,8 +107,8 @@ def _tell(answer: object, files: list[str], answer_file: str, moves: object) -> 
     for line in hidden_lines(cast("dict[str, object]", answer)):
         click.echo(f"  {line}")
     for name, floors in cast("dict[str, float]", moves).items():
-        click.echo(f"  moves {name} by {floors:.3g} floors")
+        click.echo(f"  moves {name} by {floors:.3g} times its noise")
     if moves and max(cast("dict[str, float]", moves).values()) < 3.0:
-        click.echo("No recorded channel is moved by 3 floors: nobody can find this.", err=True)
+        click.echo("No recorded channel is moved by three times its noise: nobody can find this.", err=True)
     click.echo(f"For the class: {', '.join(files)}")
     click.echo(f"The answer, to be kept: {answer_file}")

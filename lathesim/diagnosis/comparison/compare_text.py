@@ -38,14 +38,14 @@ def mismatch_sentences(comparison: Comparison) -> list[str]:
     if not sits:
         return ["No part is off by itself."]
     if comparison.within_floors:
-        within = f"Nothing is wrong that this shows: the lesson's own simulation is within {comparison.off:g} floors."
+        within = f"Nothing is wrong that this shows: the lesson's own simulation is within {comparison.off:g} times the noise."
         return [f"{within} What little is left sits in {sits}."]
     because = "a load that nobody measured, or another of its uncertain values, may be all of it."
     return [f"The mismatch sits in {sits}. Values are as the lesson has them: {because}"]
 
 
 def _channel_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = [("channel", "residual, rms", "floor", "over floor", "worst")]
+    rows: list[tuple[str, ...]] = [("channel", "error, rms", "noise", "error / noise", "worst")]
     for item in comparison.channels:
         shown = [shown_with_unit(value, item.unit, 3) for value in (item.rms, item.floor)]
         if item.is_empty or item.is_lost:

@@ -104,12 +104,15 @@ def _text(candidate: Candidate) -> str:
     return f"{candidate.name} at {candidate.at}"
 
 
-def explanation_lines(diagnosis: Diagnosis) -> list[str]:
-    """Return the table of a decision as lines of text."""
+def explanation_lines(diagnosis: Diagnosis, most_waiting: int = 5) -> list[str]:
+    """Return the table of a decision as lines of text; of effects that were not fitted the ``most_waiting`` that promise most."""
     if not diagnosis.explanations:
         return ["", "No explanation was tried: a check of the recording decided."]
     rows = [tuple(plain(cell) for cell in row) for row in explanation_rows(diagnosis.explanations)]
-    return ["", "How it was decided:", *text_table([HEAD, *rows]), *LEGEND]
+    judged = sum(math.isfinite(one.gain) for one in diagnosis.explanations)
+    shown = judged + most_waiting
+    more = [f"{len(rows) - shown} more were not fitted: they can gain no more than the last of these."] if len(rows) > shown else []
+    return ["", "How it was decided:", *text_table([HEAD, *rows[:shown]]), *more, *LEGEND]
 
 
 def explanation_rows(explanations: tuple[Explanation, ...]) -> list[tuple[str, ...]]:

@@ -33,14 +33,14 @@ from lathesim.diagnosis.reporting.number_text import (
     words,
 )
 from lathesim.diagnosis.reporting.remarks import stability_lines, what_is_left
-from lathesim.diagnosis.reporting.summary import is_worse, summary_lines
+from lathesim.diagnosis.reporting.summary import is_worse, still_off, summary_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.identification.estimation.estimates import CONFIDENCE
 from lathesim.identification.machine.roles import is_recorded_signal
 
 _WORDS = {
-    "no_mismatch": "No mismatch",
-    "parameters_only": "Parameters only",
+    "no_mismatch": "Nothing is missing",
+    "parameters_only": "Other values",
     "named": "Named",
     "tied": "Tied",
     "unknown": "Unknown",
@@ -66,7 +66,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     summary = summary_lines(diagnosis, method)
     return {
         "verdict": diagnosis.verdict,
-        "verdict_word": _WORDS[diagnosis.verdict],
+        "verdict_word": _verdict_word(diagnosis, method),
         "headline": summary[0].partition(". ")[::2],
         "summary": [pretty(line).partition(": ")[::2] for line in summary[1:]],
         "legends": (GAIN, before_text(diagnosis)),
@@ -106,6 +106,12 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "version": lathesim.__version__,
         "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
     } | _decided(diagnosis, method)  # fmt: skip
+
+
+def _verdict_word(diagnosis: Diagnosis, method: Method) -> str:
+    """Return a word for the verdict; none that a channel contradicts which stays off."""
+    nothing_missing = diagnosis.verdict in ("no_mismatch", "parameters_only")
+    return "Not all explained" if nothing_missing and still_off(diagnosis, method) else _WORDS[diagnosis.verdict]
 
 
 def _decided(diagnosis: Diagnosis, method: Method) -> dict[str, Any]:
@@ -287,7 +293,7 @@ def _removed(before: float, after: float) -> str:
     """Return the share of the mean square that went away."""
     if not (before > 0.0 and math.isfinite(after)):
         return NOTHING
-    return percent(1.0 - (after / before) ** 2)
+    return percent(1.0 - (after / before) ** 2) if after <= before else "none"
 
 
 def _missing(diagnosis: Diagnosis) -> list[MissingSignal]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -34,12 +34,10 @@ def still_missing(
     evidence: Evidence, variables: tuple[str, ...], found: SearchResult, possible: Sequence[PossibleEffect], method: Method
 ) -> tuple[str, ...]:
     """Return what is still missing, where, and what it depends on; what is ``possible`` besides is told by itself."""
-    sentences = []
-    for item in evidence.missing:
-        # of a position micrometres are missing, and a share of it says nothing
-        told = max(item.share_before, item.share_after) >= method.reporting.remark_share
-        if told or item.unit in _PATHS:
-            sentences.append(_one_missing(item, shares=told))
+    # of a position micrometres are missing, and a share of it says nothing
+    shares = [max(item.share_before, item.share_after) >= method.reporting.remark_share for item in evidence.missing]
+    pairs = zip(evidence.missing, shares, strict=True)
+    sentences = [_one_missing(item, shares=told) for item, told in pairs if told or item.unit in _PATHS]
     if variables:
         sentences.append(f"What is left depends on {', '.join(variables[:3])}.")
     elif (
@@ -51,14 +49,19 @@ def still_missing(
         sentences.append(f"The search ended after {found.ended_after} simulations: a further effect was not looked for.")
     earlier = {trial.candidate.part: trial.candidate for trial in found.tried if trial.candidate.part in found.there_before}
     sentences += [f"{one.name} at {one.at} explains as much of the recording from before the change." for one in earlier.values()]
-    apart = {(one.effect.effect, one.effect.at) for one in possible}
-    for trial in (trial for trial in found.tried if (trial.candidate.name, trial.candidate.at) not in apart):
-        gains = Gains(trial.gain, trial.validation_gain)
-        small = compare_models(gains, method, effects=1).better and found.was_held_against(trial)
-        if small and trial.share_of_rest > method.share_of_rest and found.complete and trial.share_of_all <= method.share_of_all:
-            shares = f"{trial.share_of_rest:.0%} of what is left, but only {trial.share_of_all:.1%} of the whole error"
-            sentences.append(f"{trial.candidate.name} at {trial.candidate.at} would explain {shares}: too little to name it.")
+    sentences += _too_little(found, {(one.effect.effect, one.effect.at) for one in possible}, method)
     return tuple(dict.fromkeys(sentences))
+
+
+def _too_little(found: SearchResult, apart: Container[tuple[str, str]], method: Method) -> Iterator[str]:
+    """Yield which effects would explain much of what is left and little of all; those that are told ``apart`` are none of them."""
+    for trial in found.tried:
+        gains, little = Gains(trial.gain, trial.validation_gain), trial.share_of_all <= method.share_of_all
+        worth = little and trial.share_of_all > method.reporting.remark_share and trial.share_of_rest > method.share_of_rest
+        alone = found.complete and found.was_held_against(trial) and (trial.candidate.name, trial.candidate.at) not in apart
+        if worth and alone and compare_models(gains, method, effects=1).better:
+            shares = f"{trial.share_of_rest:.0%} of what is left, but only {trial.share_of_all:.1%} of the whole error"
+            yield f"{trial.candidate.name} at {trial.candidate.at} would explain {shares}: too little to name it."
 
 
 def _one_missing(item: MissingSignal, *, shares: bool) -> str:

@@ -262,7 +262,8 @@ def _compared(diagnosis: Diagnosis, method: Method) -> str:
         return ""
     sized = {name: item for name, item in diagnosis.fit.items() if item.after > 0.0 and item.before > 0.0}
     change = {name: abs(math.log(item.after / item.before)) for name, item in sized.items()}
-    order = sorted(diagnosis.fit, key=lambda name: -change.get(name, 0.0))
+    worst = still_off(diagnosis, method)[:1]
+    order = sorted(diagnosis.fit, key=lambda name: (name not in worst, -change.get(name, 0.0)))
     shown = [name for place, name in enumerate(order) if place < method.reporting.most_named or is_worse(diagnosis, name)]
     told = "; ".join(_before_after(diagnosis, name, method) for name in shown)
     judged = diagnosis.validation or "the recording that judges"

@@ -23,9 +23,9 @@ def standing_bars(standings: Iterable[CandidateStanding], width: int) -> Text:
     shown = sorted(standings, key=lambda item: (math.isnan(item.held_out), -_gain(item)))[:_MOST]
     if not shown:
         return Text("No candidate has been tried yet.", style="dim")
-    names = max(9, min(max(len(item.name) for item in shown), width - _BAR - 18))
+    names = max(6, min(max(len(item.name) for item in shown), width - _BAR - 18))
     found = Text(no_wrap=True)
-    found.append(f"{'candidate':<{names}}  {'removes':<{_BAR}}       nats\n", style="bold")
+    found.append(f"{'effect':<{names}}  {'explains':<{_BAR}}       gain\n", style="bold")
     for place, item in enumerate(shown):
         judged = not math.isnan(item.held_out)
         bar = "█" * round(_BAR * min(1.0, max(0.0, item.share)))

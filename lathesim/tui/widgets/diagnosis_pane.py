@@ -14,9 +14,11 @@ from lathesim.tui.drawing.standing_bars import standing_bars
 from lathesim.tui.model.case_file import CaseFile, diagnosis_text, judged_guess
 from lathesim.tui.widgets.time_plot import TimePlot
 
+_GAIN = "Gain: by how much the logarithm of the probability of held-out data rises; in brackets, what is promised and not judged yet."
+
 
 class DiagnosisPane(Vertical):
-    """While the search goes on candidates and steps; afterwards the residual before and after, and the answer in words."""
+    """While the search goes on candidates and steps; afterwards the error before and after, and the answer in words."""
 
     DEFAULT_CSS = """
     DiagnosisPane { height: 1fr; }
@@ -47,7 +49,7 @@ class DiagnosisPane(Vertical):
         """Make room for a search."""
         self.set_class(False, "-answered")
         self.query_one("#better", TimePlot).styles.display = "none"
-        self.say(f"Your guess: {guess}.")
+        self.say(f"Your guess: {guess}. {_GAIN}")
         self.query_one("#steps", RichLog).clear()
         self.query_one("#standing", Static).update(standing_bars((), self.size.width))
 
@@ -68,5 +70,5 @@ class DiagnosisPane(Vertical):
         if traces:
             trace = traces[0]
             unit, (before, after) = scaled(trace.unit, trace.recorded - trace.before, trace.recorded - trace.after)
-            lines = [Line(trace.time, before, f"residual of {trace.channel} before"), Line(trace.time, after, "after")]
+            lines = [Line(trace.time, before, f"error of {trace.channel} before"), Line(trace.time, after, "after")]
             self.call_after_refresh(better.show_lines, lines, "t / s", unit)

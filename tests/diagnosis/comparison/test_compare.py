@@ -154,7 +154,7 @@ def test_what_a_faulty_recording_shows_is_said_to_mean_little(friction: Comparis
 
 def test_a_simulation_that_is_hardly_off_is_said_to_be(friction: Comparison) -> None:
     close = replace(friction, channels=tuple(replace(item, rms=2.0 * item.floor) for item in friction.channels))
-    told = "Nothing is wrong that this shows: the lesson's own simulation is within 3 floors. What little is left sits in x_axis."
+    told = "Nothing is wrong that this shows: the lesson's own simulation is within 3 times the noise. What little is left sits in x_axis."
     assert told in comparison_lines(close)
     assert not any(line.startswith("The mismatch sits") for line in comparison_lines(close))
 
