@@ -258,3 +258,29 @@ def test_every_effect_has_the_same_bits_in_lanes(template: str, at_once: list[in
     made = Batch(plan, 60, threads=1)
     assert same(made.run(list(idle), members), one_by_one(made, list(idle), members))
     assert at_once == [16]
+
+
+class GainAndOffset(Component):
+    """A voltage with two errors, each nothing by itself."""
+
+    given = Input("V", doc="voltage")
+    gain = Parameter("1", 0.0, doc="error of its gain")
+    offset = Parameter("V", 0.0, doc="error of its zero")
+    out = Output("V", doc="voltage out")
+
+    @classmethod
+    def idle(cls) -> tuple[dict[str, float], dict[str, str]]:
+        return {"gain": 0.0, "offset": 0.0}, {"out": "given"}
+
+    @staticmethod
+    def output(given: float, gain: float, offset: float) -> float:
+        return given + gain * given + offset
+
+
+def test_one_of_two_neutral_values_may_vary_alone(at_once: list[int]) -> None:
+    wires = [wire for wire in WIRES if wire.target != "axis.voltage"]
+    wires += [Wire("off.given", "controller.voltage"), Wire("axis.voltage", "off.out")]
+    plan = wire(replace(loop(), parts=(*PARTS, Part("off", GainAndOffset)), wires=tuple(wires)))
+    made, members = Batch(plan, 100, threads=1), np.linspace(0.0, 0.1, 17)[:, None]
+    assert same(made.run(["off.gain"], members), one_by_one(made, ["off.gain"], members))
+    assert at_once

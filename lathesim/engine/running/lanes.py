@@ -50,7 +50,8 @@ class Choice:
         for part in plan.parts.values():
             if values := idle_values(plan, part):
                 places = {plan.parameters[f"{part.name}.{name}"]: value for name, value in values.items()}
-                idles = np.all([columns.get(place, parameters[place : place + 1]) == value for place, value in places.items()], axis=0)
+                each = [columns.get(place, parameters[place : place + 1]) == value for place, value in places.items()]
+                idles = np.all(np.broadcast_arrays(*each), axis=0)
                 if np.all(idles) or not np.any(idles):
                     self.alike[part.name] = bool(np.all(idles))
         kept = plan.kept.setdefault(f"spent on {sorted(varied)} {sorted(self.alike.items())}", _Spent())
