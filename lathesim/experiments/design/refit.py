@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,9 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.design.scene import Scene
+from lathesim.identification.estimation.fit import Problem, Weighting, fit
 from lathesim.identification.records.candidate import Candidate as Term
+from lathesim.identification.records.fit import Free
 
 _BEYOND = 10.0
 """Ranges beyond its usual bounds to which a rival may go when it is refitted: an unusual size is no proof against it."""
@@ -28,7 +31,7 @@ _FINER, _FINEST = 0.2, 0.01
 """By how much the steps of the slopes shrink from round to round of a refit, and to which share at most; assumed."""
 _FURTHEST = 6.0
 """Standard deviations by which an uncertain value may be off when a rival is refitted."""
-_WORTH_A_ROUND = 0.05
+_WORTH_A_ROUND = 0.005
 """Share of T that a round of a refit must gain to be followed by another; assumed."""
 _HELD = 1e3
 """Largest number of noise levels that counts of one stretch: beyond, no more is told."""
@@ -167,67 +170,60 @@ class Descent:
     def followed(self, start: FloatArray, rounds: int) -> tuple[float, FloatArray]:
         """Return T and values at the end: each round takes slopes where it stands, over ever smaller steps.
 
-        The whole shift is tried, then a half and a tenth of it. The descent ends after ``rounds``, where a round gains less than a
-        twentieth, where the rival does what the other one does, or where even what the slopes promise leaves T settled.
+        The descent ends after ``rounds``, where a round gains less than half a per cent, where the rival does what the other one does, or
+        where even what the slopes promise leaves T settled.
         """
-        row = self._kept(start.copy())
-        scaled = self._run([row])[0]
-        difference, cost = self._left(scaled, row)
-        for turn in range(rounds):
-            if cost < self.nested:
-                break
-            finer = max(_FINEST, _FINER ** (turn + 1))
-            steps = steps_of(self.scene, self.rival, row)
-            moved = self._run([row + finer * step * (np.arange(len(row)) == column) for column, step in steps])
-            slopes = _slopes(moved, scaled, [finer * step for _, step in steps], len(difference))
-            shift, promised = _least(self.scene, slopes, difference, steps, row)
-            if promised > max(self.settled, _PROMISE * cost):
-                break
-            ended = self._along(row, shift, [column for column, _ in steps], cost)
-            if ended is not None:
-                gained = ended[2] < (1.0 - _WORTH_A_ROUND) * cost
-                row, scaled = ended[:2]
-                difference, cost = self._left(scaled, row)
-            if (ended is None or not gained) and finer == _FINEST:
-                break
-        return cost, row
+        first = steps_of(self.scene, self.rival, start)
+        columns = [column for column, _ in first]
 
-    def _along(self, row: FloatArray, shift: FloatArray, columns: list[int], cost: float) -> tuple[FloatArray, FloatArray, float] | None:
-        """Return the best end (values, readings, T) on the way of a shift; None where none is better than staying."""
-        best = None
-        for shares in ((1.0,), (0.5, 0.1)):
-            ends = []
-            for share in shares:
-                end = row.copy()
-                end[columns] += share * shift
-                ends.append(self._kept(end))
-            for end, scaled in zip(ends, self._run(ends), strict=True):
-                left = self._left(scaled, end)[1]
-                if left < (best[2] if best else cost):
-                    best = end, scaled, left
-            if best is not None and best[2] < (1.0 - _WORTH_A_ROUND) * cost:
-                break
-        return best
+        def whole(values: FloatArray) -> FloatArray:
+            """Return all values of the scene, shape (rows, names)."""
+            rows = np.tile(start, (len(values), 1))
+            rows[:, columns] = values
+            return rows
 
-    def _kept(self, row: FloatArray) -> FloatArray:
-        """Return values with those of the rival inside what it may be."""
+        def left(rows: FloatArray) -> list[FloatArray]:
+            readings = self.levels(self.scene.readings([self.program], [whole(rows)])[0]).reshape(len(rows), -1)
+            length = min(readings.shape[1], len(self.truth))
+            return list(np.clip(self.truth[:length] - readings[:, :length], -_FAR, _FAR))
+
+        def steps(values: FloatArray, before: int) -> FloatArray:
+            now = {**dict(first), **dict(steps_of(self.scene, self.rival, whole(values[None])[0]))}
+            return max(_FINEST, _FINER ** (before + 1)) * np.array([now[column] for column in columns])
+
+        def worth(cost: float) -> float:
+            """Return the gain without which T is settled; none is worth a round where the rival does what the other one does."""
+            return np.inf if cost < self.nested else cost - max(self.settled, _PROMISE * cost)
+
+        free = [self._free(column, step) for column, step in first]
+        ends: dict[str, Any] = {"iterations": rounds, "tolerance": _WORTH_A_ROUND, "least": 0.0, "bent": True, "worth": worth}
+        found = fit(Problem(left, free, steps=steps), free, start[columns], weighting=_Held(), **ends)
+        return found.cost, whole(found.values[None])[0]
+
+    def _free(self, column: int, step: float) -> Free:
+        """Return a value that is refitted: an uncertain one with its deviation, or one of the rival's within what it may be."""
+        if column < len(self.scene.uncertain):
+            given, width = float(self.scene.given[column]), float(self.scene.deviation[column])
+            return Free(self.scene.uncertain[column], given, abs(step), given - _FURTHEST * width, given + _FURTHEST * width, width, given)
         term = self.rival.term
-        if term is not None:
-            reach = _BEYOND * (term.high - term.low)
-            columns = self.scene.columns(self.rival)
-            row[columns] = np.clip(row[columns], np.where(term.low < 0.0, term.low - reach, term.low), term.high + reach)
-        return row
+        assert term is not None
+        place = list(self.scene.columns(self.rival)).index(column)
+        low, high = float(term.low[place]), float(term.high[place])
+        reach = _BEYOND * (high - low)
+        return Free(term.parameters[place], 0.0, abs(step), low - reach if low < 0.0 else low, high + reach)
 
-    def _left(self, scaled: FloatArray, row: FloatArray) -> tuple[FloatArray, float]:
-        """Return what the rival leaves, in noise levels, and T."""
-        length = min(len(scaled), len(self.truth))
-        uncertain = len(self.scene.uncertain)
-        difference = np.nan_to_num(self.truth[:length] - scaled[:length], nan=_HELD)
-        penalty = np.square((row[:uncertain] - self.scene.given[:uncertain]) / self.scene.deviation).sum()
-        return difference, _held_power(difference) + float(penalty)
 
-    def _run(self, rows: Sequence[FloatArray]) -> FloatArray:
-        return self.levels(self.scene.readings([self.program], [np.array(rows)])[0]).reshape(len(rows), -1)
+class _Held(Weighting):
+    """Deviations in noise levels of which no stretch counts more than ``_HELD``; where a run broke off, no slope is counted."""
+
+    def power(self, residual: FloatArray) -> float:
+        return _held_power(np.nan_to_num(residual, nan=_HELD))
+
+    def white(self, residual: FloatArray) -> FloatArray:
+        return np.nan_to_num(residual, nan=_HELD)
+
+    def white_slopes(self, slopes: FloatArray, residual: FloatArray) -> FloatArray:
+        return np.nan_to_num(slopes).T
 
 
 def _slopes(moved: FloatArray, base: FloatArray, steps: Sequence[float], length: int) -> FloatArray:

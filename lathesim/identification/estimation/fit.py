@@ -22,12 +22,13 @@ from lathesim.identification.records.fit import Free
 from lathesim.identification.signal.rounding import ROUNDING
 
 _STEP = 3e-3
-_DAMPINGS = (np.array([0.03, 3.0]), np.array([30.0, 1e3, 3e4, 1e6]))
-"""Factors on the last damping: two are tried at once, the stronger ones where both fail."""
-_AS_PREDICTED = 0.1
-"""Slopes are kept after a step whose gain differs by less than this share from the predicted one."""
+_DAMPINGS = np.array([0.03, 3.0, 30.0, 1e3, 3e4, 1e6])
+"""Factors on the last damping: the first two are tried before the stronger ones."""
 _LEAST_GAIN = 0.05
 """Gain in cost, where the residual is in standard deviations, under which a step is not worth its run."""
+
+_AS_PREDICTED = 0.1
+"""Slopes are kept after a step whose gain differs by less than this share from the predicted one."""
 
 Residual = Callable[[FloatArray], Sequence[FloatArray]]
 """From rows of values, shape (rows, values) [SI], to the residual of each, all of one shape."""
@@ -151,17 +152,19 @@ def fit(
     tolerance: float = 1e-6,
     least: float = _LEAST_GAIN,
     worth: Callable[[float], float] | None = None,
+    bent: bool = False,
     report: Callable[[int, float], None] | None = None,
 ) -> Fit:
     """Return where the descent from ``start`` ends: values inside their bounds, or an earlier fit to go on from with its slopes.
 
     ``residual`` is a :class:`Problem` with ``free`` where slopes are taken in a way of its own. Without a ``weighting`` every number of
     the residual counts alike. A descent ends after ``iterations`` steps, or when one gains less than ``least`` and a share ``tolerance``
-    of the cost. ``worth`` gives, from the cost, the gain that slopes must predict for it to go on; the same by default. ``report`` is
-    called with the number of each iteration and the cost before it.
+    of the cost. ``worth`` gives, from the cost, the gain that slopes must predict for it to go on; the same by default. ``bent`` is for
+    a residual that is far from linear: slopes are taken anew at each step, and more dampings tried at once. ``report`` is called with the
+    number of each iteration and the cost before it.
     """
     problem = residual if isinstance(residual, Problem) else Problem(residual, free)
-    descent = _Descent(problem, weighting or Weighting(), tolerance, least, worth)
+    descent = _Descent(problem, weighting or Weighting(), tolerance, least, worth, bent)
     here = start if isinstance(start, Fit) else problem.begin(start)
     here = replace(here, cost=descent.cost(here.values, here.residual))
     lines, damping, taken = None, 1e-3, 1
@@ -176,7 +179,7 @@ def fit(
         lines = descent.lines(here, lines)
         if not descent.goes_on(here, lines):
             break  # no step within the bounds could gain as much
-        found = descent.tried(here, lines, damping, one=not anew)
+        found = descent.tried(here, lines, damping, anew=anew)
         if found is None and anew:
             break
         if found is None:
@@ -209,6 +212,7 @@ class _Descent:
     tolerance: float
     least: float
     worth: Callable[[float], float] | None
+    bent: bool
 
     def cost(self, values: FloatArray, residual: FloatArray) -> float:
         return self.weighting.power(residual) + self.problem.penalty(values)
@@ -235,9 +239,9 @@ class _Descent:
         promised = self.predicted(self.step(here.values, lines, 0.0), here.values, lines)
         return promised >= (self.enough if self.worth is None else self.worth)(here.cost)
 
-    def tried(self, here: Fit, lines: _Linearised, damping: float, *, one: bool) -> tuple[Fit, float] | None:
-        """Return the first step that gets better and its damping, none where none does; ``one`` tries one first."""
-        for factors in (*(_DAMPINGS[0][:, None] if one else _DAMPINGS[:1]), _DAMPINGS[1]):
+    def tried(self, here: Fit, lines: _Linearised, damping: float, *, anew: bool) -> tuple[Fit, float] | None:
+        """Return the first step that gets better and its damping, none where none does; slopes from before are tried one step at first."""
+        for factors in np.split(_DAMPINGS, [4] if self.bent else [2] if anew else [1, 2]):
             trials = damping * factors
             candidates = np.array([self.step(here.values, lines, amount) for amount in trials])
             residuals = self.problem.residual(candidates)
@@ -250,7 +254,8 @@ class _Descent:
     def with_kept_slopes(self, here: Fit, end: Fit, lines: _Linearised) -> Fit:
         """Return the end of a step, with the slopes from before where it gained about as much as they predicted."""
         gain, predicted = here.cost - end.cost, self.predicted(end.values, here.values, lines)
-        return end if abs(gain - predicted) > _AS_PREDICTED * predicted + self.least else replace(end, slopes=lines.slopes)
+        holds = abs(gain - predicted) <= _AS_PREDICTED * predicted + self.least
+        return replace(end, slopes=lines.slopes) if holds and not self.bent else end
 
     def predicted(self, found: FloatArray, values: FloatArray, lines: _Linearised) -> float:
         """Return by how much the cost falls from ``values`` to ``found`` as far as the slopes show."""
