@@ -75,9 +75,9 @@ class Bench:
     period: float
 
     def runs(
-        self, members: Sequence[Mapping[str, float]], *, exact: bool = False, seed: int | None = None, finer: int = 1
+        self, members: Sequence[Mapping[str, float]], *, exact: bool = False, seeds: Sequence[int] | None = None, finer: int = 1
     ) -> list[FloatArray]:
-        """Run members with their values and return their records, shape (channels, samples); noise acts where it has a ``seed``.
+        """Run members with their values and return their records, shape (channels, samples); noise acts where each has its seed.
 
         ``finer`` runs them with that many steps for one.
         """
@@ -85,10 +85,8 @@ class Bench:
         names = sorted({*common, *(name for member in members for name in member)})
         known = self._known()
         rows = np.array([[{**common, **member}.get(name, known[name]) for name in names] for member in members]).reshape(len(members), -1)
-        batch = dataclasses.replace(
-            self.batch, noisy=seed is not None, seed=seed or 0, steps_per_sample=finer * self.batch.plan.steps_per_sample
-        )
-        return [np.asarray(item) for item in batch.run(names, rows, np.copy)]
+        batch = dataclasses.replace(self.batch, noisy=seeds is not None, steps_per_sample=finer * self.batch.plan.steps_per_sample)
+        return [np.asarray(item) for item in batch.run(names, rows, np.copy, seeds=seeds)]
 
     def table(self, record: FloatArray) -> FloatArray:
         """Return where the tables are, shape (loops, samples) [m]."""

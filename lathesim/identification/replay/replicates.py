@@ -91,17 +91,22 @@ def replicates(
     beyond = {name: _beyond_rounding(experiment, name, (noise or experiment.floors)[name]) for name in experiment.machine.compare}
     noisy = wire(_noisy(plain, loads, beyond, finer))
     names = [name for name in plain.own.settable(values) if name in noisy.parameters or name in noisy.states]
-    row = np.array([[values[name] for name in names]], dtype=float)
+    row = np.array([values[name] for name in names], dtype=float)
     spread = np.array([(errors or {}).get(name, 0.0) for name in names])
+    chances = [np.random.default_rng([place, number, len(names)]).standard_normal(len(names)) for place in range(number)]
     positions = [noisy.channels.index(channel) for channel in plain.own.channels]
-    samples = (plain.own.samples - 1) * plain.own.every + 1
-    drawn = []
-    for place in range(number):
-        pick = lambda record: record[positions, :: plain.own.every].copy()  # noqa: E731 - one expression, named for the reader
-        machine = row + spread * np.random.default_rng([place, number, len(names)]).standard_normal(len(names))
-        simulated = Batch(noisy, samples, seed=1 + place + number * seed, threads=1).run(names, machine, pick)[0]
-        if np.isfinite(simulated).all():
-            drawn.append(replace(plain, record=_as_recorded(plain, simulated, beyond, np.random.default_rng([seed, place]))))
+    batch = Batch(noisy, (plain.own.samples - 1) * plain.own.every + 1, threads=1)
+    simulated = batch.run(
+        names,
+        np.array([row + spread * chance for chance in chances]),
+        lambda record: record[positions, :: plain.own.every].copy(),
+        seeds=[1 + place + number * seed for place in range(number)],
+    )
+    drawn = [
+        replace(plain, record=_as_recorded(plain, own, beyond, np.random.default_rng([seed, place])))
+        for place, own in enumerate(simulated)
+        if np.isfinite(own).all()
+    ]
     return Replicates(plain, tuple(drawn), {name: values[name] for name in names})
 
 
