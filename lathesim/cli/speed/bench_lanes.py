@@ -1,10 +1,12 @@
 """``lathesim bench --lanes``: many runs of one machine side by side against the same runs one by one, and against C, as ratios in one run.
 
-One by one means in batches of so few runs that they are never put side by side; the process, the machine and the values are the same.
+One by one means the batch as it is for few runs, which is how all were made before there were lanes; process, machine and values are the
+same. What is compiled ahead is not measured. Runs are a multiple of 16, but for the rest of a command's own.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import statistics
 import subprocess
@@ -13,25 +15,27 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
 from lathesim.cli.speed.bench_rows import Tell, cpu_seconds
-from lathesim.cli.speed.bench_servo import VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
-from lathesim.engine.assembly import FloatArray
+from lathesim.cli.speed.bench_servo import RECORDED, SECONDS, VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
+from lathesim.engine.assembly import FloatArray, Wire
+from lathesim.engine.fusing.lane_text import LANES
+from lathesim.engine.running import batch, lanes
 from lathesim.engine.running.batch import Batch
-from lathesim.engine.wiring import Plan
+from lathesim.engine.wiring import Plan, wire
 
-LANES = 16
-ALONE = 3
-"""Runs of a batch that are made one by one."""
+ALONE = 12
+"""Runs that are made one by one."""
 JACOBIAN = (
     "x_axis.mass", "x_axis.viscous", "x_axis.disturbance", "x_drive.conductance", "x_drive.back_emf", "x_drive.effort_constant",
     "x_controller.position_gain", "x_controller.velocity_gain", "x_controller.integral_rate", "x_controller.mean_share",
     "x_controller.limit", "x_dac.smallest_voltage", "x_dac.largest_voltage", "x_encoder.resolution", "x_scale.resolution",
 )  # fmt: skip
 """Fifteen parameters of the servo axis."""
-_MEMORY_RUNS = (400, 8000)
+_MEMORY_RUNS = (400, 4000)
 
 
 @dataclass(frozen=True)
@@ -53,40 +57,49 @@ class LaneFigure:
 
 @dataclass(frozen=True)
 class Work:
-    """What is measured: ``together`` makes so many runs in one batch, ``alone`` a few of them one by one."""
+    """What is measured: ``run`` makes runs with ``values`` (runs, names) in one batch."""
 
     name: str
     bar: float
-    together: Callable[[], object]
-    runs: int
-    alone: Callable[[], object]
-    runs_alone: int
+    values: FloatArray
+    run: Callable[[FloatArray], object]
 
 
 def lane_figures(rounds: int, *, quick: bool, tell: Tell) -> tuple[list[LaneFigure], list[str]]:
     """Return the figures, measured here and now, and what was left out and why."""
     figures: list[LaneFigure] = []
-    left_out = [] if not no_compiler() else [f"the same axis in C: {no_compiler()}"]
-    for make in (_servo_works, _program_works, _command_works):
+    for make in (_servo_works, _lathe_works, _command_works):
         for work in make(quick):
             tell(f"measuring {work.name} ...")
             figures.append(_measured(work, rounds))
-    if not no_compiler():
-        tell("measuring C ...")
-        figures.append(_against_c(rounds))
-    tell("measuring a Jacobian ...")
-    figures.append(_jacobian(rounds))
-    tell("measuring memory and threads ...")
-    figures += [_memory(), _threads(rounds)]
-    return figures, left_out
+    tell("measuring a Jacobian, memory and threads ...")
+    figures += [_jacobian(rounds), _memory(), _threads(rounds)]
+    if no_compiler():
+        return figures, [f"the servo axis in C: {no_compiler()}"]
+    tell("measuring C ...")
+    return [*figures, _against_c(rounds)], []
 
 
 def _measured(work: Work, rounds: int) -> LaneFigure:
     """Measure both in turns, after what is compiled for them."""
-    _settle(work.together)
-    alone, together = _in_turns([work.alone, work.together], rounds)
-    one, many = alone / work.runs_alone, together / work.runs
+    _make_ready(work.run, work.values)
+    alone, together = _in_turns([lambda: _one_by_one(work.run, work.values[:ALONE]), lambda: work.run(work.values)], rounds)
+    one, many = alone / ALONE, together / len(work.values)
     return LaneFigure(f"{work.name}: one by one over side by side", one / many, work.bar, True, one, many)
+
+
+def _one_by_one(run: Callable[[FloatArray], object], values: FloatArray) -> None:
+    """Make runs of a batch one by one, as if there were too few of them for lanes."""
+    with patch.object(batch, "FEWEST", len(values) + 1):
+        run(values)
+
+
+def _make_ready(run: Callable[[FloatArray], object], values: FloatArray) -> None:
+    """Make runs of a batch until it looks for lanes, as if compiling them cost nothing."""
+    spent = 0.0
+    with patch.object(lanes, "compile_time", lambda fused: 0.0):
+        while spent < 2.0 * lanes.WORTH_A_LOOK:
+            spent += cpu_seconds(lambda: run(values))
 
 
 def _in_turns(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]:
@@ -97,21 +110,10 @@ def _in_turns(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]
     return [statistics.median(found) for found in zip(*seconds, strict=True)]
 
 
-def _settle(call: Callable[[], object]) -> None:
-    """Have a batch made ready for what it is about to do: it compiles what pays."""
-    call()
-
-
-def batch_work(name: str, bar: float, plan: Plan, samples: int, names: Sequence[str], runs: int = 64, alone: int = 12) -> Work:
+def batch_work(name: str, bar: float, plan: Plan, samples: int, names: Sequence[str], runs: int = 4 * LANES) -> Work:
     """Return a batch of a plan, each of its runs reduced to one number."""
-    values = spread(plan, names, runs)
-    batch = Batch(plan, samples, threads=1)
-
-    def one_by_one() -> None:
-        for first in range(0, alone, ALONE):
-            batch.run(names, values[first : first + ALONE], _last)
-
-    return Work(name, bar, lambda: batch.run(names, values, _last), runs, one_by_one, alone)
+    made = Batch(plan, samples, threads=1)
+    return Work(name, bar, spread(plan, names, runs), lambda values: made.run(names, values, _last))
 
 
 def _servo_works(quick: bool) -> list[Work]:
@@ -121,7 +123,7 @@ def _servo_works(quick: bool) -> list[Work]:
     return [batch_work(*named[friction], plan, samples_of(plan), VARIED) for friction, plan in plans.items()]
 
 
-def _program_works(quick: bool) -> list[Work]:
+def _lathe_works(quick: bool) -> list[Work]:
     from lathesim.cli.speed.bench_work import lathe_work
 
     work = lathe_work()
@@ -130,26 +132,36 @@ def _program_works(quick: bool) -> list[Work]:
 
 
 def _command_works(quick: bool) -> list[Work]:
-    return [_sweep(100 if quick else 1000), _emulation(500 if quick else 5000)]
+    share = 10 if quick else 1
+    sweeps = (
+        ("12_what_is_wrong_with_this_machine", "x_controller.position_gain", "max_x_voltage"),
+        ("01_contour_error", "x_controller.proportional", "max_contour_error"),
+    )
+    found = [_sweep(*given, _in_lanes(1000 // share)) for given in sweeps]
+    return [*found, _emulation(_in_lanes(5000 // share)), _replicates()]
 
 
-def _sweep(runs: int) -> Work:
+def _in_lanes(runs: int) -> int:
+    """Return a number of runs of which the last are as many side by side as the first."""
+    return -(-runs // LANES) * LANES
+
+
+def _sweep(lesson: str, name: str, metric: str, runs: int) -> Work:
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
     from lathesim.lessons.sweeping.members import Members
     from lathesim.plugins import load_registry
 
-    registry, name = load_registry(installed=False), "x_controller.proportional"
-    prepared = prepare(load_lesson("01_contour_error"), registry, "I")
-    members = Members(prepared, (name,), {"max_contour_error": registry.metric("max_contour_error")})
+    registry = load_registry(installed=False)
+    loaded = load_lesson(lesson)
+    prepared = prepare(loaded, registry, next(iter(loaded.variants), None))
+    members = Members(prepared, (name,), {metric: registry.metric(metric)})
     members.compile()
-    jobs = [(number, (float(value),)) for number, (value,) in enumerate(spread(prepared.plan, [name], runs))]
 
-    def one_by_one() -> None:
-        for job in jobs[:12]:
-            members.run(*job)
+    def run(values: FloatArray) -> None:
+        members.runs([(number, (float(value),)) for number, (value,) in enumerate(values)], lambda member: None)
 
-    return Work(f"a sweep of {runs} runs of lesson 01", 5.0, lambda: members.runs(jobs, lambda member: None), runs, one_by_one, 12)
+    return Work(f"a sweep of {runs} runs of lesson {lesson[:2]}", 5.0, spread(prepared.plan, [name], runs), run)
 
 
 def _emulation(runs: int) -> Work:
@@ -163,33 +175,51 @@ def _emulation(runs: int) -> Work:
     lesson = load_lesson("16_a_controller_that_tells_nothing")
     prepared = prepare(lesson, load_registry(installed=False), "staircase")
     names = [item.name for item in free_values(lesson, prepared.plan, (), 4.0)]
-    setting = Setting("G1", prepared.machinery, ("x_axis.position", "y_axis.position"), np.arange(0.0, 25.0, 0.1))
-    replica = Replica([setting], names)
-    values = spread(prepared.plan, names, runs)
+    replica = Replica([Setting("G1", prepared.machinery, ("x_axis.position", "y_axis.position"), np.arange(0.0, 25.0, 0.1))], names)
+    return Work(f"{runs} runs of the emulation of G1", 5.0, spread(prepared.plan, names, runs), replica.readings)
 
-    def one_by_one() -> None:
-        for first in range(0, 12, ALONE):
-            replica.readings(values[first : first + ALONE])
 
-    return Work(f"{runs} runs of the emulation of G1", 5.0, lambda: replica.readings(values), runs, one_by_one, 12)
+def _replicates() -> Work:
+    """Return replicates of a recording of the axis with stick-slip, with as many steps as a diagnosis takes."""
+    from lathesim.diagnosis.method import STANDARD
+    from lathesim.effects.friction import CoulombFriction
+    from lathesim.engine.running.run import run
+    from lathesim.identification.replay.experiment import Machine, build_experiments
+    from lathesim.identification.replay.replicates import replicates
+
+    sticking, sound = servo_plan("stick-slip").assembly, servo_plan().assembly
+    record = run(wire(dataclasses.replace(sticking, record=(*RECORDED, "source.reference"))), duration=SECONDS, engine="compiled")
+    driven = "x_controller.reference"
+    parts = tuple(part for part in sound.parts if part.name != "source")
+    wires = tuple(item if item.target != driven else Wire(driven, constant=0.0) for item in sound.wires)
+    machine = Machine(dataclasses.replace(sound, parts=parts, wires=wires, record=None), (driven,), RECORDED, {}, {})
+    recording = record.with_channel(driven, "m", record["source.reference"])
+    (experiment,) = build_experiments(machine, [("servo", recording)], [CoulombFriction])
+    found = next(item for item in experiment.candidates if item.at == "x_axis")
+    finer = float(STANDARD.verdict.finer_steps)
+
+    def repeat(values: FloatArray) -> None:
+        replicates(experiment, [found], dict.fromkeys(found.parameters, 20.0), [], len(values), finer=finer)
+
+    return Work("50 replicates", 5.0, np.zeros((50, 0)), repeat)
 
 
 def _against_c(rounds: int) -> LaneFigure:
     """Return the batch over C with as many lanes, which must have the same bits."""
     plan = servo_plan()
-    values = spread(plan, VARIED, 4 * LANES)
-    batch, in_c = Batch(plan, samples_of(plan), threads=1), servo_in_c(plan, LANES)
-    ours = batch.run(VARIED, values[:LANES])
-    if not all(np.array_equal(one, other.T) for one, other in zip(ours, in_c(values[:LANES]), strict=True)):
+    work, in_c = batch_work("", 0.0, plan, samples_of(plan), VARIED), servo_in_c(plan, LANES)
+    _make_ready(work.run, work.values)
+    ours = Batch(plan, samples_of(plan), threads=1).run(VARIED, work.values[:LANES])
+    if not all(np.array_equal(one, other.T) for one, other in zip(ours, in_c(work.values[:LANES]), strict=True)):
         raise AssertionError("the axis in C has other numbers than the engine")
 
     def by_hand() -> None:
-        for first in range(0, len(values), LANES):
-            for record in in_c(values[first : first + LANES]):
+        for first in range(0, len(work.values), LANES):
+            for record in in_c(work.values[first : first + LANES]):
                 _last(record.T)
 
-    engine, hand = _in_turns([lambda: batch.run(VARIED, values, _last), by_hand], rounds)
-    return LaneFigure("servo axis: side by side over C with 16 lanes", engine / hand, 1.25, False, hand / len(values), engine / len(values))
+    engine, hand = (seconds / len(work.values) for seconds in _in_turns([lambda: work.run(work.values), by_hand], rounds))
+    return LaneFigure("servo axis: side by side over C with 16 lanes", engine / hand, 1.25, False, hand, engine)
 
 
 def _jacobian(rounds: int) -> LaneFigure:
@@ -197,19 +227,15 @@ def _jacobian(rounds: int) -> LaneFigure:
     plan = servo_plan()
     given = np.array([plan.parameter_values[plan.parameters[name]] for name in JACOBIAN])
     values = np.vstack([given, given + np.diag(1e-6 * np.maximum(np.abs(given), 1e-6))])
-    batch = Batch(plan, samples_of(plan), threads=1)
-
-    def together() -> None:
-        batch.run(JACOBIAN, values, _last)
-
-    _settle(together)
-    alone, whole = _in_turns([lambda: batch.run(JACOBIAN, values[:ALONE], _last), together], 3 * rounds)
+    work = batch_work("", 0.0, plan, samples_of(plan), JACOBIAN)
+    _make_ready(work.run, values)
+    alone, whole = _in_turns([lambda: _one_by_one(work.run, values[:ALONE]), lambda: work.run(values)], 3 * rounds)
     one = alone / ALONE
     return LaneFigure("Jacobian of 15 parameters over one run", whole / one, 2.0, False, one, whole / len(values))
 
 
 def _memory() -> LaneFigure:
-    """Return the largest memory of a process that makes twenty times as many runs over that with fewer."""
+    """Return the largest memory of a process that makes ten times as many runs over that with fewer."""
     few, many = (float(_child(runs)) for runs in _MEMORY_RUNS)
     return LaneFigure(f"memory of {_MEMORY_RUNS[1]} runs over {_MEMORY_RUNS[0]} runs ({many:.0f} MB)", many / few, 1.05, False)
 
@@ -223,19 +249,20 @@ def _child(runs: int) -> str:
 def _memory_here(runs: int) -> str:
     from lathesim.cli.speed.bench_scale import largest_memory
 
-    plan = servo_plan()
-    Batch(plan, 5000, threads=1).run(VARIED, spread(plan, VARIED, runs), _last)
+    work = batch_work("", 0.0, servo_plan(), 5000, VARIED, runs)
+    _make_ready(work.run, work.values)
     return f"{largest_memory()}"
 
 
 def _threads(rounds: int) -> LaneFigure:
     """Return how many times faster two threads are than one, by the clock."""
     plan = servo_plan()
-    values = spread(plan, VARIED, 16 * LANES)
-    one, two = (Batch(plan, samples_of(plan), threads=threads) for threads in (1, 2))
+    work = batch_work("", 0.0, plan, samples_of(plan), VARIED, 16 * LANES)
+    _make_ready(work.run, work.values)
+    two = Batch(plan, samples_of(plan), threads=2)
     gains = []
     for _ in range(rounds):
-        first, second = (_clock(lambda batch=batch: batch.run(VARIED, values, _last)) for batch in (one, two))  # type: ignore[misc]
+        first, second = _clock(lambda: work.run(work.values)), _clock(lambda: two.run(VARIED, work.values, _last))
         gains.append(first / second)
     return LaneFigure("two threads against one, by the clock", statistics.median(gains), 1.7, True)
 
