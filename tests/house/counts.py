@@ -1,6 +1,7 @@
 """``python -m tests.house.counts [CHECKOUT]``: the size and shape of the diagnosis in numbers, which may only go down.
 
-What was one folder, ``lathesim/diagnosis``, is counted with what was taken out of it, ``identification`` and ``exercises``.
+What was one folder, ``lathesim/diagnosis``, is counted with what was taken out of it, ``identification`` and ``exercises``. Loops of least
+squares are counted in all of ``lathesim``.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import functools
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+from tests.house.descents import own_descents
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("diagnosis", "identification", "exercises")
@@ -180,6 +183,7 @@ def counts(root: Path = ROOT) -> dict[str, int]:
         "branches of the most branched function": max(branches(node) for _, node in every),
         "functions above 15 branches": sum(branches(node) > 15 for _, node in every),
         "functions that compare models": sum(compares_models(node) for _, node in every),
+        "own loops of least squares": len(own_descents(root)),
         "lines": lines(root),
     }
 
