@@ -48,6 +48,13 @@ class Conditions:
         """Return the motion of a part."""
         return next(motion for motion in self.motions if motion.name == name)
 
+    def thinned(self, every: int) -> Conditions:
+        """Return the conditions at every so many samples."""
+        thin = slice(None, None, every)
+        motions = tuple(Motion(one.name, one.unit, one.position[thin], one.velocity[thin], one.acceleration[thin]) for one in self.motions)
+        absorbed = None if self.absorbed is None else self.absorbed[:, thin]
+        return Conditions(self.time[thin], motions, {name: values[thin] for name, values in self.others.items()}, absorbed)
+
 
 @dataclass(frozen=True)
 class Wave:

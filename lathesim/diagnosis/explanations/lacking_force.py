@@ -21,6 +21,7 @@ from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushe
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
 
@@ -35,7 +36,13 @@ class Lacking:
     at: str
     unit: str
     values: FloatArray
-    is_force: bool
+    shows: str
+    """What it is: "force", "position", "velocity", or empty."""
+
+    @property
+    def is_force(self) -> bool:
+        """Whether it is a force on a moving part."""
+        return self.shows == "force"
 
 
 def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
@@ -51,14 +58,23 @@ def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
         and _speaks_loudest(responses[place], row, floors, _telling(experiment, part))
     ]
     if not moved or not experiment.sensed.noise_shapes(fitted.by_name)[row].differences:
-        return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, is_force=False)
+        return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, _shown(experiment, name))
     place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
     rate = undone(residual, responses[place, row] / IMPULSE * experiment.sensed.period)
     part = state.partition(".")[0]
     inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
     effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
     values = -(inertia or 1.0) * _flow_of(plan, state) * rate
-    return Lacking(effort, plan.unit(effort) if inertia else f"{plan.unit(flow)}^2", values, is_force=True)
+    return Lacking(effort, plan.unit(effort) if inertia else f"{plan.unit(flow)}^2", values, "force")
+
+
+def _shown(experiment: Experiment, channel: str) -> str:
+    """Return what a channel shows of a moving part: its "position", its "velocity", or nothing."""
+    parts = {part.name: part for part in experiment.machine.assembly.parts}
+    wires = {wire.target: wire for wire in experiment.machine.assembly.wires}
+    host, _, item = measured_output(parts, wires, channel).partition(".")
+    ports = parts[host].component.ports
+    return {ports.get("displacement"): "position", ports.get("flow"): "velocity"}.get(item, "")
 
 
 def undone(residual: FloatArray, response: FloatArray, longest: int = 2000, left: float = 1e-3) -> FloatArray:

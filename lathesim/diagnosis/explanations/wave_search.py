@@ -108,7 +108,7 @@ class _Spectrum:
         """Return the strongest wave, with what it adds to the log likelihood beyond chance [nats]."""
         usable = (self.frequency >= self.REPETITIONS / self.span) & (self.frequency < self.highest)
         for wave in known:
-            if (wave.of, wave.turning) == (self.way.of, self.way.turning):
+            if wave.of == self.way.of:
                 usable &= np.abs(self.frequency * wave.period - 1.0) > max(self.BESIDE, wave.period / self.span)
         if not usable.any():
             return None

@@ -41,12 +41,10 @@ def asked(hidden, **given):
 
 def test_nothing_is_found_in_noise_that_remembers():
     found = [
-        flexible(moved(seed), noise(seed, memory), (moved(seed + 1), noise(seed + 1, memory)))
-        for seed in range(3, 6)
-        for memory in (0.0, 0.95)
+        flexible(moved(seed), noise(seed, memory), (moved(seed + 1), noise(seed + 1, memory))) for seed in (3, 4) for memory in (0.0, 0.95)
     ]
     assert all(-1.0 < one.gain < 10.0 for one in found)
-    assert sum(one.gain > 0.0 for one in found) <= 2
+    assert sum(one.gain > 0.0 for one in found) <= 1
 
 
 def test_what_steps_with_the_direction_is_a_dry_friction():
@@ -83,7 +81,7 @@ def test_what_holds_on_one_recording_only_is_refuted():
     found = asked(lambda conditions, recording: (1.0 - 2.0 * recording) * np.sin(40.0 * conditions.motions[0].position))
     assert found.gain == 0.0
     assert not found.parts
-    assert any(part.term.on in ("position", "proportion to position") for part in found.refuted)
+    assert any(term.on in ("position", "proportion to position") for term in found.refuted)
     assert found.after == found.before
 
 

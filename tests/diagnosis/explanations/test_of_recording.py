@@ -1,0 +1,82 @@
+"""What a pushed table lacks: the force itself, what it depends on, and the effect of the catalogue that is near to it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every, undone
+from lathesim.diagnosis.explanations.nearest import nearest_effects
+from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channel
+from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, pair
+
+DRY = Hidden(dry=8.0)
+SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
+RIPPLE = Hidden(law=lambda v, q, t: 6.0 * math.sin(2.0 * math.pi * q / 0.004 + 0.5))
+
+
+def asked(hidden):
+    (here, there), (fitted, judged) = pair(hidden), baselines(hidden)
+    return of_channel(here, fitted, there, judged, 0)
+
+
+def nearest(hidden):
+    missing, found = asked(hidden)
+    experiment = pair(hidden)[0]
+    return nearest_effects(found, experiment.candidates, conditions_of(experiment), "x_axis", missing.shows)[0]
+
+
+def test_a_response_is_undone_whatever_the_residual_drifts_to():
+    response = 0.3 * (1.0 - 0.98 ** np.arange(500.0))
+    pushed = np.random.default_rng(1).standard_normal(500)
+    residual = 1e4 + np.convolve(pushed, response)[:500]
+    found = undone(residual, response)
+    known = np.isfinite(found)
+    assert np.count_nonzero(~known) < 5
+    assert found[known] == pytest.approx(pushed[known], abs=1e-4)
+
+
+def test_noise_of_a_place_is_no_longer_most_of_a_force_in_means():
+    slow = np.sin(np.arange(20000) / 1500.0)
+    noisy = slow + 8.0 * np.diff(np.random.default_rng(1).standard_normal(20002), n=2)
+    every = quiet_every(noisy)
+    assert every > 1
+    means = noisy[: len(noisy) // every * every].reshape(-1, every).mean(axis=1)
+    assert np.std(means) < 2.0 * np.std(slow)
+    assert quiet_every(slow) == 1
+
+
+def test_the_force_that_is_lacking_is_what_was_left_out():
+    experiment, fitted = pair(SPRING)[0], baselines(SPRING)[0]
+    missing = lacking(experiment, fitted, 0)
+    assert (missing.at, missing.unit, missing.shows) == ("x_axis.disturbance", "N", "force")
+    hidden = 400.0 * experiment.record[POSITION]
+    means = [np.nanmean(one[: len(one) // 20 * 20].reshape(-1, 20), axis=1) for one in (missing.values, hidden)]
+    assert np.corrcoef(*means)[0, 1] > 0.8
+
+
+def test_nothing_is_lacking_at_a_sound_table():
+    _, found = asked(Hidden())
+    assert found.gain < 10.0
+
+
+def test_a_dry_friction_left_out_is_found_with_the_effect_that_is_near_to_it():
+    _, found = asked(DRY)
+    assert found.gain > 5.0 * found.standard_error
+    assert found.terms[0].on in ("sign of velocity", "direction of the last motion", "velocity")
+    assert found.after < found.before
+    near = nearest(DRY)
+    assert (near.candidate.name, near.candidate.at) == ("CoulombFriction", "x_axis")
+    assert near.likeness > 0.8
+    assert near.start[0] == pytest.approx(8.0, rel=0.3)
+
+
+def test_a_ripple_left_out_is_found_with_its_period_and_size():
+    _, found = asked(RIPPLE)
+    assert found.gain > 5.0 * found.standard_error
+    near = nearest(RIPPLE)
+    values = {name.partition(".")[2]: value for name, value in zip(near.candidate.parameters, near.start, strict=True)}
+    assert near.candidate.name == "TorqueRipple"
+    assert values["period"] == pytest.approx(0.004, rel=0.01)
+    assert values["amplitude"] == pytest.approx(6.0, rel=0.3)
+    assert values["share"] == 0.0
