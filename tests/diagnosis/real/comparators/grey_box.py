@@ -82,7 +82,10 @@ def selected(fitted: Equation, held_out: Equation, *, careful: bool) -> list[Mod
 
 
 def _grid(candidate: Candidate, equation: Equation) -> tuple[Candidate, list[Array]]:
-    return candidate, [np.linalg.qr(candidate.columns(equation, shape))[0] for shape in candidate.shapes]
+    """Return a basis of what each shape adds to the columns of the lesson."""
+    base = np.linalg.qr(_matrix((), equation))[0]
+    every = [candidate.columns(equation, shape) for shape in candidate.shapes]
+    return candidate, [np.linalg.qr(columns - base @ (base.T @ columns))[0] for columns in every]
 
 
 def _best_shape(candidate: Candidate, columns: Sequence[Array], rest: Array) -> float:
