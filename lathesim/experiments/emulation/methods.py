@@ -14,7 +14,9 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
-from lathesim.experiments.emulation.objective import Objective
+from lathesim.experiments.emulation.objective import STEP, Objective
+from lathesim.identification.estimation.fit import Problem, fit
+from lathesim.identification.records.fit import Free
 
 Tell = Callable[[int, float], None]
 """Is told how many simulations were made and the smallest Q so far."""
@@ -123,29 +125,21 @@ def descend(
 ) -> FloatArray:
     """Return the end of a least-squares descent from ``start``, with what the lesson says of the values as a weak pull.
 
-    Each set of derivatives is one batch. Source: Branch, Coleman, Li, SIAM J. Sci. Comput. 21 (1999), as scipy has it.
+    ``most`` are steps at most, and one that gains less than a share ``closeness`` is the last.
     """
-    from scipy.optimize import least_squares
 
-    spread = np.array([item.spread for item in objective.free])
-    last: list[tuple[FloatArray, FloatArray]] = []
+    def left(rows: FloatArray) -> list[FloatArray]:
+        found = objective.vector(rows)
+        costs = (np.square(found).mean(axis=1) * objective.floor**2).tolist()
+        objective.history.points += list(rows)
+        objective.history.costs += costs
+        tell(objective.replica.runs, min(costs))
+        return list(found)
 
-    def vector(point: FloatArray) -> FloatArray:
-        found = objective.vector(point)[0]
-        last[:] = [*last[-1:], (point.copy(), found)]
-        objective.history.points.append(point.copy())
-        cost = float(np.square(found).mean()) * objective.floor**2
-        objective.history.costs.append(cost)
-        tell(objective.replica.runs, cost)
-        return np.concatenate([found, point / spread])
-
-    def slopes(point: FloatArray) -> FloatArray:
-        here = next((found for place, found in last if np.array_equal(place, point)), None)
-        return np.vstack([objective.slopes(point, here=here), np.diag(1.0 / spread)])
-
-    inside = np.clip(start, low + 1e-9, high - 1e-9)
-    end = least_squares(vector, inside, slopes, (low, high), x_scale=spread, xtol=1e-6, ftol=closeness, gtol=1e-10, max_nfev=most)
-    return np.asarray(end.x)
+    ends = zip(low.tolist(), high.tolist(), strict=True)
+    free = [Free(item.name, 0.0, item.spread, *both, item.spread) for item, both in zip(objective.free, ends, strict=True)]
+    problem = Problem(left, free, steps=lambda values, before: np.full(len(values), STEP))
+    return fit(problem, free, start, iterations=most, tolerance=closeness, least=0.0, bent=True).values
 
 
 METHODS: dict[str, Callable[[Objective, FloatArray, FloatArray, Effort, int, Tell], FloatArray]] = {

@@ -23,8 +23,8 @@ from lathesim.units import same_dimension
 
 FAR = 1.0
 """Deviation [SI] that stands for a run that diverged."""
-_STEP = 1e-3
-"""Step of the central differences on the scale of the search."""
+STEP = 1e-3
+"""Step of differences on the scale of the search."""
 _WITHIN = 2e-3
 """Time [s] on either side of a way-point within which its speed is taken."""
 
@@ -147,11 +147,11 @@ class Objective:
         count = len(self.free)
         chosen = list(range(count)) if wanted is None else list(wanted)
         steps = np.zeros((len(chosen), count))
-        steps[np.arange(len(chosen)), chosen] = _STEP
+        steps[np.arange(len(chosen)), chosen] = STEP
         if here is not None:
-            return np.asarray((self.vector(point + steps) - here).T / _STEP)
+            return np.asarray((self.vector(point + steps) - here).T / STEP)
         moved = self.vector(np.vstack([point + steps, point - steps]))
-        return np.asarray((moved[: len(chosen)] - moved[len(chosen) :]).T / (2.0 * _STEP))
+        return np.asarray((moved[: len(chosen)] - moved[len(chosen) :]).T / (2.0 * STEP))
 
     def position_rms(self, point: FloatArray, settled: float = 0.0) -> list[float]:
         """Return for each recording sqrt(MSE(x) + MSE(y)) [m] of the positions from ``settled`` [s] on."""
