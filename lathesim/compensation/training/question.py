@@ -14,7 +14,7 @@ from lathesim.compensation.training.network import Shape
 from lathesim.compensation.training.score import AsScored, Score, total
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.running.batch import Batch, Reduce
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError, WiringError
 from lathesim.identification.estimation.fit import Problem
@@ -48,8 +48,8 @@ class Question:
 
     def scores(self, vectors: Sequence[FloatArray], *, exact: bool = False) -> FloatArray:
         """Return the score of each vector in each situation, shape (vectors, situations); one that diverges scores infinity."""
-        traces = self._traces(vectors, exact)
-        return np.array([[total(self.score, run) for run in runs] for runs in traces])
+        scores = self._runs(vectors, exact, lambda record: total(self.score, [record[place] for place in self.places]))
+        return np.array(scores).reshape(len(vectors), len(self.situations))
 
     def slopes(self, vector: FloatArray) -> tuple[float, FloatArray]:
         """Return the mean score over the situations and its gradient, from one batch of runs."""
@@ -69,16 +69,15 @@ class Question:
 
     def _traces(self, vectors: Sequence[FloatArray] | FloatArray, exact: bool) -> list[FloatArray]:
         """Return the traces of each vector of weights, shape (situations, channels, samples)."""
+        runs, count = self._runs(vectors, exact, lambda record: record[list(self.places)]), len(self.situations)
+        return [np.array(runs[first : first + count]) for first in range(0, len(runs), count)]
+
+    def _runs(self, vectors: Sequence[FloatArray] | FloatArray, exact: bool, reduce: Reduce) -> list[Any]:
+        """Return what is made of each run, the situations of one vector of weights after the other's."""
         tables = [self.shape.table(vector) for vector in vectors for _ in self.situations]
         rows = np.tile(self.values, (len(vectors), 1))
         batch = self.batch if exact else replace(self.batch, steps_per_sample=self.steps)
-
-        def kept(record: FloatArray) -> FloatArray:
-            return record[list(self.places)]
-
-        runs: list[Any] = batch.run(self.names, rows, kept, {self.table: tables})
-        count = len(self.situations)
-        return [np.array(runs[first : first + count]) for first in range(0, len(runs), count)]
+        return batch.run(self.names, rows, reduce, {self.table: tables})
 
 
 def question_of(
