@@ -165,6 +165,7 @@ def _start_lightly() -> None:
             stream.reconfigure(errors="replace")  # characters outside the terminal's encoding are replaced
     gc.set_threshold(50_000, 20, 20)  # what is imported stays; searching it for garbage again and again finds none
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else all installed packages are searched for them
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are too small to be shared among cores, which wait for each other
 
 
 def run_command_line(arguments: Sequence[str] | None = None) -> int:

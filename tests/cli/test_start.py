@@ -83,3 +83,20 @@ def test_a_fault_of_the_program_leaves_with_three_and_keeps_its_traceback(
     assert said.err.startswith(start)
     kept = said.err.removeprefix(start).partition(";")[0]
     assert "ZeroDivisionError: deep inside" in Path(kept).read_text(encoding="utf-8")
+
+
+ONE_CORE = """\
+import os, sys
+os.environ.pop('OPENBLAS_NUM_THREADS', None)
+from lathesim.cli.main import main
+sys.argv = ['lathesim', 'lessons']
+try:
+    main()
+except SystemExit:
+    print(os.environ['OPENBLAS_NUM_THREADS'])
+"""
+
+
+def test_every_command_keeps_a_matrix_on_one_core() -> None:
+    done = python(ONE_CORE)
+    assert done.stdout.splitlines()[-1] == "1", done.stderr

@@ -54,9 +54,6 @@ def run(
     the lesson names under 'recordings: drive:' are driven by FILE, for as long as it lasts, and the motion starts as it shows; 'lathesim
     compare' holds the same run against it. Ctrl-C ends a run and keeps what was simulated until then (exit code 130).
     """
-    import os
-
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy is loaded below; its matrices here are too small to be shared among cores
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
 
