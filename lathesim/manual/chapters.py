@@ -16,6 +16,7 @@ TOPICS = (
     "stability",
     "live",
     "diagnosis",
+    "real_machines",
     "experiments",
     "contour",
     "reliability",

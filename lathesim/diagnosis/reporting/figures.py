@@ -35,25 +35,27 @@ WHOLE, HALF, _HEIGHT = 7.6, 4.3, 2.25
 Windows = Sequence[tuple[float, float]]
 
 
-def trace_svg(trace: ChannelTrace, floor: float, windows: Windows = (), prefix: str = "trace", width: float = HALF) -> str:
+def trace_svg(
+    trace: ChannelTrace, floor: float, windows: Windows = (), prefix: str = "trace", width: float = HALF, points: int = _POINTS
+) -> str:
     """Draw what was recorded over what was simulated without and with what was found, and the residuals below with the floor."""
     figure = new_figure(width, _HEIGHT)
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.3, 1.0]})
     changed = bool(np.any(trace.after != trace.before))
     factor, unit = common_unit([trace.recorded, trace.before, trace.after], trace.unit)
-    _line(upper, trace.time, trace.recorded / factor, MEASURED, 2.0)
-    _line(upper, trace.time, trace.before / factor, WITHOUT if changed else SIMULATED, 1.0)
+    _line(upper, trace.time, trace.recorded / factor, MEASURED, 2.0, points)
+    _line(upper, trace.time, trace.before / factor, WITHOUT if changed else SIMULATED, 1.0, points)
     if changed:
-        _line(upper, trace.time, trace.after / factor, SIMULATED, 1.0)
+        _line(upper, trace.time, trace.after / factor, SIMULATED, 1.0, points)
     dress(upper, label("", unit).strip(), "", trace.channel)
     upper.tick_params(labelbottom=False)
     without, with_it = trace.recorded - trace.before, trace.recorded - trace.after
     factor, unit = common_unit([3.0 * without, 3.0 * with_it], trace.unit)
     if floor > 0.0:
         lower.axhspan(-floor / factor, floor / factor, color=MATERIAL, linewidth=0, zorder=0)
-    _line(lower, trace.time, without / factor, WITHOUT if changed else SIMULATED, 0.9)
+    _line(lower, trace.time, without / factor, WITHOUT if changed else SIMULATED, 0.9, points)
     if changed:
-        _line(lower, trace.time, with_it / factor, SIMULATED, 0.9)
+        _line(lower, trace.time, with_it / factor, SIMULATED, 0.9, points)
     dress(lower, label("error", unit), label("time", "s"))
     _mark(lower, windows)
     _fit(upper, trace.time)
@@ -61,18 +63,18 @@ def trace_svg(trace: ChannelTrace, floor: float, windows: Windows = (), prefix: 
     return svg_text(figure, prefix, f"{trace.channel}: recorded and simulated, error below")
 
 
-def missing_svg(missing: MissingSignal, windows: Windows = (), prefix: str = "missing", width: float = HALF) -> str:
+def missing_svg(missing: MissingSignal, windows: Windows = (), prefix: str = "missing", width: float = HALF, points: int = _POINTS) -> str:
     """Draw what is missing at a place before and after, and above them all that acts there."""
     figure = new_figure(width, _HEIGHT)
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.0, 1.3]})
     if len(missing.total) == len(missing.time):
         factor, unit = common_unit([missing.total], missing.unit)
-        _line(upper, missing.time, missing.total / factor, REFERENCE, 1.0)
+        _line(upper, missing.time, missing.total / factor, REFERENCE, 1.0, points)
         dress(upper, label("acts", unit), "", f"Missing at {missing.at}")
     upper.tick_params(labelbottom=False)
     factor, unit = common_unit([missing.before, missing.after], missing.unit)
-    _line(lower, missing.time, missing.before / factor, WITHOUT, 0.9)
-    _line(lower, missing.time, missing.after / factor, SIMULATED, 0.9)
+    _line(lower, missing.time, missing.before / factor, WITHOUT, 0.9, points)
+    _line(lower, missing.time, missing.after / factor, SIMULATED, 0.9, points)
     dress(lower, label("missing", unit), label("time", "s"))
     _mark(lower, windows)
     _fit(lower, missing.time)
@@ -80,8 +82,8 @@ def missing_svg(missing: MissingSignal, windows: Windows = (), prefix: str = "mi
     return svg_text(figure, prefix, f"what is missing at {missing.at}, before and after")
 
 
-def _line(panel: Any, time: FloatArray, values: FloatArray, color: str, width: float) -> None:
-    panel.plot(*thinned(time, values, _POINTS), color=color, linewidth=width)
+def _line(panel: Any, time: FloatArray, values: FloatArray, color: str, width: float, points: int) -> None:
+    panel.plot(*thinned(time, values, points), color=color, linewidth=width)
 
 
 def _mark(panel: Any, windows: Windows) -> None:

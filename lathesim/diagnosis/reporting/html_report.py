@@ -33,7 +33,7 @@ from lathesim.diagnosis.reporting.number_text import (
     words,
 )
 from lathesim.diagnosis.reporting.remarks import stability_lines, what_is_left
-from lathesim.diagnosis.reporting.summary import is_worse, still_off, summary_lines
+from lathesim.diagnosis.reporting.summary import is_worse, summary_lines, unexplained
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.identification.estimation.estimates import CONFIDENCE
 from lathesim.identification.machine.roles import is_recorded_signal
@@ -111,7 +111,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
 def _verdict_word(diagnosis: Diagnosis, method: Method) -> str:
     """Return a word for the verdict; none that a channel contradicts which stays off."""
     nothing_missing = diagnosis.verdict in ("no_mismatch", "parameters_only")
-    return "Not all explained" if nothing_missing and still_off(diagnosis, method) else _WORDS[diagnosis.verdict]
+    return "Not all explained" if nothing_missing and unexplained(diagnosis, method) else _WORDS[diagnosis.verdict]
 
 
 def _decided(diagnosis: Diagnosis, method: Method) -> dict[str, Any]:

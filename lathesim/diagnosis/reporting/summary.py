@@ -22,7 +22,7 @@ _BEST_CASE = "No physics is missing, but "
 
 def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the answer in at most six lines, the first of which has no label."""
-    off, worse = still_off(diagnosis, method), [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name, method)]
+    off, worse = unexplained(diagnosis, method), [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name, method)]
     labelled = {
         "Where": _where(diagnosis, method),
         "Size": _size(diagnosis, method),
@@ -37,6 +37,14 @@ def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the channels that stay clearly further off than the recording resolves, the worst first."""
     over = {name: item.after / item.floor for name, item in diagnosis.fit.items() if item.floor > 0.0 and math.isfinite(item.after)}
     return sorted((name for name, times in over.items() if times > method.reporting.near_floor), key=lambda name: -over[name])
+
+
+def unexplained(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
+    """Return the channels that stay off and could be predicted: all that stay off where no flexible function was tried."""
+    flexible = [one for one in diagnosis.explanations if one.kind == "flexible"]
+    if flexible and not any(one.kept or one.is_clear for one in flexible):
+        return []
+    return still_off(diagnosis, method)
 
 
 def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
@@ -55,6 +63,8 @@ def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     enough = [name for name in diagnosis.fit if name not in off]
     means = "With other values the lesson's physics" if diagnosis.verdict == "parameters_only" else "The lesson's physics"
     does = f"is enough for {listed(enough)};" if enough else "explains no channel down to the noise:"
+    if not unexplained(diagnosis, method):
+        return f"{means} explains all that can be predicted; {left} are left that nothing recorded predicts."
     return f"{means} {does} {left} are left that it does not explain."
 
 
@@ -131,7 +141,7 @@ def _shown(value: float, unit: str) -> str:
 
 def _where(diagnosis: Diagnosis, method: Method) -> str:
     """Return where physics is missing and with what it goes, nothing where none is."""
-    off = still_off(diagnosis, method)
+    off = unexplained(diagnosis, method)
     nothing_missing = diagnosis.verdict in ("no_mismatch", "parameters_only")
     if nothing_missing and not off:
         return ""

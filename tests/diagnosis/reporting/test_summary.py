@@ -66,6 +66,17 @@ def test_no_physics_is_missing_is_never_said_beside_a_channel_that_is_off(diagno
     assert headline(diagnosis) == diagnosis.sentence or diagnosis.fit != CLEAN.fit
 
 
+def test_what_nothing_recorded_predicts_is_called_so() -> None:
+    """In open loop noise of a force adds up to many times the noise of a position."""
+    flexible = Explanation("a smooth function", SCALE, "flexible", -30.0, 9.0, 4.0, False, "predicts the held-out data worse")
+    noise = replace(CLEAN, fit=OFF, explanations=(*CLEAN.explanations, flexible))
+    end = f"explains all that can be predicted; at {SCALE} 1.77 µm are left that nothing recorded predicts."
+    assert headline(noise) == f"The lesson's physics {end}"
+    assert lines(noise)["Next"].startswith("Nothing")
+    clear = replace(flexible, gain=900.0, kept=True)
+    assert headline(replace(noise, explanations=(clear,))).endswith("are left that it does not explain.")
+
+
 def test_a_value_that_is_far_off_is_named_beside_a_channel_that_stays_off() -> None:
     sentence = "No physics is missing, but x_axis.mass is further off than the lesson holds possible."
     told = headline(replace(PARAMETERS, sentence=sentence, fit=OFF))
