@@ -6,6 +6,7 @@ Imported only where something is compiled.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numba
@@ -73,6 +74,40 @@ def choose(typing_context: Any, test: Any, one: Any, other: Any) -> Any:
         return builder.select(context.cast(builder, arguments[0], signature.args[0], types.boolean), *values)
 
     return kind(test, one, other), generate
+
+
+def _on_bits(generate: Callable[..., Any]) -> Any:
+    """Return a function of one number that works on its bits."""
+
+    def typed(typing_context: Any, number: Any) -> Any:
+        def generated(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            whole, real = (context.get_value_type(kind) for kind in (types.int64, types.float64))
+            value = context.cast(builder, arguments[0], number, types.float64)
+            return generate(builder, value, whole, real)
+
+        return types.float64(number), generated
+
+    return intrinsic(typed)
+
+
+def _two(builder: Any, power: Any, whole: Any, real: Any) -> Any:
+    """The sum with 2^52 + 1023 has the exponent's bits last."""
+    bits = builder.bitcast(builder.fadd(power, real(2.0**52 + 1023.0)), whole)
+    return builder.bitcast(builder.shl(bits, whole(52)), real)
+
+
+def _exponent(builder: Any, number: Any, whole: Any, real: Any) -> Any:
+    bits = builder.and_(builder.lshr(builder.bitcast(number, whole), whole(52)), whole(0x7FF))
+    return builder.fsub(builder.bitcast(builder.or_(bits, whole(0x433 << 52)), real), real(2.0**52 + 1022.0))
+
+
+def _mantissa(builder: Any, number: Any, whole: Any, real: Any) -> Any:
+    bits = builder.and_(builder.bitcast(number, whole), whole((1 << 52) - 1))
+    return builder.bitcast(builder.or_(bits, whole(0x3FE << 52)), real)
+
+
+BITS = {"elementary_two": _on_bits(_two), "elementary_exponent": _on_bits(_exponent), "elementary_mantissa": _on_bits(_mantissa)}
+"""What stands for the functions of :mod:`lathesim.elementary` of these names; they are given positive normal numbers."""
 
 
 def block_signature() -> Any:

@@ -162,8 +162,11 @@ _LAWS: dict[str, Any] = {}
 
 
 def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
+    from lathesim.engine.compiling.array_access import BITS
     from lathesim.engine.compiling.law_cache import LawCache
 
+    if piece.name in BITS:
+        return BITS[piece.name]
     if piece.digest not in _LAWS:
         module = _load(keep(f"law_{piece.digest}.py", piece.text.encode()), f"lathesim_law_{piece.digest}")
         for name, law in zip(piece.uses, used, strict=True):

@@ -17,6 +17,8 @@ from lathesim.engine.fusing.law_text import source_line
 _VECTOR_MATH = frozenset({"sqrt", "fabs", "copysign", "floor", "ceil", "isnan", "isinf", "isfinite"})
 """Functions of ``math`` that are instructions of a processor, also for vectors."""
 _BUILT_IN = frozenset({"abs", "min", "max", "float", "int", "bool", "choose"})
+_BITS = frozenset({"elementary_two", "elementary_exponent", "elementary_mantissa"})
+"""Functions of :mod:`lathesim.elementary` that are a few instructions."""
 
 Pair = tuple[str, ast.expr]
 """A variable and its value."""
@@ -53,17 +55,9 @@ def name_of(name: str) -> ast.Name:
     return ast.Name(name, ast.Load())
 
 
-def without_path(statement: ast.stmt) -> ast.stmt:
-    """Return an assignment of a called function without the condition that it stands under, any other statement as it is."""
-    match statement:
-        case ast.Assign(targets=[ast.Name()], value=ast.IfExp(body=call)):
-            return ast.Assign(statement.targets, call, lineno=0)
-    return statement
-
-
 def calls(statement: ast.stmt) -> bool:
     """Return whether an assignment calls a function that has no vectors, or reads an array."""
-    match without_path(statement):
+    match statement:
         case ast.Assign(value=ast.Call() as call):
             return not _is_vector(call)
         case ast.Assign(value=ast.Subscript()):
@@ -83,16 +77,14 @@ class Flattener:
         self.known = set(known)
         self.bools = set(bools)
         self.count = 0
-        self.path: ast.expr | None = None
-        """Where the branches that are being written are taken: functions are slow, and called there only."""
 
     def flat(self, statement: ast.stmt) -> list[Pair]:
         """Return what a statement assigns, in order. Raises :class:`NotInPlaceError`, and is then as it was before."""
-        before = (set(self.known), set(self.bools), self.path)
+        before = (set(self.known), set(self.bools))
         try:
             return self._flat([statement])
         except NotInPlaceError:
-            self.known, self.bools, self.path = before
+            self.known, self.bools = before
             raise
 
     def _flat(self, statements: Iterable[ast.stmt]) -> list[Pair]:
@@ -142,7 +134,7 @@ class Flattener:
         made.append((name, value))
 
     def _assign(self, made: list[Pair], name: str, value: ast.expr) -> None:
-        if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in self.functions:
+        if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id in self.functions.keys() - _BITS:
             self._law(made, value, [name])
         else:
             self._put(made, name, self._value(made, value))
@@ -170,16 +162,9 @@ class Flattener:
             test = name_of(name)
         known = set(self.known)
         branches = []
-        path = self.path
-        for body, taken in ((statement.body, test), (statement.orelse, ast.UnaryOp(ast.Not(), test))):
+        for body in (statement.body, statement.orelse):
             self.known = set(known)
-            branch: list[Pair] = []
-            if any(isinstance(node, ast.Call) for item in body for node in ast.walk(item)):
-                name = self._new("path")
-                self._put(branch, name, taken if path is None else ast.BinOp(path, ast.BitAnd(), taken))
-                self.path = name_of(name)
-            branches.append([*branch, *self._flat(body)])
-            self.path = path
+            branches.append(self._flat(body))
         stored = [{name for name, _ in branch} for branch in branches]
         selected = (stored[0] & stored[1]) | ((stored[0] | stored[1]) & known)
         sides: list[dict[str, str]] = []
@@ -224,7 +209,7 @@ class Flattener:
             case ast.IfExp(test=test, body=body, orelse=other):
                 chosen = self._truth(self._value(made, test))
                 return ast.Call(name_of("choose"), [chosen, self._value(made, body), self._value(made, other)], [])
-            case ast.Call(func=ast.Name(id=name)) if name in _BUILT_IN:
+            case ast.Call(func=ast.Name(id=name)) if name in _BUILT_IN | _BITS:
                 return ast.Call(node.func, [self._value(made, value) for value in node.args], [])
             case ast.Call(func=ast.Attribute()):
                 call = ast.Call(node.func, [self._value(made, value) for value in node.args], [])
@@ -235,7 +220,7 @@ class Flattener:
                         call.args[place] = name_of(self._new("given"))
                         self._put(made, ast.unparse(call.args[place]), value)
                 name = self._new("value")
-                self._put(made, name, call if self.path is None else ast.IfExp(self.path, call, ast.Constant(0.0)))
+                self._put(made, name, call)
                 return name_of(name)
             case ast.Call(func=ast.Name()):
                 name = self._new("value")

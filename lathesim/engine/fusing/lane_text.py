@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name
-from lathesim.engine.fusing.lane_flat import Flattener, calls, without_path
+from lathesim.engine.fusing.lane_flat import Flattener, calls
 from lathesim.engine.fusing.law_in_place import NotInPlaceError, read_names, stored_names
 from lathesim.engine.wiring import Plan
 
@@ -147,14 +147,11 @@ class _LaneWriter:
 
     def _spread(self, loops: list[_Loop]) -> None:
         """Find the variables that differ between lanes because of what they are made of, and with them the kind of each loop."""
-        made_of = [set(read_names(*map(without_path, op.statements))) for op in loops]
-        pairs = list(zip(loops, made_of, strict=True))
-        while new := [op for op, read in pairs if not op.stored <= self.varying and not self.varying.isdisjoint(read)]:
+        while new := [op for op in loops if not op.stored <= self.varying and not self.varying.isdisjoint(op.read)]:
             self.varying |= {name for op in new for name in op.stored}
         for op in loops:
             if self.varying.isdisjoint(op.stored):
-                op.kind, op.statements = "once", [without_path(item) for item in op.statements]
-                op.read = set(read_names(*op.statements))
+                op.kind = "once"
             else:
                 op.kind = op.kind or ("calls" if calls(op.statements[0]) else "vectors")
 

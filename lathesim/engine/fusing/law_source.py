@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lathesim.engine.fusing.law_in_place import NotInPlaceError, in_place
-from lathesim.engine.fusing.law_text import law_text
+from lathesim.engine.fusing.law_text import IN_PLACE_OF, law_text
 from lathesim.errors import ComponentError
 
 _IN_PLACE = (
@@ -111,11 +111,11 @@ class LawLibrary:
         closure = inspect.getclosurevars(function).nonlocals if function.__closure__ else {}
         place = f"{function.__module__}.{function.__qualname__}"
         for name, line in law_text(function).free:
-            value = closure.get(name, scope.get(name, getattr(builtins, name, None)))
+            value = IN_PLACE_OF.get(name) or closure.get(name, scope.get(name, getattr(builtins, name, None)))
             if value is math or (name in _CALLABLE_BUILT_INS and value is getattr(builtins, name)):
                 continue
             if isinstance(value, types.FunctionType):
-                renames[name] = self.add(value, f"{function.__module__.rpartition('.')[2]}_{name}")
+                renames[name] = self.add(value, f"{value.__module__.rpartition('.')[2]}_{value.__name__}")
             elif _is_number(value):
                 renames[name] = self._constant(name, value, function.__module__)
             else:

@@ -21,12 +21,20 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from lathesim import elementary
 from lathesim.cache_folder import keep_sealed, kept_sealed
 from lathesim.errors import ComponentError
 
-_FORMAT = 4
+_FORMAT = 5
 _MARK = "⟨{}⟩"
 _MARKED = re.compile("⟨([^⟩]*)⟩")
+
+
+IN_PLACE_OF = {
+    f"math.{function.__name__}": function
+    for function in (elementary.exp, elementary.exp2, elementary.log, elementary.log2, elementary.tanh)
+}
+"""Functions of the mathematical library -> those that are computed in their place, with the same bits in vectors."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +109,8 @@ def _written(function: Callable[..., Any]) -> LawText:
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and node.id not in local:
             free.setdefault(node.id, node.lineno)
+        elif isinstance(node, ast.Attribute) and ast.unparse(node) in IN_PLACE_OF:
+            free.setdefault(ast.unparse(node), node.lineno)
     tree.decorator_list = []
     tree.returns = None
     for argument in [*tree.args.args, *tree.args.posonlyargs]:
@@ -150,6 +160,10 @@ def _local_names(tree: ast.FunctionDef) -> set[str]:
 class _Mark(ast.NodeTransformer):
     def __init__(self, names: Mapping[str, int]) -> None:
         self.names = names
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        name = ast.unparse(node)
+        return ast.Name(_MARK.format(name), ast.Load()) if name in IN_PLACE_OF else node
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
         if node.id in self.names:

@@ -4,7 +4,7 @@
    dwells, facing), which favours this file. Build: gcc -O2 -ffp-contract=off -shared -fPIC.
    The fields of Parameters are filled by name, with "__" for ".". */
 
-#include <math.h>
+#include "elementary.h"
 
 typedef struct {
     double interpolator__rapid_speed;
@@ -123,13 +123,13 @@ static Force force(const Parameters *p, const Cut *c, const Held *held)
 {
     Force f = {0.0, 0.0, 0.0};
     if (c->contact < 0.5 || c->depth <= 0.0 || c->feed <= 0.0 || c->speed < p->cutting_force__slowest_cutting_speed) return f;
-    double log_feed = log2(c->feed * 1.0e3), log_depth = log2(c->depth * 1.0e3), log_speed = log2(c->speed * 60.0);
+    double log_feed = own_log2(c->feed * 1.0e3), log_depth = own_log2(c->depth * 1.0e3), log_speed = own_log2(c->speed * 60.0);
     double thrust = held->wear_factor * p->cutting_force__thrust_pressure * 1.0e-6
-                  * exp2((1.0 + p->cutting_force__thrust_feed_exponent) * log_feed
+                  * own_exp2((1.0 + p->cutting_force__thrust_feed_exponent) * log_feed
                          + (1.0 + p->cutting_force__thrust_depth_exponent) * log_depth
                          + p->cutting_force__thrust_speed_exponent * log_speed);
     f.cutting = held->wear_factor * p->cutting_force__cutting_pressure * 1.0e-6
-              * exp2((1.0 + p->cutting_force__cutting_feed_exponent) * log_feed
+              * own_exp2((1.0 + p->cutting_force__cutting_feed_exponent) * log_feed
                      + (1.0 + p->cutting_force__cutting_depth_exponent) * log_depth
                      + p->cutting_force__cutting_speed_exponent * log_speed);
     f.longitudinal = thrust * held->lead_sine;
@@ -175,7 +175,7 @@ static double controlled_feed(const Parameters *p, double measured, double progr
           * pow(p->process_controller__cutting_speed / (1000.0 / 60.0), p->process_controller__speed_exponent);
     u = pow(held / 1.0e-3, alpha) + period * (p->process_controller__reference - measured) / (p->process_controller__time_constant * theta);
     if (u <= 0.0) return smallest;
-    if (log(u) / alpha > log(largest / 1.0e-3)) return largest;
+    if (own_log(u) / alpha > own_log(largest / 1.0e-3)) return largest;
     feed = 1.0e-3 * pow(u, 1.0 / alpha);
     return feed > largest ? largest : feed < smallest ? smallest : feed;
 }
@@ -291,9 +291,9 @@ int lathe(const Parameters *p, const double *path, int rows, const double *tacho
         /* cut, wear, roughness, dynamometer */
         Cut c = cut(p, &held, s);
         if (c.contact >= 0.5 && c.speed >= p->tool_wear__slowest_cutting_speed) {
-            double logarithm = log(p->tool_wear__taylor_constant / c.speed) / p->tool_wear__taylor_exponent;
+            double logarithm = own_log(p->tool_wear__taylor_constant / c.speed) / p->tool_wear__taylor_exponent;
             logarithm = logarithm > 60.0 ? 60.0 : logarithm < -60.0 ? -60.0 : logarithm;
-            used += period / (60.0 * exp(logarithm));
+            used += period / (60.0 * own_exp(logarithm));
         }
         double wear = p->tool_wear__wear_at_end_of_life * used, roughness = 0.0;
         held.wear_factor = 1.0 + p->tool_wear__force_growth * wear;

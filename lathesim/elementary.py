@@ -1,0 +1,125 @@
+"""exp, exp2, log, log2 and tanh from sums, products and one division: the same bits alone, in plain Python and in vectors.
+
+The functions of the mathematical library have no vectors of the same bits, and others on each system. Laws write ``math.exp``; the engine
+takes these in its place. The argument is reduced first, for exp to |r| <= ln 2 / 2, for log to a mantissa between sqrt(1/2) and sqrt(2):
+
+    exp(x) = 2^n (1 + r + r^2 q(r)),  n = round(x / ln 2),  r = x - n ln 2
+    log(x) = e ln 2 + f - (f^2/2 - s (f^2/2 + s^2 p(s^2))),  x = 2^e (1 + f),  s = f / (2 + f)
+    tanh(x) = x + x^3 t(x^2) below 0.55, else 1 - 2 / (exp(2 x) + 1)
+
+q, p and t are polynomials through the Chebyshev points of their intervals, computed with 50 digits. The results lie within 2 units in the
+last place; beyond the range of doubles they are 0 or infinite, a logarithm of a negative number is NaN. Source: J.-M. Muller, Elementary
+Functions (3rd ed.), chapters 3 and 11. Left out: numbers below 2.3e-308, which count as zero.
+"""
+
+from __future__ import annotations
+
+import math
+
+TO_WHOLE = 6755399441055744.0
+"""1.5 * 2^52: a sum with it has no places behind the point."""
+LOG2_E = 1.4426950408889634
+LN2, LN2_HIGH, LN2_LOW = 0.6931471805599453, 0.6931471806019545, -4.2009150726810846e-11
+"""ln 2, and as a sum whose first term has 32 bits: its products with the exponents of doubles are exact."""
+SMALLEST, ROOT_HALF = 2.2250738585072014e-308, 0.7071067811865476
+
+
+def two(power: float) -> float:
+    """Return 2^power for a whole power from -1022 to 1023; NaN for NaN. One instruction or two in machine code."""
+    return math.ldexp(1.0, int(power)) if power == power else power
+
+
+def exponent(number: float) -> float:
+    """Return e of number = m 2^e with m from 1/2 to 1. A few instructions on bits in machine code."""
+    return float(math.frexp(number)[1])
+
+
+def mantissa(number: float) -> float:
+    """Return m of number = m 2^e with m from 1/2 to 1. A few instructions on bits in machine code."""
+    return math.frexp(number)[0]
+
+
+def exp(x: float) -> float:
+    """Return e^x."""
+    if x > 709.782712893384:
+        return math.inf
+    if x < -708.0:
+        return 0.0
+    whole = (x * LOG2_E + TO_WHOLE) - TO_WHOLE
+    return raised((x - whole * LN2_HIGH) - whole * LN2_LOW, whole)
+
+
+def exp2(x: float) -> float:
+    """Return 2^x."""
+    if x >= 1024.0:
+        return math.inf
+    if x < -1021.0:
+        return 0.0
+    whole = (x + TO_WHOLE) - TO_WHOLE
+    return raised((x - whole) * LN2, whole)
+
+
+def raised(r: float, whole: float) -> float:
+    """Return 2^whole e^r, |r| <= 0.35; the sum is written for few steps one after the other."""
+    r2 = r * r
+    r4 = r2 * r2
+    low = (0.5000000000000001 + 0.16666666666666669 * r) + r2 * (0.04166666666662348 + 0.008333333333330011 * r)
+    middle = (0.0013888888917538296 + 0.00019841269863303223 * r) + r2 * (2.4801520792572694e-05 + 2.75572680728901e-06 * r)
+    high = 2.762032742826824e-07 + 2.5100569275813683e-08 * r
+    return two(whole - 1.0) * (2.0 * (1.0 + (r + r2 * (low + r4 * (middle + r4 * high)))))
+
+
+def log(x: float) -> float:
+    """Return the natural logarithm."""
+    if not x >= SMALLEST:
+        return -math.inf if x >= 0.0 else math.nan
+    if x == math.inf:
+        return x
+    m = mantissa(x)
+    e = exponent(x)
+    if m < ROOT_HALF:
+        m = m + m
+        e = e - 1.0
+    f = m - 1.0
+    half = 0.5 * f * f
+    return e * LN2_HIGH + (f - (half - (bent(f, half) + e * LN2_LOW)))
+
+
+def log2(x: float) -> float:
+    """Return the logarithm to the base 2."""
+    if not x >= SMALLEST:
+        return -math.inf if x >= 0.0 else math.nan
+    if x == math.inf:
+        return x
+    m = mantissa(x)
+    e = exponent(x)
+    if m < ROOT_HALF:
+        m = m + m
+        e = e - 1.0
+    f = m - 1.0
+    half = 0.5 * f * f
+    return e + (f - (half - bent(f, half))) * LOG2_E
+
+
+def bent(f: float, half: float) -> float:
+    """Return log(1 + f) - f + f^2/2 for f from -0.3 to 0.42; ``half`` is f^2/2."""
+    s = f / (2.0 + f)
+    z = s * s
+    z2 = z * z
+    low = (0.6666666666666666 + 0.4000000000000089 * z) + z2 * (0.28571428570795937 + 0.22222222393451754 * z)
+    high = (0.18181795454619543 + 0.15386249783145445 * z) + z2 * (0.13268503447787144 + 0.1308944373631696 * z)
+    return s * (half + z * (low + z2 * z2 * high))
+
+
+def tanh(x: float) -> float:
+    """Return the hyperbolic tangent."""
+    size = abs(x)
+    if size >= 0.55:
+        return math.copysign(1.0 - 2.0 / (exp(2.0 * size) + 1.0), x)
+    z = x * x
+    z2 = z * z
+    z4 = z2 * z2
+    low = (-0.3333333333333333 + 0.13333333333332703 * z) + z2 * (-0.053968253967420166 + 0.021869488493035 * z)
+    middle = (-0.008863234383252563 + 0.003592110186863712 * z) + z2 * (-0.0014556602980704406 + 0.000588928506703218 * z)
+    high = (-0.00023461235716657866 + 8.507647930447597e-05 * z) + z2 * -2.057731760812866e-05
+    return x + x * z * (low + z4 * (middle + z4 * high))
