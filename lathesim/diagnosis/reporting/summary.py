@@ -230,8 +230,9 @@ def _certainly_missing(diagnosis: Diagnosis, tried: int, method: Method) -> str:
 
 def _nothing_else(diagnosis: Diagnosis, tried: int) -> str:
     """Return that no effect predicts better than chance, or which one does and yet was left out."""
+    effects = sum(one.kind == "effect" for one in diagnosis.explanations)
     if not tried:
-        return ""
+        return f"None of {effects} effects promises more than chance, so none was fitted." if effects else ""
     rivals = [one for one in diagnosis.explanations if one.kind == "effect" and not one.kept and one.is_clear]
     if not rivals:
         return f"None of the {tried} effects that were tried predicts clearly better than chance would."

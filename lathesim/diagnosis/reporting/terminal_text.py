@@ -21,7 +21,7 @@ def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     lines = [*summary_lines(diagnosis, method), *_tables(diagnosis), *_possible_lines(diagnosis)]
     lines += _section("What is left:", what_is_left(diagnosis))
     lines += _section("What this recording cannot tell:", diagnosis.not_told)
-    lines += _section("About the recording:", diagnosis.findings)
+    lines += _section("About the recording:", [line for line in diagnosis.findings if line not in diagnosis.sentence])
     lines += _section("How firm the answer is:", stability_lines(diagnosis))
     if diagnosis.discovered:
         lines += ["", f"A formula for what is left: {diagnosis.discovered}"]

@@ -1,5 +1,6 @@
 """The six lines of an answer: what, where, how large, how sure, compared with what, what next; nothing that a channel contradicts."""
 
+import math
 import re
 from dataclasses import replace
 
@@ -130,6 +131,12 @@ def test_a_tie_names_its_rivals_and_what_would_tell() -> None:
 def test_a_close_decision_is_called_one() -> None:
     assert "close" in lines(replace(NAMED, stability=CLOSE))["Sure"]
     assert "close" not in lines(replace(NAMED, stability=FIRM))["Sure"]
+
+
+def test_effects_of_which_none_was_fitted_are_counted() -> None:
+    waiting = tuple(replace(one, gain=math.nan) for one in CLEAN.explanations)
+    assert lines(replace(CLEAN, explanations=waiting))["Sure"] == "None of 4 effects promises more than chance, so none was fitted."
+    assert "Sure" not in lines(replace(CLEAN, explanations=()))
 
 
 def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> None:
