@@ -10,17 +10,8 @@ SOLVES = {"cho_solve", "inv", "lsq_linear", "lstsq", "nnls", "pinv", "solve", "s
 """Functions that solve a linear system or a linear problem of least squares."""
 FITS = {"descend", "fit", "least_squares"}
 """Functions that descend: a loop around them is none of its own."""
-NO_DESCENTS = {
-    "diagnosis/discovery/sparse_regression._draft": "takes one term after the other into a linear model",
-    "diagnosis/explanations/flexible._grown": "takes one term after the other into a linear model",
-    "diagnosis/explanations/flexible._learned": "learns the colour of the noise in two turns",
-    "diagnosis/explanations/flexible._posterior": "sets the strengths of the terms of a linear model by its evidence",
-    "diagnosis/location/order_spectrum.lines_of": "takes one line after the other out of a signal",
-    "experiments/design/optimality.d_optimal": "multiplies the weights of a design",
-    "live/watching/changes/change_test._within": "looks for the values that stand at a bound of one linear problem",
-    "live/watching/courses/value_course._solved": "looks for the values that stand at a bound of one linear problem",
-}
-"""Loops that solve linear systems in turn and are no descent, with what they do."""
+SLOPES = ("slope", "jacobian", "derivative")
+"""Words for what a step is solved from: a loop without any of them chooses terms, weights or bounds of a linear problem."""
 
 
 def own_descents(root: Path) -> list[str]:
@@ -30,7 +21,7 @@ def own_descents(root: Path) -> list[str]:
         text, place = path.read_text(encoding="utf-8"), path.relative_to(root / "lathesim").with_suffix("").as_posix()
         if any(f"{name}(" in text for name in SOLVES):
             found += [f"{place}.{name}" for name in _descending(ast.parse(text))]
-    return [name for name in dict.fromkeys(found) if name not in NO_DESCENTS]
+    return list(dict.fromkeys(found))
 
 
 def _descending(tree: ast.Module) -> Iterator[str]:
@@ -39,8 +30,9 @@ def _descending(tree: ast.Module) -> Iterator[str]:
     for function in functions.values():
         for loop in ast.walk(function):
             if isinstance(loop, ast.For | ast.While) and _ends_early(loop) and _carried(loop):
-                calls = _calls(loop, functions)
-                if calls & SOLVES and not calls & FITS - {function.name}:
+                names = _reached(loop, functions)
+                sloped = any(word in name.lower() for name in names for word in SLOPES)
+                if sloped and names & SOLVES and not names & FITS - {function.name}:
                     yield function.name
 
 
@@ -48,17 +40,16 @@ def _ends_early(loop: ast.For | ast.While) -> bool:
     return isinstance(loop, ast.While) or any(isinstance(node, ast.Break) for node in ast.walk(loop))
 
 
-def _calls(loop: ast.AST, functions: dict[str, ast.FunctionDef]) -> set[str]:
-    """Return the names that are called in a loop, and in the functions of its module that it calls."""
+def _reached(loop: ast.AST, functions: dict[str, ast.FunctionDef]) -> set[str]:
+    """Return the names in a loop, and in the functions of its module that it calls."""
     found: set[str] = set()
     waiting: list[ast.AST] = [loop]
     while waiting:
         for node in ast.walk(waiting.pop()):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name | ast.Attribute):
-                name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
-                if name in functions and name not in found:
-                    waiting.append(functions[name])
-                found.add(name)
+            name = node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
+            if name in functions and name not in found:
+                waiting.append(functions[name])
+            found.add(name)
     return found
 
 
