@@ -82,7 +82,7 @@ def least_squares(question: Question, start: FloatArray, rounds: int, tell: Tell
         tell(turn, cost)
 
     problem, scored = question.problem, AsScored(question.score)
-    found = fit(problem, problem.free, start, weighting=scored, iterations=rounds, tolerance=_SAME, least=0.0, report=report)
+    found = fit(problem, problem.free, start, weighting=scored, iterations=rounds, tolerance=_SAME, least=0.0, bent=True, report=report)
     return Trained(found.values, found.cost, len(way), tuple(way))
 
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.noise.noise_model import NoiseModel
+
+if TYPE_CHECKING:  # a fit of a few values is made without the transforms of scipy, which take half a second to load
+    from lathesim.identification.noise.noise_model import NoiseModel
 
 _WITHIN = 30.0
 """Scales of a value within which it is, whatever a recording tells."""
