@@ -10,7 +10,10 @@ import sys
 import time
 import warnings
 
-from lathesim.diagnosis.explanations.of_recording import of_channel
+from lathesim.diagnosis.explanations.nearest import nearest_effects
+from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
+from lathesim.effects.effect import Effect
+from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
@@ -20,6 +23,8 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
 from tests.diagnosis.real.cases import Case
 from tests.diagnosis.real.recordings import cases
+
+HEADS = ("case", "channel: what is missing", "gain, nats", "held out", "it ...", "nearest, of the whole or a part", "CPU s")
 
 
 def experiments_of(case: Case) -> tuple[Experiment, Experiment]:
@@ -39,15 +44,20 @@ def rows_of(case: Case) -> list[str]:
     first, second = experiments_of(case)
     fitted = fit(first.sensed, [*baseline_free(first.machine), *first.start_states(first.sensed.plan)])
     judged = transferred(second, fitted, ())
-    found = []
-    for row, channel in enumerate(first.machine.compare):
-        begun = time.process_time()
-        missing, one = of_channel(first, fitted, second, judged, row)
-        spent = time.process_time() - begun
+    begun = time.process_time()
+    asked = of_channels(first, fitted, second, judged)
+    spent = (time.process_time() - begun) / len(asked)
+    effects = [one for one in load_registry(installed=False).effects.values() if issubclass(one, Effect)]
+    candidates = insert_candidates(first.machine.assembly, effects, first.machine.compare)[1]
+    conditions, found = conditions_of(first), []
+    for channel, (missing, one) in zip(first.machine.compare, asked, strict=True):
         terms = "; ".join(f"{part} ({part.gain:.0f})" for part in one.parts) or "nothing"
+        place = missing.at.partition(".")[0]
+        beside = [candidate for candidate in candidates if candidate.at.partition(".")[0] == place]
+        near = nearest_effects(one, beside, conditions, missing.shows)[:2]
         found.append(
             f"| {case.name} | {channel}: {missing.at} | {one.gain:.0f} +- {one.standard_error:.0f} | {one.before:.3g} -> {one.after:.3g} "
-            f"{missing.unit} | {terms} | {spent:.2f} |"
+            f"{missing.unit} | {terms} | {'; '.join(map(str, near)) or '-'} | {spent:.2f} |"
         )
     return found
 
@@ -55,10 +65,10 @@ def rows_of(case: Case) -> list[str]:
 def main(names: list[str]) -> None:
     """Print the table of the named cases, or of all."""
     warnings.simplefilter("ignore")
-    print("| case | channel: what is missing | gain, nats | held out | it ... | CPU s |\n|---|---|---|---|---|---|")
+    print(f"| {' | '.join(HEADS)} |\n|{'---|' * len(HEADS)}")
     for case in cases(every_lesson=bool(names)):
         if not names or case.name in names:
-            print(f"| {case.name} | truth: {case.truth} | | | | |", *rows_of(case), sep="\n", flush=True)
+            print(f"| {case.name} | truth: {case.truth} | | | | | |", *rows_of(case), sep="\n", flush=True)
 
 
 if __name__ == "__main__":

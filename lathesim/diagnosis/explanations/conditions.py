@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
+from scipy.signal import lfilter
 
 from lathesim.analysis.display_unit import display_unit
 from lathesim.engine.assembly import FloatArray
@@ -36,13 +37,15 @@ class Motion:
 class Conditions:
     """What a machine was doing at each sample: ``time`` since the start (samples,) [s], how its parts moved, ``others`` by name.
 
-    ``absorbed`` (number, samples) is what may be there anyway and is no finding: what small changes of the uncertain values do.
+    ``absorbed`` (number, samples) is what may be there anyway and is no finding: what a standard deviation of each uncertain value adds.
     """
 
     time: FloatArray
     motions: tuple[Motion, ...] = ()
     others: Mapping[str, FloatArray] = field(default_factory=dict)
     absorbed: FloatArray | None = None
+    rings: bool = False
+    """Whether what swings as a part accelerates is looked for: what hangs on it by a spring."""
 
     def motion(self, name: str) -> Motion:
         """Return the motion of a part."""
@@ -53,7 +56,7 @@ class Conditions:
         thin = slice(None, None, every)
         motions = tuple(Motion(one.name, one.unit, one.position[thin], one.velocity[thin], one.acceleration[thin]) for one in self.motions)
         absorbed = None if self.absorbed is None else self.absorbed[:, thin]
-        return Conditions(self.time[thin], motions, {name: values[thin] for name, values in self.others.items()}, absorbed)
+        return Conditions(self.time[thin], motions, {name: values[thin] for name, values in self.others.items()}, absorbed, self.rings)
 
 
 @dataclass(frozen=True)
@@ -77,11 +80,13 @@ class Wave:
 
 @dataclass(frozen=True)
 class Term:
-    """A function of a condition: ``on`` says which, ``of`` is the part that moves (empty where none does); or a ``wave``."""
+    """A function of a condition: ``on`` says which, ``of`` is the part that moves (empty where none does); or a ``wave``, or what
+    swings with a ``frequency`` [Hz] as the part accelerates."""
 
     on: str
     of: str = ""
     wave: Wave | None = None
+    frequency: float = 0.0
 
     def __str__(self) -> str:
         """Return what it is, after "it": "depends on sign of velocity of x_axis"."""
@@ -89,6 +94,8 @@ class Term:
         if self.wave is not None:
             turning = ", and changes its sign with the direction" if self.wave.turning else ""
             return f"is periodic in {self.on}{where}, {self.wave.often}{turning}"
+        if self.frequency:
+            return f"swings at about {self.frequency:.2g} Hz as {self.of} accelerates"
         on = self.on.removeprefix(PROPORTION)
         return f"depends on {on}{where}" if on == self.on else f"is in proportion to {on}{where}"
 
@@ -133,23 +140,28 @@ class Functions:
     time: _Range
     others: Mapping[str, _Range]
     motions: Mapping[str, _Usual]
+    frequencies: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, conditions: Conditions) -> Functions:
         """Take the ranges from the conditions of the estimation recording."""
         others = {name: _Range.of(values) for name, values in conditions.others.items()}
-        return cls(_Range.of(conditions.time), others, {one.name: _Usual.of(one) for one in conditions.motions})
+        frequencies = _frequencies(conditions.time) if conditions.rings else ()
+        return cls(_Range.of(conditions.time), others, {one.name: _Usual.of(one) for one in conditions.motions}, frequencies)
 
     @property
     def terms(self) -> list[Term]:
         """Return the terms that are no waves."""
         found = [Term("time")] + [Term(on) for name in self.others for on in (PROPORTION + name, name)]
+        found += [Term("acceleration", name, frequency=frequency) for name in self.motions for frequency in self.frequencies]
         return found + [Term(on, name) for name in self.motions for on in _OF_MOTION]
 
     def columns(self, conditions: Conditions, term: Term) -> FloatArray:
         """Return the columns of a term (samples, functions)."""
         if term.wave is not None:
             return self._wave(conditions, term.wave)
+        if term.frequency:
+            return _swing(conditions.motion(term.of).acceleration, term.frequency, float(conditions.time[1] - conditions.time[0]))
         if term.of:
             moved = _Moved(conditions.motion(term.of), self.motions[term.of], self.time.cosines(conditions.time, _Range.COARSE))
             return _OF_MOTION[term.on](moved)
@@ -185,6 +197,26 @@ class _Usual:
     def of(cls, motion: Motion) -> _Usual:
         fastest = float(np.quantile(np.abs(motion.velocity), 0.99)) or 1.0
         return cls(fastest, _Range.of(motion.position), _Range.of(_bent(motion.velocity, fastest)), _Range.of(motion.acceleration))
+
+
+def _frequencies(time: FloatArray, turns: float = 4.0, samples: float = 40.0, ratio: float = 1.5) -> tuple[float, ...]:
+    """Return frequencies [Hz], each a ``ratio`` above the one before, with so many ``turns`` in a recording and ``samples`` in a turn."""
+    slowest, fastest = turns / float(time[-1] - time[0]), 1.0 / (samples * float(time[1] - time[0]))
+    return tuple(float(one) for one in np.geomspace(slowest, fastest, max(2, round(math.log(fastest / slowest) / math.log(ratio)))))
+
+
+def _swing(acceleration: FloatArray, frequency: float, period: float, damping: float = 0.15) -> FloatArray:
+    """Return what hangs on a part by a spring: stretch and its rate (samples, 2), each as large as the acceleration [m/s^2].
+
+    z'' + 2 damping w z' + w^2 z = a, as it answers to impulses of the samples; a band of that damping is as wide as frequencies are apart.
+    """
+    own = 2.0 * math.pi * frequency
+    swung = own * math.sqrt(1.0 - damping**2)
+    decay, angle = math.exp(-damping * own * period), swung * period
+    below = [1.0, -2.0 * decay * math.cos(angle), decay**2]
+    stretch = lfilter([0.0, own * period * decay * math.sin(angle)], below, acceleration)
+    rate = lfilter([own * period, -own * period * decay * math.cos(angle)], below, acceleration)
+    return np.stack([stretch, rate], axis=1)
 
 
 def _bent(velocity: FloatArray, fastest: float) -> FloatArray:

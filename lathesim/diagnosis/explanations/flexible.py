@@ -58,6 +58,8 @@ class Flexible:
     refuted: tuple[Term, ...]
     functions: Functions
     amounts: tuple[FloatArray, ...]
+    absorbed: FloatArray
+    """How much of each of what is absorbed is there (number,), as multiples of what was given."""
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -93,5 +95,6 @@ def flexible(
     worth = asked.worth_of(terms, ())
     posterior = posterior_of(found.recording, terms)
     amounts = tuple(posterior.mean[posterior.places[term]] for term in terms)
+    absorbed = posterior.mean[1 : found.recording.beside.stop]
     refuted = tuple(term for term in found.posterior.terms if term not in terms)
-    return Flexible(worth.gain, worth.standard_error, asked.left(()), asked.left(terms), parts, refuted, functions, amounts)
+    return Flexible(worth.gain, worth.standard_error, asked.left(()), asked.left(terms), parts, refuted, functions, amounts, absorbed)

@@ -60,8 +60,12 @@ class HeldOut:
 
     def holding(self) -> list[Term]:
         """Return the terms that hold: each predicts the blocks better beside the others, and all of them leave less than there was."""
-        kept = max((self._taken_out(), self._put_in()), key=lambda terms: self.worth_of(terms, ()).gain)
-        before = self.left(())
+        found = [self._leaving_less(self._taken_out()), self._leaving_less(self._put_in())]
+        return max(found, key=lambda terms: self.worth_of(terms, ()).gain)
+
+    def _leaving_less(self, terms: Sequence[Term]) -> list[Term]:
+        """Return terms without those with which more would be left than there was."""
+        kept, before = list(terms), self.left(())
         while kept and self.left(kept) > before:
             kept.remove(min(kept, key=lambda term: self.left([one for one in kept if one is not term])))
         return kept

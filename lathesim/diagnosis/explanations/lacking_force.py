@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushed, _speaks_loudest, _telling
+from lathesim.component import Output, Parameter
+from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushed, _speaks_loudest, _telling, value_of
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
@@ -57,6 +58,9 @@ def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
         and np.any(responses[place, row])
         and _speaks_loudest(responses[place], row, floors, _telling(experiment, part))
     ]
+    at_once = _of_an_effort(experiment, fitted, name)
+    if at_once is not None:
+        return Lacking(*at_once[:2], residual / at_once[2], "force")
     if not moved or not experiment.sensed.noise_shapes(fitted.by_name)[row].differences:
         return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, _shown(experiment, name))
     place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
@@ -66,6 +70,24 @@ def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
     effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
     values = -(inertia or 1.0) * _flow_of(plan, state) * rate
     return Lacking(effort, plan.unit(effort) if inertia else f"{plan.unit(flow)}^2", values, "force")
+
+
+def _of_an_effort(experiment: Experiment, fitted: Fitted, channel: str) -> tuple[str, str, float] | None:
+    """Return the effort of a part that a channel of it tells at once, its unit, and by how much one unit of it shows, as in the current of
+    a motor that is led along a motion; none where it is no such channel."""
+    plan = experiment.sensed.plan
+    host, _, item = channel.partition(".")
+    component = plan.parts[host].component
+    effort = component.ports.get("effort", "")
+    if item not in component.declared(Output) or effort not in component.arguments[component.law_of(item)]:
+        return None
+    law = component.law_of(item)
+    values = {name: value_of(plan, host, name, fitted.by_name) for name in component.declared(Parameter)}
+    told = []
+    for force in (0.0, 1.0):
+        given = component.laws[law](*({**values, effort: force}.get(name, 0.0) for name in component.arguments[law]))
+        told.append(given[component.output_laws()[law].index(item)] if isinstance(given, tuple) else given)
+    return (f"{host}.{effort}", plan.unit(f"{host}.{effort}"), told[1] - told[0]) if told[1] != told[0] else None
 
 
 def _shown(experiment: Experiment, channel: str) -> str:
@@ -100,7 +122,7 @@ def _undoing(response: FloatArray, order: int) -> tuple[FloatArray, FloatArray, 
     return undoing, taps, float(np.linalg.norm(left[order + 1 :])) / max(float(np.linalg.norm(taps)), _TINY)
 
 
-def quiet_every(values: FloatArray, fewest: int = 2000, falls: float = 0.7) -> int:
+def quiet_every(values: FloatArray, fewest: int = 400, falls: float = 0.7) -> int:
     """Return over how many samples the mean of a force is to be taken for its noise to be no longer most of it: a sensor's noise, turned
     into a force, grows with the square of the frequency. The ``fewest`` means are left, and twice as many take less than ``falls`` off."""
     known, every = values[np.isfinite(values)], 1

@@ -91,7 +91,8 @@ def posterior_of(recording: Recording, terms: Sequence[Term]) -> Posterior:
         begin += width
     diagonal = np.maximum(np.diag(gram), _TINY)
     noise = max(power / number, _TINY)
-    precision = 1e-9 * diagonal / noise
+    precision = np.ones(len(index))
+    precision[0] = 1e-9 * diagonal[0] / noise
     for place in places.values():
         precision[place] = diagonal[place].mean() / number / noise
     for _ in range(Rules.iterations):
@@ -109,8 +110,7 @@ def posterior_of(recording: Recording, terms: Sequence[Term]) -> Posterior:
         if changed < Rules.settled:
             break
     _, log_determinant = np.linalg.slogdet(gram / noise + np.diag(precision))
-    strong = precision[recording.beside.stop :]
-    spent = float(mean[recording.beside.stop :] ** 2 @ strong - np.log(strong).sum())
+    spent = float(mean[1:] ** 2 @ precision[1:] - np.log(precision[1:]).sum())
     evidence = -0.5 * (number * math.log(2.0 * math.pi * noise) + left / noise + spent + log_determinant)
     return Posterior(tuple(terms), places, index, mean, np.asarray(covariance, dtype=np.float64), noise, evidence)
 

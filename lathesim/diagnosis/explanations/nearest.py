@@ -40,22 +40,30 @@ class Near:
     of_part: str
     start: FloatArray
 
+    def __str__(self) -> str:
+        """Return its name with place, likeness and starting values [SI]."""
+        values = zip(self.candidate.parameters, self.start, strict=True)
+        given = ", ".join(f"{name.partition('.')[2]} {value:.3g}" for name, value in values if value)
+        return f"{self.candidate.name} at {self.candidate.at}, {self.likeness:.0%} ({given})"
 
-def nearest_effects(
-    found: Flexible, candidates: Iterable[Candidate], conditions: Conditions, part: str, shows: str, samples: int = 600
-) -> list[Near]:
-    """Return the candidates at a moving ``part``, or at a sensor of it, by how near their form is to what was found, the nearest first.
 
-    What was found ``shows`` a "force" on the part, its "position" or its "velocity", or something else, which is near to nothing here. The
-    ``conditions`` are those of the estimation recording, thinned to about so many ``samples``.
+def nearest_effects(found: Flexible, candidates: Iterable[Candidate], conditions: Conditions, shows: str, samples: int = 600) -> list[Near]:
+    """Return the candidates by how near their form is to what was found, the nearest first: those at the part or the sensor it belongs to.
+
+    What was found ``shows`` a "force" on a part, its "position" or its "velocity", or something else, which is near to nothing here. The
+    motion is that of the first term, or the first one where no term has any. The ``conditions`` are those of the estimation recording,
+    thinned to about so many ``samples``.
     """
     thin = conditions.thinned(max(1, len(conditions.time) // samples))
-    motion, shapes = thin.motion(part), found.each(thin)
+    if not found.terms or not thin.motions:
+        return []
+    motion = thin.motion(next((term.of for term in found.terms if term.of), thin.motions[0].name))
+    shapes = found.each(thin)
     led = _Led(thin, motion, getattr(motion, shows) if shows in _READ else np.zeros(len(thin.time)))
     asked = [("", sum(shapes, np.zeros(len(thin.time))))] + [(str(one), shape) for one, shape in zip(found.terms, shapes, strict=True)]
     names, wanted = [name for name, _ in asked], np.stack([shape - shape.mean() for _, shape in asked])
     waves = [term.wave for term in found.terms if term.wave]
-    fitting = [candidate for candidate in candidates if shapes and _can_be_led(candidate.effect, shows)]
+    fitting = [candidate for candidate in candidates if _can_be_led(candidate.effect, shows)]
     near = [_nearest_form(led, candidate, names, wanted, waves) for candidate in fitting]
     return sorted((one for one in near if one is not None), key=lambda one: -one.likeness)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from lathesim.diagnosis.explanations.conditions import Conditions, Motion
 from lathesim.diagnosis.explanations.flexible import Flexible, flexible
 from lathesim.diagnosis.explanations.lacking_force import Lacking, lacking, quiet_every
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.records.fit import Fitted, Free
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
 
@@ -60,20 +61,51 @@ def _moved(experiment: Experiment) -> dict[str, FloatArray]:
     return {**experiment.doing, **recorded_motion(experiment.with_candidates, recorded)}
 
 
-def of_channel(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, row: int) -> tuple[Lacking, Flexible]:
-    """Return what is lacking behind a channel (a force where it shows a motion), and the flexible explanation of that."""
-    missing, other = lacking(experiment, fitted, row), lacking(validation, judged, row)
-    here, there = conditions_of(experiment), conditions_of(validation)
-    if missing.is_force and any(name.partition(".")[0] == missing.at.partition(".")[0] for name in experiment.machine.uncertain):
-        # an uncertain mass and viscous friction take these up
-        here, there = (_absorbing(one, missing.at.partition(".")[0]) for one in (here, there))
-    step = 0.0 if missing.is_force else _step(experiment, row) / math.sqrt(12.0)
-    return missing, flexible(here, missing.values, (there, other.values), step, quiet_every(missing.values) if missing.is_force else 1)
+def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> list[tuple[Lacking, Flexible]]:
+    """Return for each channel what is lacking behind it (a force where it shows a motion), and the flexible explanation of that.
+
+    What a wide range of the lesson's uncertain values would explain is no finding.
+    """
+    doubted = [one for one in fitted.free if one.name in experiment.machine.uncertain]
+    here, there = (_with_doubts(one, fit, doubted) for one, fit in ((experiment, fitted), (validation, judged)))
+    moved = conditions_of(experiment), conditions_of(validation)
+    found = []
+    for row in range(len(experiment.machine.compare)):
+        missing, *absorbed = (lacking(experiment, one, row) for one in here)
+        other, *also = (lacking(validation, one, row) for one in there)
+        step = 0.0 if missing.is_force else _step(experiment, row) / math.sqrt(12.0)
+        conditions, held_out = (
+            replace(given, absorbed=_absorbed(given, one, doubts), rings=missing.is_force)
+            for given, one, doubts in zip(moved, (missing, other), (absorbed, also), strict=True)
+        )
+        every = quiet_every(missing.values) if missing.is_force else 1
+        found.append((missing, flexible(conditions, missing.values, (held_out, other.values), step, every)))
+    return found
 
 
-def _absorbing(conditions: Conditions, part: str) -> Conditions:
-    motion = conditions.motion(part)
-    return replace(conditions, absorbed=np.stack([motion.velocity, motion.acceleration]))
+def _with_doubts(experiment: Experiment, fitted: Fitted, doubted: Sequence[Free], wide: float = 10.0, share: float = 0.01) -> list[Fitted]:
+    """Return a fit, and for each value that is ``doubted`` one whose residual is what ``wide`` standard deviations of it add, by a
+    difference of a ``share`` of one: what is hidden may have bent a value so far."""
+    names, rows = list(fitted.by_name), np.tile(list(fitted.by_name.values()), (len(doubted) + 1, 1))
+    for row, one in enumerate(doubted, start=1):
+        rows[row, names.index(one.name)] += share * one.uncertainty
+    first, *others = experiment.sensed.residuals(names, rows)
+    return [fitted, *(replace(fitted, residual=wide * (other - first) / share) for other in others)]
+
+
+def _absorbed(conditions: Conditions, missing: Lacking, doubts: Sequence[Lacking]) -> FloatArray | None:
+    """Return what doubts of values add (values, samples), 0 where nobody knows what is missing. To a force they add what goes with the
+    recorded velocity and acceleration: the simulated ones lack what is hidden too."""
+    if not doubts:
+        return None
+    known = np.isfinite(missing.values)
+    added = np.stack([np.where(known, one.values, 0.0) for one in doubts])
+    part = missing.at.partition(".")[0]
+    moving = [one for one in conditions.motions if one.name == part and missing.is_force]
+    if moving:
+        motion = np.stack([moving[0].velocity, moving[0].acceleration], axis=1)
+        added = (motion @ np.linalg.lstsq(motion[known], added[:, known].T, rcond=None)[0]).T
+    return np.asarray(added)
 
 
 def _step(experiment: Experiment, row: int) -> float:

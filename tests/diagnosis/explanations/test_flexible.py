@@ -89,7 +89,7 @@ def test_what_is_absorbed_is_no_finding_and_what_stands_beside_it_is():
     def hidden(conditions, recording):
         return np.sign(conditions.motions[0].velocity) + 100.0 * conditions.motions[0].velocity
 
-    here, there = (Conditions(one.time, one.motions, absorbed=one.motions[0].velocity[None]) for one in (moved(1), moved(2)))
+    here, there = (Conditions(one.time, one.motions, absorbed=100.0 * one.motions[0].velocity[None]) for one in (moved(1), moved(2)))
     only = flexible(here, 100.0 * here.motions[0].velocity + noise(1), (there, 100.0 * there.motions[0].velocity + noise(2)))
     assert only.gain < 10.0
     both = flexible(here, hidden(here, 0) + noise(1), (there, hidden(there, 1) + noise(2)))
@@ -123,3 +123,21 @@ def test_a_prediction_is_the_sum_of_its_parts():
     moving = np.abs(conditions.motions[0].velocity) > 0.005
     error = predicted - 2.0 * np.sign(conditions.motions[0].velocity)
     assert np.std(error[moving]) < 0.3
+
+
+def test_what_hangs_on_a_part_by_a_spring_is_told_by_its_frequency():
+    def swung(conditions, recording):
+        stretch = rate = 0.0
+        own, found = 2.0 * math.pi * 3.0, []
+        for push in conditions.motions[0].acceleration.tolist():
+            rate += (push - 2.0 * 0.05 * own * rate - own**2 * stretch) * _PERIOD
+            stretch += rate * _PERIOD
+            found.append(stretch)
+        return 2.0 * np.array(found) / np.std(found)
+
+    here, there = moved(1), moved(2)
+    swinging = [Conditions(one.time, one.motions, rings=True) for one in (here, there)]
+    found = flexible(swinging[0], swung(here, 0) + noise(1), (swinging[1], swung(there, 1) + noise(2)))
+    assert found.gain > 3.0 * found.standard_error
+    assert found.terms[0].frequency == pytest.approx(3.0, rel=0.3)
+    assert "swings at about" in str(found.terms[0])

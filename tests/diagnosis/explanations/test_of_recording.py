@@ -5,11 +5,17 @@ import math
 import numpy as np
 import pytest
 
+from lathesim.components.axes.led_axis import LedAxis
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every, undone
 from lathesim.diagnosis.explanations.nearest import nearest_effects
-from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channel
+from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
+from lathesim.engine.assembly import Assembly, Part
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.replay.experiment import Machine, build_experiments
+from lathesim.record import Channel, Record
 from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, pair
 
+REFERENCE, SPEED, CURRENT = "x_axis.reference", "x_axis.reference_velocity", "x_axis.current"
 DRY = Hidden(dry=8.0)
 SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
 RIPPLE = Hidden(law=lambda v, q, t: 6.0 * math.sin(2.0 * math.pi * q / 0.004 + 0.5))
@@ -17,13 +23,13 @@ RIPPLE = Hidden(law=lambda v, q, t: 6.0 * math.sin(2.0 * math.pi * q / 0.004 + 0
 
 def asked(hidden):
     (here, there), (fitted, judged) = pair(hidden), baselines(hidden)
-    return of_channel(here, fitted, there, judged, 0)
+    return of_channels(here, fitted, there, judged)[0]
 
 
 def nearest(hidden):
     missing, found = asked(hidden)
     experiment = pair(hidden)[0]
-    return nearest_effects(found, experiment.candidates, conditions_of(experiment), "x_axis", missing.shows)[0]
+    return nearest_effects(found, experiment.candidates, conditions_of(experiment), missing.shows)[0]
 
 
 def test_a_response_is_undone_whatever_the_residual_drifts_to():
@@ -80,3 +86,23 @@ def test_a_ripple_left_out_is_found_with_its_period_and_size():
     assert values["period"] == pytest.approx(0.004, rel=0.01)
     assert values["amplitude"] == pytest.approx(6.0, rel=0.3)
     assert values["share"] == 0.0
+
+
+def test_a_current_that_tells_a_force_at_once_is_taken_for_that_force():
+    component = LedAxis
+    parts = (Part("x_axis", component, {"mass": 2.0, "viscous": 10.0, "force_constant": 4.0}),)
+    time = np.arange(2000) * 5e-3
+    places = [0.1 * np.sin((2.0 + 0.3 * seed) * time) for seed in (0, 1)]
+    records = []
+    for seed, place in enumerate(places):
+        speed = np.gradient(place, time)
+        current = (10.0 * speed + 3.0 * np.sign(speed)) / 4.0 + 0.1 * np.random.default_rng(seed).standard_normal(len(time))
+        channels = {REFERENCE: ("m", place), SPEED: ("m/s", speed), CURRENT: ("A", current)}
+        records.append(Record(time, {name: Channel(name, *one) for name, one in channels.items()}, {"sample_period": 5e-3}))
+    led = Machine(Assembly(parts, (), 5e-3, 5e-3), (REFERENCE, SPEED), (CURRENT,), {}, {})
+    here, there = build_experiments(led, [("fit", records[0]), ("check", records[1])], ())
+    fitted, judged = (fit(one.sensed, []) for one in (here, there))
+    missing, found = of_channels(here, fitted, there, judged)[0]
+    assert (missing.at, missing.unit, missing.shows) == ("x_axis.disturbance", "N", "force")
+    assert found.terms[0].on in ("sign of velocity", "direction of the last motion")
+    assert found.parts[0].size == pytest.approx(3.0, rel=0.1)
