@@ -19,7 +19,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.design.scene import Scene
-from lathesim.identification.estimation.fit import Problem, Weighting, fit
+from lathesim.identification.estimation.fit import Problem, Weighting, fit, fit_linear
 from lathesim.identification.records.candidate import Candidate as Term
 from lathesim.identification.records.fit import Free
 
@@ -124,8 +124,6 @@ def _least(
 
     An uncertain value stays within six standard deviations: beyond, what the lesson says of it counts more than ``NESTED`` by itself.
     """
-    from scipy.optimize import lsq_linear
-
     count = len(steps)
     pull, offset = np.zeros((count, count)), np.zeros(count)
     low, high = np.full(count, -np.inf), np.full(count, np.inf)
@@ -139,10 +137,7 @@ def _least(
             low[number], high[number] = min(-_FURTHEST * width - off, -1e-9 * width), max(_FURTHEST * width - off, 1e-9 * width)
     stacked = np.vstack([slopes, pull])
     goal = np.concatenate([difference, offset])
-    shift = np.linalg.lstsq(stacked, goal, rcond=None)[0]
-    if np.any(shift < low) or np.any(shift > high):
-        orthogonal, triangle = np.linalg.qr(stacked)
-        shift = np.asarray(lsq_linear(triangle, orthogonal.T @ goal, (low, high), method="bvls").x)
+    shift = fit_linear(stacked, goal, low, high)
     return shift, _held_power(goal - stacked @ shift)
 
 

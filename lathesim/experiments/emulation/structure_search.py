@@ -18,6 +18,7 @@ from lathesim.experiments.emulation.only_noise import is_noise
 from lathesim.experiments.emulation.structure import Change
 from lathesim.experiments.emulation.wandering_clock import Wandering
 from lathesim.experiments.replica import Replica, given_values
+from lathesim.identification.estimation.fit import fit_linear
 
 _MOST_CHANGES = 8
 _TRIED = 3
@@ -222,18 +223,12 @@ def _scaled(change: Change, probe: FloatArray) -> FloatArray:
 
 def _refitted(base: Objective, slopes: FloatArray, start: FloatArray, residual: FloatArray) -> tuple[FloatArray, float]:
     """Return the shift of the base values that makes a deviation least, within their bounds, and what it leaves."""
-    from scipy.optimize import lsq_linear
-
     spread = np.array([item.spread for item in base.free])
     low, high = bounds(base.free)
     noise = float(np.sqrt(np.square(residual).mean())) / 3.0 + 1.0
     stacked = np.vstack([slopes / noise, np.diag(1.0 / spread)])
     goal = np.concatenate([-residual / noise, -start / spread])
-    shift = np.linalg.lstsq(stacked, goal, rcond=None)[0]
-    if np.any(start + shift < low) or np.any(start + shift > high):
-        gap = 1e-9
-        shift = np.asarray(
-            lsq_linear(stacked, goal, (np.minimum(low - start, -gap), np.maximum(high - start, gap)), method="bvls", max_iter=30).x
-        )
+    gap = 1e-9
+    shift = fit_linear(stacked, goal, np.minimum(low - start, -gap), np.maximum(high - start, gap))
     left = residual + slopes @ shift
     return shift, float(np.square(left).sum() + noise**2 * np.square((start + shift) / spread).sum())

@@ -192,6 +192,17 @@ def fit(
     return here
 
 
+def fit_linear(slopes: FloatArray, goal: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the values between two bounds with the least sum of squares of goal (numbers,) - slopes (numbers, values) times them."""
+    found = np.linalg.lstsq(slopes, goal, rcond=None)[0]
+    if np.any(found < low) or np.any(found > high):
+        from scipy.optimize import lsq_linear
+
+        orthogonal, triangle = np.linalg.qr(slopes)
+        found = lsq_linear(triangle, orthogonal.T @ goal, (low, high), method="bvls").x
+    return np.asarray(found)
+
+
 @dataclass(frozen=True, eq=False)
 class _Linearised:
     """A residual as straight lines of its values, in scales: its slopes as given and whitened (numbers, values), the normal matrix with

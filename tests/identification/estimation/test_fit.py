@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.fit import Fit, Problem, Weighting, fit
+from lathesim.identification.estimation.fit import Fit, Problem, Weighting, fit, fit_linear
 from lathesim.identification.records.fit import Free
 
 TIME = np.linspace(0.0, 3.0, 60)
@@ -116,3 +116,10 @@ def test_known_slopes_need_no_runs() -> None:
     assert isinstance(fit(problem, FREE[:1], np.array([0.0]), least=0.0), Fit)
     assert all(count <= 2 for count in decay.calls)
     assert decay.calls[0] == 1
+
+
+def test_a_linear_fit_keeps_its_bounds_and_is_the_best_there() -> None:
+    slopes, goal = np.column_stack([np.ones(60), TIME]), 1.0 + 2.0 * TIME
+    assert fit_linear(slopes, goal, np.full(2, -9.0), np.full(2, 9.0)) == pytest.approx([1.0, 2.0])
+    found = fit_linear(slopes, goal, np.full(2, -9.0), np.array([9.0, 1.5]))
+    assert found == pytest.approx([float(np.mean(goal - 1.5 * TIME)), 1.5])
