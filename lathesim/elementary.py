@@ -29,14 +29,9 @@ def two(power: float) -> float:
     return math.ldexp(1.0, int(power)) if power == power else power
 
 
-def exponent(number: float) -> float:
-    """Return e of number = m 2^e with m from 1/2 to 1. A few instructions on bits in machine code."""
-    return float(math.frexp(number)[1])
-
-
-def mantissa(number: float) -> float:
-    """Return m of number = m 2^e with m from 1/2 to 1. A few instructions on bits in machine code."""
-    return math.frexp(number)[0]
+def parts(number: float) -> tuple[float, float]:
+    """Return m and e of number = m 2^e with m from 1/2 to 1. A few instructions on bits in machine code."""
+    return math.frexp(number)
 
 
 def exp(x: float) -> float:
@@ -75,8 +70,7 @@ def log(x: float) -> float:
         return -math.inf if x >= 0.0 else math.nan
     if x == math.inf:
         return x
-    m = mantissa(x)
-    e = exponent(x)
+    m, e = parts(x)
     if m < ROOT_HALF:
         m = m + m
         e = e - 1.0
@@ -91,8 +85,7 @@ def log2(x: float) -> float:
         return -math.inf if x >= 0.0 else math.nan
     if x == math.inf:
         return x
-    m = mantissa(x)
-    e = exponent(x)
+    m, e = parts(x)
     if m < ROOT_HALF:
         m = m + m
         e = e - 1.0

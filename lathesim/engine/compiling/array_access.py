@@ -106,7 +106,18 @@ def _mantissa(builder: Any, number: Any, whole: Any, real: Any) -> Any:
     return builder.bitcast(builder.or_(bits, whole(0x3FE << 52)), real)
 
 
-BITS = {"elementary_two": _on_bits(_two), "elementary_exponent": _on_bits(_exponent), "elementary_mantissa": _on_bits(_mantissa)}
+two, exponent, mantissa = _on_bits(_two), _on_bits(_exponent), _on_bits(_mantissa)
+
+
+@numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
+def _parts(number: Any) -> Any:
+    return mantissa(number), exponent(number)
+
+
+_ACCESS = {"vector": vector, "matrix": matrix, "take": take, "put": put, "keep": put}
+GIVEN = {**_ACCESS, "choose": choose, "mantissa": mantissa, "exponent": exponent}
+"""What a compiled module takes in place of its own functions of these names."""
+BITS = {"elementary_two": two, "elementary_parts": _parts}
 """What stands for the functions of :mod:`lathesim.elementary` of these names; they are given positive normal numbers."""
 
 

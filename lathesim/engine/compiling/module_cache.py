@@ -110,12 +110,11 @@ def _compiled(fused: FusedModule) -> CompiledMachine:
     """Compile a module (no fast mathematics)."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-    from lathesim.engine.compiling.array_access import block_signature, choose, matrix, put, take, vector
+    from lathesim.engine.compiling.array_access import GIVEN, block_signature
     from lathesim.engine.compiling.block_compiler import BlockCompiler
 
     module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
-    given = {**compiled_laws(fused), "vector": vector, "matrix": matrix, "take": take, "put": put, "keep": put, "choose": choose}
-    for name, function in given.items():
+    for name, function in (compiled_laws(fused) | GIVEN).items():
         setattr(module, name, function)
     signature = block_signature()
     block = _compiler(pipeline_class=BlockCompiler)(module.run_block)

@@ -17,8 +17,9 @@ from lathesim.engine.fusing.law_text import source_line
 _VECTOR_MATH = frozenset({"sqrt", "fabs", "copysign", "floor", "ceil", "isnan", "isinf", "isfinite"})
 """Functions of ``math`` that are instructions of a processor, also for vectors."""
 _BUILT_IN = frozenset({"abs", "min", "max", "float", "int", "bool", "choose"})
-_BITS = frozenset({"elementary_two", "elementary_exponent", "elementary_mantissa"})
-"""Functions of :mod:`lathesim.elementary` that are a few instructions."""
+_BITS = frozenset({"elementary_two", "mantissa", "exponent"})
+"""Functions on the bits of a number that are a few instructions."""
+_PARTS = "def elementary_parts(number):\n    return mantissa(number), exponent(number)"
 
 Pair = tuple[str, ast.expr]
 """A variable and its value."""
@@ -27,11 +28,8 @@ Pair = tuple[str, ast.expr]
 def refusal(function: Callable[..., Any]) -> str:
     """Return ``file:line: text`` of what keeps a law from being written for lanes, empty where nothing does."""
     library = LawLibrary()
-    functions: dict[str, ast.FunctionDef] = {}
     name = library.add(function, "law")
-    for item in ast.parse("\n".join(library.blocks)).body:
-        if isinstance(item, ast.FunctionDef):
-            functions[item.name] = item
+    functions = functions_of("\n".join(library.blocks))
     law = functions[name]
     arguments = [argument.arg for argument in law.args.args]
     targets = [f"target_{place}" for place in range(_returned(law, functions))]
@@ -40,6 +38,11 @@ def refusal(function: Callable[..., Any]) -> str:
     except NotInPlaceError as error:
         return source_line(library.function(error.law or name), error.line)
     return ""
+
+
+def functions_of(text: str) -> dict[str, ast.FunctionDef]:
+    """Return the functions of a text by name."""
+    return {item.name: item for item in ast.parse(text).body if isinstance(item, ast.FunctionDef)}
 
 
 def _returned(law: ast.FunctionDef, functions: Mapping[str, ast.FunctionDef]) -> int:
@@ -73,7 +76,7 @@ class Flattener:
     """Flattens statements one after the other; ``known`` are the variables that have a value, ``bools`` those that hold a truth value."""
 
     def __init__(self, functions: Mapping[str, ast.FunctionDef], known: Iterable[str], bools: Iterable[str]) -> None:
-        self.functions = functions
+        self.functions = {**functions, **functions_of(_PARTS)}
         self.known = set(known)
         self.bools = set(bools)
         self.count = 0

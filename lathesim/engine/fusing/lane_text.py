@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name
-from lathesim.engine.fusing.lane_flat import Flattener, calls
+from lathesim.engine.fusing.lane_flat import Flattener, calls, functions_of
 from lathesim.engine.fusing.law_in_place import NotInPlaceError, read_names, stored_names
 from lathesim.engine.wiring import Plan
 
@@ -118,8 +118,7 @@ class _LaneWriter:
         self.setup = [f"{name} = {text.format('')}" for name, text in self.arrays.items() if name not in self.varying]
         self.setup += [f"{part.name}__sample_period = period * {part.every}.0" for part in plan.parts.values() if part.every > 1]
         self.setup += plan.tableau.lines()
-        functions = {item.name: item for item in ast.parse("\n".join(self.laws.blocks)).body if isinstance(item, ast.FunctionDef)}
-        self.flattener = Flattener(functions, [*self.kept, *mixed], mixed)
+        self.flattener = Flattener(functions_of("\n".join(self.laws.blocks)), [*self.kept, *mixed], mixed)
         ops: list[_Op] = [_Block("for sample in range(count):", self._ops(ast.parse("\n".join(lines)).body))]
         self._spread([op for op in _every(ops) if isinstance(op, _Loop)])
         self.ops = _merged(self._settled(ops))
