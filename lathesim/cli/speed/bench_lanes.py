@@ -208,7 +208,7 @@ def _replicates() -> Work:
 def _against_c(rounds: int) -> LaneFigure:
     """Return the batch over C with as many lanes, which must have the same bits."""
     plan = servo_plan()
-    work, in_c = batch_work("", 0.0, plan, samples_of(plan), VARIED), servo_in_c(plan, LANES)
+    work, in_c = batch_work("", 0.0, plan, samples_of(plan), VARIED, 16 * LANES), servo_in_c(plan, LANES)
     _make_ready(work.run, work.values)
     ours = Batch(plan, samples_of(plan), threads=1).run(VARIED, work.values[:LANES])
     if not all(np.array_equal(one, other.T) for one, other in zip(ours, in_c(work.values[:LANES]), strict=True)):
