@@ -46,11 +46,11 @@ def rows_of(case: Case) -> list[str]:
     judged = transferred(second, fitted, ())
     begun = time.process_time()
     asked = of_channels(first, fitted, second, judged)
-    spent = (time.process_time() - begun) / len(asked)
+    spent = (time.process_time() - begun) / max(len(asked), 1)
     effects = [one for one in load_registry(installed=False).effects.values() if issubclass(one, Effect)]
     candidates = insert_candidates(first.machine.assembly, effects, first.machine.compare)[1]
     conditions, found = conditions_of(first), []
-    for channel, (missing, one) in zip(first.machine.compare, asked, strict=True):
+    for channel, (missing, one) in asked.items():
         terms = "; ".join(f"{part} ({part.gain:.0f})" for part in one.parts) or "nothing"
         place = missing.at.partition(".")[0]
         beside = [candidate for candidate in candidates if candidate.at.partition(".")[0] == place]

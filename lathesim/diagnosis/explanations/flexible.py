@@ -52,6 +52,8 @@ class Flexible:
 
     gain: float
     standard_error: float
+    without_lines: float
+    """The gain without lines over time, which a loop that swings by itself makes: that is no function of what a machine does [nats]."""
     before: float
     after: float
     parts: tuple[Part, ...]
@@ -93,8 +95,11 @@ def flexible(
     parts = tuple(Part(term, worth.gain, worth.standard_error, found.size_of(term, kept)) for term, worth in asked.ranked(kept))
     terms = [part.term for part in parts]
     worth = asked.worth_of(terms, ())
+    steady = asked.worth_of([term for term in terms if term.on != "time" or not term.wave], ())
     posterior = posterior_of(found.recording, terms)
     amounts = tuple(posterior.mean[posterior.places[term]] for term in terms)
     absorbed = posterior.mean[1 : found.recording.beside.stop]
     refuted = tuple(term for term in found.posterior.terms if term not in terms)
-    return Flexible(worth.gain, worth.standard_error, asked.left(()), asked.left(terms), parts, refuted, functions, amounts, absorbed)
+    return Flexible(
+        worth.gain, worth.standard_error, steady.gain, asked.left(()), asked.left(terms), parts, refuted, functions, amounts, absorbed
+    )

@@ -13,6 +13,7 @@ from lathesim.diagnosis.explanations.conditions import Conditions, Motion
 from lathesim.diagnosis.explanations.flexible import Flexible, flexible
 from lathesim.diagnosis.explanations.lacking_force import Lacking, lacking, quiet_every
 from lathesim.engine.assembly import FloatArray
+from lathesim.identification.machine.roles import decides
 from lathesim.identification.records.fit import Fitted, Free
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
@@ -61,16 +62,21 @@ def _moved(experiment: Experiment) -> dict[str, FloatArray]:
     return {**experiment.doing, **recorded_motion(experiment.with_candidates, recorded)}
 
 
-def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> list[tuple[Lacking, Flexible]]:
-    """Return for each channel what is lacking behind it (a force where it shows a motion), and the flexible explanation of that.
+def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> dict[str, tuple[Lacking, Flexible]]:
+    """Return by channel what is lacking behind it (a force where it shows a motion), and the flexible explanation of that.
+
+    Commands of controllers are left out: they follow a law exactly.
 
     What a wide range of the lesson's uncertain values would explain is no finding.
     """
     doubted = [one for one in fitted.free if one.name in experiment.machine.uncertain]
     here, there = (_with_doubts(one, fit, doubted) for one, fit in ((experiment, fitted), (validation, judged)))
     moved = conditions_of(experiment), conditions_of(validation)
-    found = []
-    for row in range(len(experiment.machine.compare)):
+    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
+    found = {}
+    for row, channel in enumerate(experiment.machine.compare):
+        if decides(parts[channel.partition(".")[0]]):
+            continue
         missing, *absorbed = (lacking(experiment, one, row) for one in here)
         other, *also = (lacking(validation, one, row) for one in there)
         step = 0.0 if missing.is_force else _step(experiment, row) / math.sqrt(12.0)
@@ -79,7 +85,7 @@ def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, 
             for given, one, doubts in zip(moved, (missing, other), (absorbed, also), strict=True)
         )
         every = quiet_every(missing.values) if missing.is_force else 1
-        found.append((missing, flexible(conditions, missing.values, (held_out, other.values), step, every)))
+        found[channel] = (missing, flexible(conditions, missing.values, (held_out, other.values), step, every))
     return found
 
 

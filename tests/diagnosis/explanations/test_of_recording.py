@@ -23,7 +23,7 @@ RIPPLE = Hidden(law=lambda v, q, t: 6.0 * math.sin(2.0 * math.pi * q / 0.004 + 0
 
 def asked(hidden):
     (here, there), (fitted, judged) = pair(hidden), baselines(hidden)
-    return of_channels(here, fitted, there, judged)[0]
+    return of_channels(here, fitted, there, judged)[POSITION]
 
 
 def nearest(hidden):
@@ -102,7 +102,7 @@ def test_a_current_that_tells_a_force_at_once_is_taken_for_that_force():
     led = Machine(Assembly(parts, (), 5e-3, 5e-3), (REFERENCE, SPEED), (CURRENT,), {}, {})
     here, there = build_experiments(led, [("fit", records[0]), ("check", records[1])], ())
     fitted, judged = (fit(one.sensed, []) for one in (here, there))
-    missing, found = of_channels(here, fitted, there, judged)[0]
+    missing, found = of_channels(here, fitted, there, judged)[CURRENT]
     assert (missing.at, missing.unit, missing.shows) == ("x_axis.disturbance", "N", "force")
     assert found.terms[0].on in ("sign of velocity", "direction of the last motion")
     assert found.parts[0].size == pytest.approx(3.0, rel=0.1)
