@@ -27,7 +27,8 @@ _A_TASK = SIDE_BY_SIDE
 def run_here(members: Members, jobs: Sequence[Job], threads: int = 0) -> Iterator[Member]:
     """Return the runs as they end, made in groups on all cores (the compiled loop lets other threads work).
 
-    The groups get smaller towards the end, so that all cores are busy until then. A stop waits for what each core is just computing.
+    The groups get smaller towards the end, so that all cores are busy until then. A stop waits for the runs that
+    each core is just computing, and for the compiler where lanes are being compiled.
     """
     workers = threads or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else threads or os.cpu_count() or 1
     together = SIDE_BY_SIDE * members.bytes_a_run
