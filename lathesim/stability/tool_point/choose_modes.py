@@ -81,8 +81,8 @@ def find_modes(response: FrequencyResponse, count: int | None = None) -> FoundMo
         if start is None and count is None:
             raise RecordingError("no mode stands out of the noise.", remedy="Tap again, harder or with a softer tip.")
         model = _fitted(response, len(start.omega) if start is not None else count or 1, start)
-        while phantoms := model.phantoms(response.frequency):
-            left = model.without(phantoms)
+        while out := model.phantoms(response.frequency) or _beyond_given(model, response, count):
+            left = model.without(out)
             if not left.inside(response.frequency).any():
                 raise RecordingError("no mode stands out of the noise.", remedy="Tap again, harder or with a softer tip.")
             model = _fitted(response, len(left.omega), left)
@@ -100,6 +100,19 @@ def find_modes(response: FrequencyResponse, count: int | None = None) -> FoundMo
         text,
         held,
     )
+
+
+def _beyond_given(model: ModalModel, response: FrequencyResponse, count: int | None) -> list[int]:
+    """Return the weakest modes within the band beyond the number that is given: a pole from outside may have come in by the last fit."""
+    inside = np.flatnonzero(model.inside(response.frequency))
+    if count is None or len(inside) <= count:
+        return []
+    return sorted(inside[np.argsort(_strength(model)[inside])][: len(inside) - count].tolist())
+
+
+def _strength(model: ModalModel) -> FloatArray:
+    """Return the height of each mode's peak over the same constant, (modes,)."""
+    return np.asarray(np.abs(model.residue) / (model.damping * model.omega**2))
 
 
 def _fitted(response: FrequencyResponse, count: int, start: ModalModel | None) -> ModalModel:
@@ -225,9 +238,8 @@ class _Search:
 
 def _needless(model: ModalModel) -> list[int]:
     """Return the modes that may be needless: the weakest two, and one of the two closest to each other."""
-    strength = np.abs(model.residue) / (model.damping * model.omega**2)
     gaps = np.diff(model.omega) / model.omega[1:]
-    return list(dict.fromkeys([*np.argsort(strength)[:2].tolist(), int(np.argmin(gaps)) + 1]))
+    return list(dict.fromkeys([*np.argsort(_strength(model))[:2].tolist(), int(np.argmin(gaps)) + 1]))
 
 
 def _is_better(before: FloatArray, after: FloatArray, folds: list[_Fold]) -> bool:
