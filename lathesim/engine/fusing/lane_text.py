@@ -14,6 +14,7 @@ the samples that each lane was advanced until it finished; ``discrete`` holds th
 from __future__ import annotations
 
 import ast
+import copy
 import hashlib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -21,12 +22,15 @@ from dataclasses import dataclass, field
 
 from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name
 from lathesim.engine.fusing.lane_flat import Flattener, calls, functions_of
-from lathesim.engine.fusing.law_in_place import NotInPlaceError, read_names, stored_names
+from lathesim.engine.fusing.law_in_place import NotInPlaceError, Renamed, read_names, stored_names
 from lathesim.engine.wiring import Plan
 
 LANES = 16
 """Runs side by side: two vectors of AVX-512; with fewer the compiler unrolls the loop instead of making vectors."""
 
+_STAGES = "for weight, reach in stages:"
+_SHORT = 32
+"""Statements up to which the stages of a step stand in the text one after the other; with more there are too few registers."""
 _HEAD = """import math
 
 def choose(test, one, other):
@@ -117,7 +121,9 @@ class _LaneWriter:
         self.varying = {*map(flat_name, varied), *(f"{flat_name(name)}__noise" for name in varied), *map(flat_name, plan.memories), *mixed}
         self.setup = [f"{name} = {text.format('')}" for name, text in self.arrays.items() if name not in self.varying]
         self.setup += [f"{part.name}__sample_period = period * {part.every}.0" for part in plan.parts.values() if part.every > 1]
+        self.stages = plan.tableau.stages
         self.setup += plan.tableau.lines()
+        self.setup.append(f"{', '.join(f'(weight_{place}, reach_{place})' for place, _ in enumerate(self.stages))}, = stages")
         self.flattener = Flattener(functions_of("\n".join(self.laws.blocks)), [*self.kept, *mixed], mixed)
         ops: list[_Op] = [_Block("for sample in range(count):", self._ops(ast.parse("\n".join(lines)).body))]
         self._spread([op for op in _every(ops) if isinstance(op, _Loop)])
@@ -160,10 +166,19 @@ class _LaneWriter:
         for op in ops:
             if isinstance(op, _Block):
                 held, body = self._held(self._settled(op.body), op.head) if op.head.startswith("for") else ([], self._settled(op.body))
-                made += [*held, _Block(op.head, _merged(body))]
+                is_short = len(body) <= _SHORT and all(isinstance(item, _Loop) and item.kind == "vectors" for item in body)
+                made += [*held, *(self._unrolled(body) if is_short and op.head == _STAGES else [_Block(op.head, _merged(body))])]
             else:
                 made.append(op)
         return made
+
+    def _unrolled(self, body: list[_Op]) -> Iterator[_Op]:
+        """Yield the stages of a step one after the other, to stand in one loop over the lanes whose numbers stay in registers."""
+        for place, _ in enumerate(self.stages):
+            names = Renamed({"weight": f"weight_{place}", "reach": f"reach_{place}"})
+            for op in body:
+                assert isinstance(op, _Loop)
+                yield _Loop([names.visit(copy.deepcopy(statement)) for statement in op.statements], op.kind)
 
     def _held(self, ops: list[_Op], head: str) -> tuple[list[_Op], list[_Op]]:
         changing = Counter(stored_names(ast.parse(f"{head} pass")))
