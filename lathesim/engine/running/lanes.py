@@ -25,6 +25,8 @@ WORTH_A_LOOK = 0.3
 """Seconds of runs one by one before a text is written for lanes, which takes up to that long itself."""
 _CAUTION = 2.0
 """``compile_time`` is for people, who wait gladly less than they expect; of five lessons it was 1.8 to 2.3 times what their lanes took."""
+_NOT_WORTH = 1.5
+"""How many times longer than one by one runs may take before lanes are given up: the time of one run says little on a busy machine."""
 Timing = tuple[float, float, int]
 """Sample period [s], step [s], steps a sample."""
 
@@ -68,7 +70,7 @@ class Choice:
     def spend(self, seconds: float, runs: int, side_by_side: bool) -> None:
         """Count the time of runs; go back to one by one where lanes took longer, as where most laws are loops."""
         if side_by_side:
-            self._spent.refused |= 0.0 < self._spent.last < seconds / runs
+            self._spent.refused |= 0.0 < _NOT_WORTH * self._spent.last < seconds / runs
         else:
             self._spent.total, self._spent.last = self._spent.total + seconds, seconds
 
