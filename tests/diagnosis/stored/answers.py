@@ -24,8 +24,8 @@ REAL = {"emps": ("emps.yaml", "emps/DATA_EMPS.mat"), "hsm150": ("hsm150.yaml", "
 QUICK = ("suite 11", "suite 170", "table 1")
 """Cases that are asked in every run of the tests."""
 NAMES = (*(f"suite {number}" for number in SUITE), *(f"table {seed}" for seed in TABLES), *REAL)
-OF_A_RUN = {"wall_time_s", "report"}
-"""Keys that say something of a run and nothing of the answer."""
+OF_A_RUN = {"wall_time_s", "report", "sentence", "summary"}
+"""Keys that say something of a run and nothing of the answer, or say the rest of it in words."""
 
 
 def stored() -> dict[str, Any]:
