@@ -4,9 +4,9 @@
 2. ``preparation.py`` and ``recording_checks/``: is a recording at fault? (exchanged channels, mistaken unit, sample clock, clipping, ...)
 3. ``location/``: what is missing, where it acts, what it depends on (missing force, operating conditions, narrow bands, ...)
 4. ``candidates/``: which effects may be tried, and from which values.
-5. ``selection/``: the search; ``acceptance.py`` says when an effect is accepted, ``moves/`` what is tried with an accepted one.
-6. ``pruning.py``: effects whose size may be nothing are dropped.
-7. ``verdict/``: tests of what is left, ties, and ``decision.py``, the rules of the verdict.
+5. ``explaining/``: the search; ``density.py`` is the one measure, ``chance.py`` and ``resolution.py`` say when a model is better.
+6. ``explanations/``: the flexible explanation of what is left.
+7. ``verdict/``: doubts, ties, and ``decision.py``, which draws the verdict from what predicts best.
 8. ``discovery/``: a formula where no effect explains what is missing.
 9. ``answer.py`` and ``reporting/``: the words, figures and page of the answer; ``comparison/``: the engine of ``lathesim compare``.
 

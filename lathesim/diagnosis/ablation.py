@@ -2,10 +2,10 @@
 
     replay     the effects are fitted in the lesson's own simulation, where a controller hides a fault in its command
     baseline   the uncertain values stay as given, so that an effect has to repair what is only a wrong mass
-    null       the residual is taken for white noise, and an effect is believed as soon as its gain in likelihood is above the Bayesian
-               penalty, (k/2) ln n, of its k parameters and the n recorded values; what forces that nobody modelled do to the channels,
-               the null maximum, and whether the effect is large enough to matter, is not asked
-    validation   the recording that was fitted is its own judge
+    null       the residual is taken for white noise, and the due of an explanation is the Bayesian penalty, (k/2) ln n, of its k parameters
+               and the n recorded values; whether a size is met on machines, and whether an effect or other values explain enough of
+               the error, is not asked; a gain still has to exceed 3 standard errors
+    held-out   the recording that was fitted is its own judge
 
 Source of the penalty: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6 (1978).
 """
@@ -23,7 +23,7 @@ from lathesim.recordings.finding import Finding
 LEFT_OUT = {
     "replay": "effects were fitted in the lesson's own simulation, not by replaying what was recorded",
     "baseline": "the uncertain values stayed as the lesson gives them",
-    "null": "the residual was taken for white noise, and every effect believed whose gain is above the Bayesian penalty",
+    "null": "the residual was taken for white noise, and an effect had to gain no more than the Bayesian penalty and 3 standard errors",
     "held-out": "the recording that was fitted judged itself",
 }
 """The steps that may be left out, and what an answer without them says of itself."""
@@ -52,6 +52,5 @@ def _on_penalty_alone(method: Method, numbers: int) -> Method:
     """Return settings with which the gain in likelihood on ``numbers`` values decides alone."""
     nothing = -math.inf
     return replace(
-        method, margin=0.0, per_parameter=0.5 * math.log(numbers), against_null_maximum=False, smallest_move=nothing,
-        share_of_all=nothing, share_of_rest=nothing, despite_degradation=True, largest_size=math.inf,
+        method, margin=0.0, per_parameter=0.5 * math.log(numbers), share_of_all=nothing, share_of_rest=nothing, largest_size=math.inf,
     )  # fmt: skip

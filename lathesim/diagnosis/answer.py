@@ -8,15 +8,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.discovery.generated_plugin import plugin_text
 from lathesim.diagnosis.discovery.sparse_regression import discover
+from lathesim.diagnosis.explaining.chance import due, is_clear
+from lathesim.diagnosis.explaining.density import gain
+from lathesim.diagnosis.explaining.search import Found
+from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
 from lathesim.diagnosis.location.operating_conditions import resting
 from lathesim.diagnosis.location.spindle_orders import told, turn_lines
-from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import Prepared, as_measured, other_laws
 from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
+from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw
+from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
+from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import (
     NAMING,
     TOO_SLOW,
@@ -27,32 +35,26 @@ from lathesim.diagnosis.records.diagnosis import (
     FoundEffect,
     Interval,
     Location,
-    PossibleEffect,
     Verdict,
+    listed,
     no_surer_than,
 )
 from lathesim.diagnosis.records.discovered import Discovered
-from lathesim.diagnosis.records.residual_test import Criterion, all_of, held
+from lathesim.diagnosis.records.ranked_effect import RankedEffect
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
-from lathesim.diagnosis.reporting.evidence import gather, located, strongest_variables
+from lathesim.diagnosis.reporting.evidence import gather, located
 from lathesim.diagnosis.reporting.explanations import explanations_of
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
-from lathesim.diagnosis.reporting.remarks import implausible_values, not_determined, not_shown, still_missing, unseen_forms, value_instead
-from lathesim.diagnosis.selection.laboratory import Laboratory, judged_score
-from lathesim.diagnosis.verdict.adequacy import Adequacy, adequacy
+from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.verdict.deciding_channel import deciding_channel
-from lathesim.diagnosis.verdict.decision import CLOSEST, decide, sentence_of
-from lathesim.diagnosis.verdict.further_effects import Possible, further_effects
-from lathesim.diagnosis.verdict.grounds import gathered
-from lathesim.diagnosis.verdict.ranking import RankedEffect, rank_effects, removed_share
-from lathesim.diagnosis.verdict.stability import stability
+from lathesim.diagnosis.verdict.decision import decided, sentence_of, shortfall_of
+from lathesim.diagnosis.verdict.doubt import Doubt, doubts
+from lathesim.diagnosis.verdict.ranking import ranked, removed_share
 from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
     Estimate,
     Estimates,
-    estimates,
-    with_error_of_form,
 )
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import Progress
@@ -72,7 +74,8 @@ class _Outcome:
     own: Compared
     evidence: Evidence
     baseline: dict[str, BaselineValue]
-    judged: Adequacy
+    doubts: tuple[Doubt, ...]
+    laws: tuple[AnotherLaw, ...]
     names: bool
     """Whether the verdict names effects."""
 
@@ -81,58 +84,56 @@ class _Outcome:
         """The numbers that decide."""
         return self.prepared.question.method
 
+    @property
+    def adequate(self) -> bool:
+        """Whether nothing is left that could be predicted."""
+        return not any(doubt.clear for doubt in self.doubts) and not self.laws
 
-def describe(
-    prepared: Prepared,
-    found: SearchResult,
-    values: Estimates,
-    counts: Sequence[tuple[Candidate, Estimate]],
-    progress: Progress,
-) -> Diagnosis:
-    """Return the answer: effects ranked, what is left tested, the verdict decided, and all of it in words."""
-    question, (experiment, validation), method = prepared.question, prepared.experiments, prepared.question.method
-    progress("simulating the lesson before and after")
-    moved = _values_moved(experiment, found, as_measured(experiment, found).by_name, method=method)
+
+def describe(study: Study, prepared: Prepared, explained: Found, found: SearchResult, values: Estimates) -> Diagnosis:
+    """Return the answer: effects ranked, what is left put to the flexible explanation, the verdict, and all of it in words."""
+    question, (experiment, validation), method = prepared.question, prepared.experiments, study.method
+    study.progress("simulating the lesson before and after")
+    moved = _values_moved(study, found, as_measured(experiment, found).by_name)
     before = found.baseline.validation_fit if found.model.candidates else as_measured(validation, found)
     reported_fit = on_validation(validation, found, values.values())
     own = _own_simulation(validation, found, before, reported_fit)
     evidence = gather(experiment, validation, found, own, method=method)
-    ranked = _ranked(experiment, found, counts, method)
-    taken = removed_share(validation, before, reported_fit, method=method)
-    baseline, laws = _baseline(experiment, found, values), other_laws(question, found, experiment, validation)
-    judged = adequacy(experiment, validation, found, evidence, own, baseline, taken, laws, values, method=method)
-    sure = with_error_of_form(values, found.model.candidates, judged.form_left) if judged.form_left else values
-    further = _further_effects(prepared, found)
-    grounds = gathered(found, ranked, judged, moved, sure, bool(further), method)
-    rule = decide(grounds)
-    outcome = _Outcome(prepared, found, own, evidence, baseline, judged, rule.verdict in NAMING)
-    effects = _effects(outcome, ranked, replace(sure, by_name={**sure.by_name, **_read(counts)}), taken)
-    formula, possible = _formula(outcome, progress), _possible(outcome, further, rule.verdict)
+    counts = coarse_counts(prepared.experiments, found.model.candidates, method=method)
+    effects_found = _ranked(study, explained, counts)
+    taken = removed_share(validation, before, reported_fit)
+    study.progress("asking whether what is left could be predicted")
+    doubted = doubts(study, found.model)
+    laws = other_laws(question, found, experiment, validation)
+    tied = bool(effects_found and effects_found[0].tied)
+    differ = moved or bool(found.values_off)
+    rule = decided(bool(effects_found), doubted, tied=tied, values_differ=differ, another_law=bool(laws))
+    outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), rule.verdict in NAMING)
+    effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **_read(counts)}), taken)
+    location = _location(outcome, effects, [candidate for candidate, _ in counts])
+    formula = _formula(outcome, rule.verdict, study.progress)
     return Diagnosis(
         verdict=rule.verdict,
-        sentence=sentence_of(rule, effects, found.values_off, found.jointly_off, changed=question.before is not None),
+        sentence=sentence_of(rule.verdict, effects, found.jointly_off or found.values_off, changed=question.before is not None),
         lesson=question.lesson,
         recording=question.fitted.name,
         validation="",
         effects=effects,
-        location=_location(outcome, effects, [candidate for candidate, _ in counts]),
+        location=location,
         fit=own.fit,
         removed_share=taken,
-        adequate=judged.adequate,
-        shortfall=judged.shortfall if outcome.names or rule.reason == CLOSEST else "",
-        baseline=baseline,
-        insert=_entries(outcome, effects, ranked),
-        left=_left(outcome, possible),
-        not_told=(*not_determined(effects), *unseen_forms(ranked), *_sides(outcome, ranked)) if outcome.names else (),
+        adequate=outcome.adequate,
+        shortfall=shortfall_of(doubted) if outcome.names else "",
+        baseline=outcome.baseline,
+        insert=_entries(outcome, effects, effects_found),
+        left=_left(outcome),
+        not_told=(*not_determined(effects), *_sides(outcome, effects_found)) if outcome.names else (),
         discovered=f"{formula.formula}, which explains {formula.share:.0%} of what is left at {formula.at}" if formula else "",
         plugin=plugin_text(formula) if formula else "",
         evidence=evidence,
         rule=rule.reason,
         history=found.history,
-        residual_tests=judged.tests,
-        possible=possible,
-        stability=stability(grounds),
-        explanations=explanations_of(found, method),
+        explanations=(*explanations_of(found, method), *(_as_explanation(doubt, method) for doubt in doubted)),
     )
 
 
@@ -148,13 +149,11 @@ def _own_simulation(validation: Experiment, found: SearchResult, before: Fitted,
     return compared(validation, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
 
 
-def _ranked(
-    experiment: Experiment, found: SearchResult, counts: Sequence[tuple[Candidate, Estimate]], method: Method
-) -> list[RankedEffect]:
+def _ranked(study: Study, explained: Found, counts: Sequence[tuple[Candidate, Estimate]]) -> list[RankedEffect]:
     """Return the effects that were found, ranked, and then those whose size was read off a count of the recordings."""
     return [
-        *rank_effects(found, method, experiment.one_sided),
-        *[RankedEffect(candidate, 1.0, (), (), np.nan, np.nan) for candidate, _ in counts],
+        *ranked(study, explained),
+        *[RankedEffect(candidate, 1.0, (), np.nan) for candidate, _ in counts],
     ]
 
 
@@ -175,19 +174,17 @@ def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimate
         effects = tuple(without_undetermined(effects, candidates, validation, found, values.values(), method=outcome.method))
     else:
         effects = tuple(no_surer_than(max(0.0, taken), effect) for effect in effects)
-    if effects and found.values_instead:
-        effects = (replace(effects[0], tied_with=(*effects[0].tied_with, *found.values_instead)), *effects[1:])
     return effects
 
 
 def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequence[Candidate]) -> Location:
     """Return where the difference is; ``counted`` are the effects whose size was read off a count of the recordings."""
-    found, judged = outcome.found, outcome.judged
+    found = outcome.found
     location = located(outcome.prepared.validation, found, outcome.evidence, named=outcome.names, method=outcome.method)
     if found.controller and not effects:
         location = replace(location, components=(found.controller.name.partition(".")[0],))
-    if judged.judged.laws and not outcome.names:
-        location = replace(location, components=tuple(law.controller for law in judged.judged.laws))
+    if outcome.laws and not outcome.names:
+        location = replace(location, components=tuple(law.controller for law in outcome.laws))
     if counted:
         hosts = [candidate.at.partition(".")[0] for candidate in (*found.model.candidates, *counted)]
         others = location.components if found.model.candidates else ()
@@ -195,9 +192,9 @@ def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequen
     return location
 
 
-def _formula(outcome: _Outcome, progress: Progress) -> Discovered | None:
-    """Return a formula for what a model that is not adequate leaves, where there is one."""
-    if outcome.judged.adequate or outcome.method.ends.is_over:
+def _formula(outcome: _Outcome, verdict: Verdict, progress: Progress) -> Discovered | None:
+    """Return a formula for what no effect of the catalogue explains, where there is one."""
+    if verdict != "unknown" or outcome.method.ends.is_over:
         return None
     progress("looking for a formula for what is left")
     model, prepared = outcome.found.model, outcome.prepared
@@ -212,45 +209,42 @@ def _entries(outcome: _Outcome, effects: Sequence[FoundEffect], ranked: Sequence
     return tuple(lesson_entry(effect, item.candidate, fitted, experiment) for effect, item in zip(effects, ranked, strict=True))
 
 
-def _further_effects(prepared: Prepared, found: SearchResult) -> tuple[Possible, ...]:
-    """Return what is possible beside the model; a search that was stopped has not asked."""
-    if not found.complete or prepared.question.method.ends.is_over:
-        return ()
-    laboratory = Laboratory(prepared.experiment, prepared.validation, lambda text: None, method=prepared.question.method)
-    laboratory.weigh(found.baseline.fitted)
-    return further_effects(laboratory, found, prepared.question.method)
-
-
-def _possible(outcome: _Outcome, further: Sequence[Possible], verdict: Verdict) -> tuple[PossibleEffect, ...]:
-    """Return what is told of further effects, where physics is missing: the sizes are those of the fit with each."""
-    prepared, told = outcome.prepared, list[PossibleEffect]()
-    for one in further if verdict in (*NAMING, "unknown") else ():
-        trial = one.trial
-        values = estimates(trial.model, prepared.experiment, prepared.validation, prepared.whole)
-        ranked = RankedEffect(trial.candidate, one.probability, (), (), trial.share_of_all, trial.share_of_rest)
-        names = tuple(candidate.name for candidate in one.replaces)
-        told.append(PossibleEffect(reported(ranked, values, prepared.experiment), names))
-    return tuple(told)
-
-
-def _left(outcome: _Outcome, possible: Sequence[PossibleEffect]) -> tuple[str, ...]:
-    """Return what is left and what speaks against the values, each in a sentence, in the order in which it is told."""
-    found, judged, method = outcome.found, outcome.judged, outcome.method
+def _left(outcome: _Outcome) -> tuple[str, ...]:
+    """Return what is left and what speaks against the values, each in a sentence, in the order in which it is reported."""
+    found, method = outcome.found, outcome.method
     experiment, validation = outcome.prepared.experiment, outcome.prepared.validation
-    strongest = strongest_variables(outcome.evidence.bars, [], after=True, method=method)
-    left_by_model, by_chance = found.model.validation_fit, [name for name in outcome.own.fit if name in judged.judged.by_chance]
     return (
-        *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in judged.judged.laws),
-        *still_missing(outcome.evidence, strongest, found, possible, method),
-        *resting(validation, left_by_model, method=method),
-        *map(str, judged.bands),
-        *(f"{coherence}." for coherence in judged.commanded),
-        *(f"{name} is off by no more than its loop swings by chance between two steps of a converter." for name in by_chance),
-        *told(turn_lines(validation, left_by_model, method=method), {name: item.unit for name, item in outcome.own.fit.items()}),
-        *implausible_values(judged.implausible, outcome.baseline),
+        *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in outcome.laws),
+        *(f"{one} explains as much of the recording from before the change." for one in _there_before(found)),
+        *(_left_at(doubt) for doubt in outcome.doubts if doubt.clear and not outcome.names),
+        *resting(validation, found.model.validation_fit, method=method),
+        *told(
+            turn_lines(validation, found.model.validation_fit, method=method), {name: item.unit for name, item in outcome.own.fit.items()}
+        ),
         *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=method),
-        *value_instead(found.far_off, outcome.baseline, found.factor_instead, whole=judged.adequate or outcome.names),
+        *value_instead(found.far_off, outcome.baseline, whole=outcome.adequate or outcome.names),
     )
+
+
+def _there_before(found: SearchResult) -> list[str]:
+    """Return the effects of the model that a recording from before a change shows too, with their places."""
+    return [f"{one.name} at {one.at}" for one in found.model.candidates if one.part in found.there_before]
+
+
+def _as_explanation(doubt: Doubt, method: Method) -> Explanation:
+    """Return the flexible explanation of what is left behind a channel as one of the explanations that were compared."""
+    name = doubt.depends_on[0] if doubt.depends_on else "depends on nothing that the machine was doing"
+    reason = (
+        "what is left could be predicted" if doubt.clear else "what is left could not be predicted, or is within errors of laws and sensors"
+    )
+    return Explanation(name, doubt.channel, "flexible", doubt.gain, doubt.error, due(method), doubt.clear, reason)
+
+
+def _left_at(doubt: Doubt) -> str:
+    """Return what is left behind a channel, and what it depends on."""
+    on = f" It {listed(list(doubt.depends_on[:2]))}." if doubt.depends_on else ""
+    size = shown_with_unit(doubt.structured, doubt.unit, 3)
+    return f"Behind {doubt.channel}, {size} are left at {doubt.at} that could be predicted.{on}"
 
 
 def recording_fault(question: Question, faults: Sequence[Finding], findings: tuple[str, ...], began: float) -> Diagnosis:
@@ -268,15 +262,13 @@ def recording_fault(question: Question, faults: Sequence[Finding], findings: tup
     )
 
 
-def _values_moved(experiment: Experiment, found: SearchResult, given: dict[str, float], method: Method = STANDARD) -> Criterion:
-    """Return the criterion that other values of the uncertain parameters explain much that the given ones leave."""
-    laboratory = Laboratory(experiment, experiment, lambda text: None, found.baseline.fitted.noise, method=method)
+def _values_moved(study: Study, found: SearchResult, given: dict[str, float]) -> bool:
+    """Return whether other values of the uncertain parameters predict the recordings much better than the given ones do."""
+    experiment = study.estimation
     constant = {name: given[name] for name in experiment.machine.uncertain}
     as_given = fit(experiment.sensed, _not_of_the_lesson(experiment, found), constant, rounds=2, iterations=6, slopes="kept")
-    error, refitted = laboratory.error(experiment, as_given), found.baseline.error
-    gain = found.baseline.score.motion - judged_score(experiment, as_given).motion
-    moved = float(np.max((error - refitted) / error))
-    return all_of(held(gain, ">", method.margin, np.sqrt(2.0 * max(gain, 0.0))), held(moved, ">", method.share_of_all))
+    moved = gain(found.baseline.fitted, as_given, full_band=False)
+    return is_clear(moved, study.method) and moved.share > study.method.share_of_all
 
 
 def _not_of_the_lesson(experiment: Experiment, found: SearchResult) -> list[Free]:

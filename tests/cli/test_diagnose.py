@@ -150,7 +150,7 @@ def test_without_another_recording_the_second_half_judges(rubbing: tuple[Path, P
 def test_ctrl_c_keeps_what_is_known(
     rubbing: tuple[Path, Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import lathesim.diagnosis.selection.forward as searching
+    import lathesim.diagnosis.explaining.rounds as searching
 
     screen, rounds = searching.screen, []
 
@@ -171,7 +171,7 @@ def test_ctrl_c_keeps_what_is_known(
 def test_a_request_to_terminate_keeps_what_is_known(
     rubbing: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import lathesim.diagnosis.selection.forward as searching
+    import lathesim.diagnosis.explaining.rounds as searching
 
     screen, rounds = searching.screen, []
 

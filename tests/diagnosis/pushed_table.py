@@ -18,6 +18,11 @@ import numpy as np
 
 from lathesim.components.axes.force_axis import ForceAxis
 from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.diagnosis.explaining.search import explain
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.method import STANDARD
+from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.verdict.outcome import as_search_result
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.motor_ripple import TorqueRipple
@@ -134,6 +139,17 @@ def baselines(hidden: Hidden) -> tuple[Fitted, Fitted]:
 def baseline(experiment: Experiment) -> list:  # type: ignore[type-arg]
     """Return what is free without any effect: the uncertain values and the start of the recording."""
     return [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)]
+
+
+def study(estimation: Experiment, validation: Experiment) -> Study:
+    """Return what a search takes, with the standard limits and nobody who is told of progress."""
+    return Study(estimation, validation, STANDARD, lambda text: None)
+
+
+def searched(estimation: Experiment, validation: Experiment) -> SearchResult:
+    """Return what a search of two recordings finds."""
+    asked = study(estimation, validation)
+    return as_search_result(asked, explain(asked))
 
 
 LESSON = """\

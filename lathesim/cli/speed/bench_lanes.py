@@ -182,7 +182,6 @@ def _emulation(runs: int) -> Work:
 
 def _replicates() -> Work:
     """Return replicates of a recording of the axis with stick-slip, with as many steps as a diagnosis takes."""
-    from lathesim.diagnosis.method import STANDARD
     from lathesim.effects.friction import CoulombFriction
     from lathesim.engine.running.run import run
     from lathesim.identification.replay.experiment import Machine, build_experiments
@@ -197,10 +196,9 @@ def _replicates() -> Work:
     recording = record.with_channel(driven, "m", record["source.reference"])
     (experiment,) = build_experiments(machine, [("servo", recording)], [CoulombFriction])
     found = next(item for item in experiment.candidates if item.at == "x_axis")
-    finer = float(STANDARD.verdict.finer_steps)
 
     def repeat(values: FloatArray) -> None:
-        replicates(experiment, [found], dict.fromkeys(found.parameters, 20.0), [], len(values), finer=finer)
+        replicates(experiment, [found], dict.fromkeys(found.parameters, 20.0), [], len(values), finer=4.0)
 
     return Work("50 replicates", 5.0, np.zeros((50, 0)), repeat)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -141,48 +141,14 @@ def _points_of(wave: _Wave, size: str, lengths: Sequence[float]) -> list[FloatAr
     return points
 
 
-def is_a_wave(experiment: Experiment, candidate: Candidate, values: Mapping[str, float], method: Method = STANDARD) -> bool:
-    """Return whether enough of a wave is there for it to be one, if a candidate is a wave at all."""
-    length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
-    if not length:
-        return True
+def cycle_of(experiment: Experiment, candidate: Candidate, length: float) -> float:
+    """Return by how much a wavelength changes where one wave more fits into the way of the recording; infinite where no way is known."""
     seen = _places(experiment).get(_repeats_along(candidate))
-    is_a_force = candidate.effect.site == "effort" and not _is_friction(candidate)
-    return seen is None or length < (method.candidates.longest_wave_of_force if is_a_force else method.candidates.longest_wave) * float(
-        np.ptp(seen[1])
-    )
+    return math.inf if seen is None else length * length / float(np.ptp(seen[1]))
 
 
 def _is_friction(candidate: Candidate) -> bool:
     return candidate.effect.identification.against_motion
-
-
-def drawn_by_waves(
-    experiment: Experiment, candidates: Sequence[Candidate], values: Mapping[str, float], method: Method = STANDARD
-) -> tuple[Candidate, ...]:
-    """Return the waves at one part of which several act on one port and some are there so few times that together they may draw anything
-    that goes with the place: a bump is the sum of a wave that fits into the way and of one half as long. A single one does so that is
-    longer than the way, with its harmonics and a constant beside it."""
-    longer = tuple(candidate for candidate in candidates if not is_a_wave(experiment, candidate, values, method=method))
-    if longer or len(candidates) < 2:
-        return longer
-    places = _places(experiment)
-    lengths: dict[tuple[str, str, bool], list[tuple[float, Candidate]]] = {}
-    for candidate in candidates:
-        length = next((values[name] for name in candidate.parameters if name.partition(".")[2] in PERIODS), 0.0)
-        if (
-            length
-            and candidate.part in experiment.sensed.plan.parts
-            and not candidate.effect.identification.along
-            and candidate.at in places
-        ):
-            # what turns over with the direction draws nothing together with what does not
-            lengths.setdefault((candidate.at, candidate.effect.site, _is_friction(candidate)), []).append((length, candidate))
-    for (at, *_), found in lengths.items():
-        longest = max(length for length, _ in found)
-        if len(found) > 1 and longest * method.candidates.several_repeat > float(np.ptp(places[at][1])):
-            return tuple(candidate for _, candidate in found)
-    return ()
 
 
 def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArray]]:

@@ -71,42 +71,6 @@ def screen(
     return Screening(tuple(ranked), max((null_maximum for _, null_maximum in result), default=0.0))
 
 
-def screened_instead(
-    simulator: Simulator,
-    fitted: Fitted,
-    candidate: Candidate,
-    finer: Candidate,
-    starts: Sequence[FloatArray],
-    motion: Mapping[str, float] | None = None,
-) -> Screened:
-    """Return what a finer form scores in the place of a candidate of the model, sensing the ``motion`` as its settings say."""
-    absorb = _Absorber(simulator, fitted)
-    without = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True)) | dict(motion or {})
-    tried = _responses(simulator, fitted, absorb, finer, np.array(starts), without)
-    if not tried:
-        return Screened(finer, 0.0, tuple(starts), np.zeros(1))
-    basis = _basis(tried)
-    return Screened(finer, _gain(basis, absorb.residual), tuple(starts), absorb.shares((basis @ absorb.residual) @ basis))
-
-
-def least_shown(simulator: Simulator, fitted: Fitted, candidate: Candidate, finer: Candidate) -> float:
-    """Return what a finer form in the place of a candidate would gain [nats] if it were there, with that of its own values which shows
-    least.
-
-    Each value that the candidate does not have takes a usual size by itself. Little to gain means that the recording cannot tell.
-    """
-    absorb = _Absorber(simulator, fitted)
-    shared = {name.partition(".")[2]: fitted.by_name[name] for name in candidate.parameters}
-    base = [shared.get(name.partition(".")[2], neutral) for name, neutral in zip(finer.parameters, finer.neutral, strict=True)]
-    own = [place for place, name in enumerate(finer.parameters) if name.partition(".")[2] not in shared]
-    starts = np.tile(np.array(base), (len(own), 1))
-    for start, place in zip(starts, own, strict=True):
-        start[place] = finer.points[int(np.argmax(np.abs(finer.points[:, place]))), place]
-    without = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
-    tried = _responses(simulator, fitted, absorb, finer, starts, without)
-    return min((0.5 * float(response @ response) for *_, response in tried), default=0.0) if len(tried) >= len(own) else 0.0
-
-
 def _responses(
     simulator: Simulator,
     fitted: Fitted,

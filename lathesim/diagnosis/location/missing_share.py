@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -58,15 +57,3 @@ def missing_signals(validation: Experiment, before: Model, after: Model, method:
 
 FORCES = ("N", "N*m")
 """Units in which what is missing at a part is a force."""
-
-
-def next_to_nothing(signals: Sequence[MissingSignal], method: Method = STANDARD) -> bool:
-    """Return whether effects explain less of what acts than stepping and time stamps leave, wherever a force is missing, and nothing of
-    what is missing in a reading."""
-    for missing in signals:
-        before, after = missing.sizes
-        if missing.unit not in FORCES and after < method.selection.almost_all * before:
-            return False
-        if missing.unit in FORCES and not missing.share_before**2 - missing.share_after**2 < method.location.integration_error**2:
-            return False
-    return any(missing.unit in FORCES for missing in signals)

@@ -12,16 +12,6 @@ class CandidateLimits:
     """Limits of which candidates are tried, and where a search begins."""
 
     # which waves and limits are effects
-    whole_ratio: Limit = Limit(0.005, "1", "two periods whose ratio is this near a whole number are harmonics of one effect")
-    goes_with_force: Limit = Limit(
-        0.3, "1",
-        "a ripple whose two sizes have at least this ratio, each over its usual value, goes with the driving force",
-    )  # fmt: skip
-    beside_line: Limit = Limit(0.1, "share of a period", "a line this near another one lies beside it and is no line of its own")
-    side_line: Limit = Limit(
-        0.05, "share of amplitude",
-        "a line beside a stronger one counts as an effect above this share of its amplitude",
-    )  # fmt: skip
     longest_wave: Limit = Limit(3.0, "ways of the recording", "a wavelength above this is a constant or a slope")
     longest_wave_of_force: Limit = Limit(
         1.0, "ways of the recording",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from lathesim.diagnosis.method.candidates import CandidateLimits
 from lathesim.diagnosis.method.discovery import DiscoveryLimits
+from lathesim.diagnosis.method.explaining import ExplainingLimits
 from lathesim.diagnosis.method.location import LocationLimits
 from lathesim.diagnosis.method.recording_checks import CheckLimits
 from lathesim.diagnosis.method.reporting import ReportingLimits
@@ -26,6 +27,7 @@ class Method:
     location: LocationLimits = LocationLimits()
     candidates: CandidateLimits = CandidateLimits()
     selection: SelectionLimits = SelectionLimits()
+    explaining: ExplainingLimits = ExplainingLimits()
     verdict: VerdictLimits = VerdictLimits()
     discovery: DiscoveryLimits = DiscoveryLimits()
     reporting: ReportingLimits = ReportingLimits()
@@ -36,27 +38,16 @@ class Method:
     """The deadline: the search ends before it, and the answer holds what is known so far."""
     search_time: float = 0.65
     """Share of the time for the search; the rest is for the answer."""
-    most_runs: float = 5_000
-    """Runs of a recording after which no further effect is looked for; 30 s at 1 kHz take some 8 ms."""
-    runs_a_candidate: float = 60
-    """Or after so many for each candidate, if that is more."""
-    screened: int = 5
-    """Candidates fitted in one round."""
-    worth_a_fit: float = Limit(0.25, "share of best score", "a candidate that scores less is not fitted")
 
     # when an effect is accepted
     margin: float = Limit(
-        10.0, "nats", "an accepted effect gains this beyond its parameters' due and beyond the null maximum", "calibrated",
+        10.0, "nats", "an accepted effect gains this beyond its parameters' due", "calibrated",
         "Kass and Raftery (1995) call 5 very strong evidence; the suite's controls needed 10, margin not recorded",
     )  # fmt: skip
     per_parameter: float = Limit(
         3.0, "nats", "each fitted parameter must gain this", "derived",
         "half the 0.986 quantile of chi-squared with one degree of freedom (Wilks 1938): 1.4 % of useless parameters would pass",
     )  # fmt: skip
-    against_null_maximum: bool = True
-    """Whether the largest gain among candidates under the null counts against an effect."""
-    smallest_move: float = Limit(1.0, "effect-to-residual ratio", "an effect must move a channel by this beside what stays unexplained")
-    small_move: float = Limit(0.3, "effect-to-residual ratio", "the same where the effect explains almost all of the error")
     share_of_all: float = Limit(0.03, "share of error", "an effect must explain this of all the error")
     share_of_rest: float = Limit(0.15, "share of residual", "and this of what the other effects leave")
     nearly_all_of_rest: float = Limit(0.6, "share of residual", "or this of what the others leave, however little of all that is")
@@ -69,11 +60,6 @@ class Method:
     )  # fmt: skip
     possible: Mapping[str, float] = field(default_factory=dict)
     """How large parameters (free name -> size) could be on this machine, whatever is usual on others."""
-    despite_implausible_values: bool = False
-    """Whether implausible values of the lesson are no reason to doubt an effect, as another one may yet restore them."""
-
-    despite_degradation: bool = False
-    """Whether a closed-loop simulation that gets worse is no reason to refuse an effect."""
 
     without_earlier: Method | None = None
     """The limits that are asked of what a recording from before a change shows too; None where there is no such recording."""
@@ -85,11 +71,7 @@ class Method:
 
     def beside_an_earlier_recording(self) -> Method:
         """Return the limits where a recording from before a change is held beside: what is new needs no share of the error."""
-        return replace(self, without_earlier=self, smallest_move=0.0, small_move=0.0, share_of_all=0.0, share_of_rest=0.0)
-
-    def affords(self, runs: int, candidates: int) -> bool:
-        """Return whether a search among so many candidates may go on after so many runs."""
-        return runs <= max(self.most_runs, candidates * self.runs_a_candidate)
+        return replace(self, without_earlier=self, share_of_all=0.0, share_of_rest=0.0)
 
 
 STANDARD = Method()

@@ -27,10 +27,6 @@ class ReportingLimits:
     most_variables: int = 4
     """Variables that are named at most."""
     near_floor: Limit = Limit(3.0, "noise floors", "a channel above this is off, and below it at its floor")
-    remark_share: float = 0.0005
-    """Share of the acting force below which what is missing is not mentioned."""
-    remark_unexplained: float = 0.05
-    """Share of the acting force above which it is said that nothing explains what is missing."""
     hardly_shown: float = 0.01
     """Noise floors below which a value is said to move nothing: some ten thousand samples average noise down to that."""
     most_named: int = 3

@@ -81,10 +81,11 @@ def against_model(experiments: Sequence[Experiment], found: SearchResult, method
 def with_a_wrong_unit(found: SearchResult, values: Mapping[str, float], method: Method, *, implausible: bool) -> tuple[Finding, ...]:
     """Return the finding that an effect which explains most is the factor of a mistaken unit.
 
-    Beside implausible values of the lesson a factor on a reading makes up for those, and is not asked about.
+    Beside implausible values of the lesson, or other effects, a factor on a reading makes up for those, and is not asked about.
     """
-    credible = [] if found.far_off or implausible else found.model.candidates
-    most = [candidate for candidate in credible if found.removed_by(candidate) > method.shared.larger_part]
+    credible = [] if found.far_off or implausible or len(found.model.candidates) > 1 else found.model.candidates
+    worth = {candidate.part: found.trial_of(candidate) for candidate in credible}
+    most = [one for one in credible if (trial := worth[one.part]) is not None and trial.share > method.shared.larger_part]
     return fault("unit", wrong_unit(most, values, method=method))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.verdict.ranking import RankedEffect
+from lathesim.diagnosis.records.ranked_effect import RankedEffect
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
@@ -34,7 +34,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         parameters[short] = bounded(Interval(value, declared.unit, value - half, value + half), declared)
         if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
             undetermined.append(short)
-    others = (*item.tied, *item.forms)
+    others = item.tied
     tied = tuple(dict.fromkeys(other.name if other.name != candidate.name else f"{other.name} at {other.at}" for other in others))
     # no experiment is worth its time that tells two forms of one law apart
     separating = candidate.effect.experiment if undetermined or not all(_one_law(candidate, other) for other in others) else None
@@ -49,7 +49,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         tied,
         separating,
         item.share,
-        item.removes,
+        item.share,
         _first_line(candidate),
         tuple(undetermined),
         may_be_zero=interval_includes_neutral(candidate, values),

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-
-import numpy as np
+from collections.abc import Iterable
 
 from lathesim.analysis.text_table import text_table
+from lathesim.diagnosis.explaining.chance import due, is_clear
+from lathesim.diagnosis.explaining.density import Gain, gain
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.number_text import NOTHING, number, plain
-from lathesim.diagnosis.selection.acceptance import gains_enough
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Trial
+from lathesim.identification.records.model import Trial, is_full_band
 
 HEAD = ("explanation", "kind", "gain", "error", "chance", "kept", "why")
 LEGEND = (
@@ -27,20 +26,32 @@ LESSON = "the lesson, its uncertain values refitted"
 
 
 def explanations_of(found: SearchResult, method: Method = STANDARD) -> tuple[Explanation, ...]:
-    """Return the explanations of a search: the lesson, the model that was found, every effect that was fitted, and those that were not."""
+    """Return the explanations of a search: the lesson, the model that was found, and every effect that was fitted."""
     model = found.model
-    lesson = Explanation(LESSON, "", "lesson", 0.0, 0.0, 0.0, not model.candidates, "every gain is counted from here")
-    rows = [lesson]
+    rows = [Explanation(LESSON, "", "lesson", 0.0, 0.0, 0.0, not model.candidates, "every gain is counted from here")]
     if len(model.candidates) > 1:
-        gain = model.validation.motion - found.baseline.validation.motion
-        parameters = sum(len(candidate.parameters) for candidate in model.candidates)
+        whole = gain(model.validation_fit, found.baseline.validation_fit, full_band=is_full_band(model.candidates))
         name = " + ".join(_text(candidate) for candidate in model.candidates)
-        rows.append(Explanation(name, "", "effects", gain, gain_error(gain, parameters), found.null_maximum, True, "the answer"))
-    best = best_of_each(found.tried)
-    rows += sorted((_of_trial(trial, found, method) for trial in best), key=lambda one: -one.gain)
-    fitted = {_text(trial.candidate) for trial in best}
-    waiting = (one for one in found.screened if _text(one.candidate) not in fitted)
-    return (*rows, *(_not_fitted(one.candidate, one.gain, found) for one in waiting))
+        rows.append(Explanation(name, "", "effects", whole.nats, whole.error, due(method), True, "the answer"))
+    return (*rows, *sorted((_of_trial(trial, found, method) for trial in best_of_each(found.tried)), key=lambda one: -one.gain))
+
+
+def _of_trial(trial: Trial, found: SearchResult, method: Method) -> Explanation:
+    candidate, kept = trial.candidate, found.holds(trial.candidate)
+    reason = _why_kept(candidate, found) if kept else _why_not(trial, method)
+    chance = due(method, len(candidate.parameters))
+    return Explanation(candidate.name, candidate.at, "effect", trial.validation_gain, trial.validation_error, chance, kept, reason)
+
+
+def _why_not(trial: Trial, method: Method) -> str:
+    """Return what speaks against a trial, the weightiest first."""
+    if trial.gain <= due(method):
+        return "gains too little on the recording that is fitted to be judged"
+    if trial.validation_gain <= 0.0:
+        return "predicts the held-out data worse"
+    if not is_clear(Gain(trial.validation_gain, trial.validation_error), method, len(trial.candidate.parameters)):
+        return "gains no more than chance may"
+    return "another explanation of the same error predicts as well or better, or is simpler"
 
 
 def best_of_each(tried: Iterable[Trial]) -> list[Trial]:
@@ -53,51 +64,9 @@ def best_of_each(tried: Iterable[Trial]) -> list[Trial]:
     return list(best.values())
 
 
-def gain_error(gain: float, parameters: int) -> float:
-    """Return the standard error of a log-likelihood gain G [nats] of k parameters: the root of 2 G - k/2, that of half a non-central
-    chi-squared variable. Source: S. S. Wilks, Annals of Mathematical Statistics 9 (1938)."""
-    return math.sqrt(max(2.0 * gain - 0.5 * parameters, 0.5 * parameters)) if math.isfinite(gain) else math.nan
-
-
-def _of_trial(trial: Trial, found: SearchResult, method: Method) -> Explanation:
-    candidate, gain = trial.candidate, trial.validation_gain
-    kept = found.holds(candidate)
-    reason = _why_kept(candidate, found) if kept else next(_why_not(trial, found, method))
-    gain = gain if math.isfinite(gain) else math.nan
-    error = gain_error(gain, len(candidate.parameters))
-    return Explanation(candidate.name, candidate.at, "effect", gain, error, found.null_maximum, kept, reason)
-
-
-def _not_fitted(candidate: Candidate, promised: float, found: SearchResult) -> Explanation:
-    reason = f"not fitted: {promised:.0f} is the most that it can gain on the recording that is fitted"
-    return Explanation(candidate.name, candidate.at, "effect", math.nan, math.nan, found.null_maximum, False, reason)
-
-
 def _why_kept(candidate: Candidate, found: SearchResult) -> str:
     steps = (step.why for step in found.history if _text(candidate) in step.came_in)
     return next(steps, "") or "it predicts better than what was tried in its place"
-
-
-def _why_not(trial: Trial, found: SearchResult, method: Method) -> Iterator[str]:
-    """Yield what speaks against a trial, the weightiest first."""
-    if not np.isfinite(trial.validation_gain):
-        yield "gains too little on the recording that is fitted to be judged"
-    if trial.validation_gain <= 0.0:
-        yield "predicts the held-out data worse"
-    if not gains_enough(trial, method, found.null_maximum):
-        yield "gains no more than chance may"
-    if trial.implausible or trial.becomes_implausible:
-        yield "needs a value that the lesson holds impossible"
-    if trial.closed_loop_degradation > method.shared.alike:
-        yield "the simulation of the whole machine gets worse with it"
-    if trial.share_of_all <= method.share_of_all:
-        yield f"explains only {trial.share_of_all:.1%} of the error"
-    kept = [one.validation_gain for one in found.tried if found.holds(one.candidate)]
-    if found.model.candidates:
-        kept.append(found.model.validation.motion - found.baseline.validation.motion)
-    if max(kept, default=-math.inf) >= trial.validation_gain:
-        yield "another one predicts as well or better"
-    yield "left out by a rule on sizes, and not for its gain"
 
 
 def _text(candidate: Candidate) -> str:

@@ -124,6 +124,9 @@ def _with_rivals(effect: FoundEffect, text: str) -> str:
 
 
 def _what_is_left(diagnosis: Diagnosis, method: Method) -> str:
+    predicted = [one for one in diagnosis.explanations if one.kind == "flexible" and one.kept]
+    if predicted:
+        return f"what is left at {predicted[0].place} {predicted[0].name} and has no name"
     on = strongest_variables(diagnosis.evidence.bars, [], after=True, method=method)[:1]
     return f"what is left depends on {on[0]} and has no name" if on else "what is left depends on nothing recorded and has no name"
 

@@ -1,1 +1,1 @@
-"""Ranking of what was found, tests of what is left, and the decision."""
+"""Ranking of what was found, the doubt about what is left, and the verdict."""

@@ -14,8 +14,8 @@ import numpy as np
 
 from lathesim.component import Output
 from lathesim.diagnosis.method import Method
+from lathesim.diagnosis.records.ranked_effect import RankedEffect
 from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.verdict.ranking import RankedEffect
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.batch import Batch

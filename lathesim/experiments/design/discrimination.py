@@ -26,8 +26,8 @@ from itertools import product
 
 import numpy as np
 
+from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.method import STANDARD
-from lathesim.diagnosis.selection.compare_models import due
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.refit import Descent, linear_refit, starts_alike, steps_of
@@ -121,7 +121,7 @@ def least_gains(rivals: Sequence[Rival]) -> FloatArray:
     for (a, one), (b, other) in product(enumerate(rivals), enumerate(rivals)):
         effect = one.term or other.term
         if effect is not None and (one.term is None or other.term is None):
-            found[a, b] = due(STANDARD, effects=1, parameters=len(effect.parameters))
+            found[a, b] = due(STANDARD, len(effect.parameters))
     return found
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2, norm
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.bootstrap_bias import replay_bias
-from lathesim.identification.estimation.covariance import LARGEST_INFLATION, SIGNIFICANT, covariance_of
+from lathesim.identification.estimation.covariance import LARGEST_INFLATION, covariance_of
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
 from lathesim.identification.records.candidate import FAR_BEYOND, Candidate
@@ -26,8 +24,6 @@ values 1.96 of them held 93, 1.15 times as much 101): laws, steps and samples ar
 correction: Kuleshov, Fenner, Ermon, Accurate Uncertainties for Deep Learning Using Calibrated Regression, ICML 2018 (recalibration)."""
 _ERROR_RATIO = 1.2
 """Times the error of a simulation within which another one is as good."""
-_HANG_TOGETHER = 0.1
-"""Share of a standard error that is left where the other values of an effect are held, below which only a mixture of them is known."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +33,6 @@ class Estimate:
     value: float
     error: float
     by_noise: float
-    alone: float = np.inf
-    """One standard error by noise where the other values of its effect are held: small where only their product is known."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +41,6 @@ class Estimates:
 
     by_name: Mapping[str, Estimate]
     inflation: float
-    apart: Mapping[str, float] = field(default_factory=dict)
-    """By the part of an effect: standard errors by which its sizes together differ from nothing, however little each is known by itself."""
 
     def values(self) -> dict[str, float]:
         """Return the values alone."""
@@ -74,13 +66,12 @@ def estimates(model: Model, experiment: Experiment, validation: Experiment, whol
 
 def _no_surer(found: Estimates, other: Estimates) -> Estimates:
     """Return the values of one fit with the larger of its errors and those of another one."""
+    pairs = {name: (item, other.by_name[name]) for name, item in found.by_name.items()}
     by_name = {
-        name: replace(
-            item, **{error: max(getattr(item, error), getattr(other.by_name[name], error)) for error in ("error", "by_noise", "alone")}
-        )
-        for name, item in found.by_name.items()
+        name: replace(item, error=max(item.error, rival.error), by_noise=max(item.by_noise, rival.by_noise))
+        for name, (item, rival) in pairs.items()
     }
-    return replace(found, by_name=by_name, apart={part: min(size, other.apart[part]) for part, size in found.apart.items()})
+    return replace(found, by_name=by_name)
 
 
 def _estimates(model: Model, experiment: Experiment, validation: Experiment, whole: Experiment | None) -> Estimates:
@@ -102,15 +93,10 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     inflation = _inflation(first, second, names, model.candidates)
     fits = (first, second) if whole is None else (_refitted(model, whole, validation, full_band),)
     biases = _biases(model, (experiment, validation) if whole is None else (whole,), fits)
-    together = joint_covariance(fits, names, inflation)
-    both = (joint_covariance(fits, names, 1.0), together)
+    both = (joint_covariance(fits, names, 1.0), joint_covariance(fits, names, inflation))
     alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
     found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
-    for candidate in model.candidates:
-        for name, share in _held(fits[0], [name for name in candidate.parameters if name in found]).items():
-            found[name] = replace(found[name], alone=share * found[name].by_noise)
-    apart = {candidate.part: _apart(candidate, names, found, together) for candidate in model.candidates}
-    return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation, apart)
+    return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation)
 
 
 def _biases(model: Model, experiments: Sequence[Experiment], fits: Sequence[Fitted]) -> Sequence[Mapping[str, float]]:
@@ -136,50 +122,6 @@ def _inflation(first: Fitted, second: Fitted, names: Sequence[str], candidates: 
         if first.error_by_noise(name) > 0.0 and second.error_by_noise(name) > 0.0 and name not in orders
     ]
     return float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, LARGEST_INFLATION))
-
-
-def _apart(candidate: Candidate, names: Sequence[str], found: Mapping[str, Estimate], covariance: FloatArray) -> float:
-    """Return the standard errors by which the sizes of an effect together differ from nothing.
-
-    d'C^-1 d of their differences d has a chi-square distribution where there is nothing; it is given as what is as rare in a normal one.
-    Source: Wald, Tests of statistical hypotheses concerning several parameters, Trans. American Mathematical Society 54 (1943).
-    """
-    neutral = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
-    sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral and name in found]
-    if not sizes:
-        return 0.0
-    places = [names.index(name) for name in sizes]
-    own = np.sqrt(np.maximum(np.diag(covariance)[places], 1e-300))
-    away = np.array([found[name].value - neutral[name] for name in sizes]) / own
-    square = away @ np.linalg.pinv(covariance[np.ix_(places, places)] / np.outer(own, own), hermitian=True) @ away
-    return float(norm.isf(0.5 * max(chi2.sf(square, len(sizes)), np.finfo(float).tiny)))
-
-
-def with_error_of_form(values: Estimates, candidates: Sequence[Candidate], share: float) -> Estimates:
-    """Return the estimates with sizes of effects no surer than ``share`` of themselves, where that much of what was missing follows the
-    motion and is left: it might have been theirs in a model of the right form.
-
-        error^2 <- error^2 + (share (value - neutral) / 1.96)^2
-
-    Source: Kennedy, O'Hagan, Bayesian calibration of computer models, J. Royal Statistical Society B 63 (2001), section 2 (a model's
-    inadequacy is an uncertainty of its own). Assumed: what is left is shared out as the effect itself is. Left out: periods and times.
-    """
-    found = dict(values.by_name)
-    for candidate in candidates:
-        for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
-            if name in found and name.partition(".")[2] in candidate.effect.neutral:
-                item = found[name]
-                found[name] = replace(item, error=float(np.hypot(item.error, share * (item.value - neutral) / 1.96)))
-    return replace(values, by_name=found)
-
-
-def _held(fitted: Fitted, names: Sequence[str]) -> dict[str, float]:
-    """Return by what factor each standard error of some values is smaller where the others of them are held."""
-    places = [fitted.names.index(name) for name in names]
-    covariance = fitted.covariance[np.ix_(places, places)]
-    own = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    informed = np.linalg.pinv(covariance / np.outer(own, own), hermitian=True)
-    return {name: float(1.0 / np.sqrt(max(value, 1.0))) for name, value in zip(names, np.diag(informed), strict=True)}
 
 
 def _estimate(fits: Sequence[Fitted], name: str, alone: float, by_noise: float, biases: Sequence[float]) -> Estimate:
@@ -254,30 +196,10 @@ def _same_way_round(fitted: Fitted, other: Fitted, candidates: Sequence[Candidat
     return replace(fitted, values=values)
 
 
-def is_significant(candidate: Candidate, values: Estimates) -> bool:
-    """Return whether a parameter of an effect that makes it vanish is away from that value by more than its interval, or all such ones are
-    together: of a ripple that has a part of its own and one in proportion to the force only the sum may be known."""
-    if values.apart.get(candidate.part, 0.0) > SIGNIFICANT:
-        return True
-    for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
-        if name.partition(".")[2] in candidate.effect.neutral and name in values.by_name:
-            estimate = values.by_name[name]
-            # of a growth and a rate of wear only the product is known: each is open, and yet the wear is there
-            error = estimate.alone if estimate.alone < _HANG_TOGETHER * estimate.by_noise else estimate.by_noise
-            if _away(estimate.value, neutral) > SIGNIFICANT * error:
-                return True
-    return False
-
-
-def interval_includes_neutral(candidate: Candidate, values: Estimates, nearly: float = 0.0) -> bool:
-    """Return whether the intervals of all sizes of an effect hold the value with which it vanishes, or come as near to it as this share of
-    them, whatever they are wide from: noise, a form that is a little wrong, recordings that disagree."""
-    return all((1.0 - nearly) * size < half for size, half in _sizes(candidate, values))
-
-
-def half_intervals_from_neutral(candidate: Candidate, values: Estimates) -> float:
-    """Return how many halves of its interval the surest size of an effect is from the value with which it vanishes."""
-    return max((size / half if half > 0.0 else math.inf for size, half in _sizes(candidate, values)), default=0.0)
+def interval_includes_neutral(candidate: Candidate, values: Estimates) -> bool:
+    """Return whether the intervals of all sizes of an effect hold the value with which it vanishes, whatever they are wide from: noise, a
+    form that is a little wrong, recordings that disagree."""
+    return all(size < half for size, half in _sizes(candidate, values))
 
 
 def _sizes(candidate: Candidate, values: Estimates) -> list[tuple[float, float]]:
@@ -291,9 +213,3 @@ def _away(value: float, neutral: float) -> float:
     """Return how far a value is from where its effect vanishes; of a limit that does so far beyond all that acts, how large it is: one that
     may be twice as large or none at all is not known."""
     return min(abs(value - neutral), abs(value)) if abs(neutral) > FAR_BEYOND * abs(value) else abs(value - neutral)
-
-
-def only_combination_identifiable(candidate: Candidate, values: Estimates) -> bool:
-    """Return whether of the values of an effect a mixture is known and no value by itself."""
-    known = [values.by_name[name] for name in candidate.parameters if name in values.by_name]
-    return len(known) > 1 and any(item.alone < _HANG_TOGETHER * item.by_noise for item in known)

@@ -5,37 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
 
 
 @dataclass(frozen=True)
-class Score:
-    """Likelihood of a recording under a model [nats]: on the frequencies of the motion, and on all."""
-
-    motion: float
-    full_band: float
-
-    def above(self, other: Score, *, full_band: bool) -> float:
-        """Return by how much this one is better."""
-        return self.full_band - other.full_band if full_band else self.motion - other.motion
-
-
-@dataclass(frozen=True)
 class Model:
-    """The baseline with the effects believed so far.
-
-    ``error`` is what each channel is off above its floor, weighed as the baseline's residual is; ``validation_fit`` the model on the
-    validation recording, with only what belongs to a recording fitted anew.
-    """
+    """The baseline with some effects, fitted; ``validation_fit`` is the model on the validation recording, with only what belongs to a
+    recording fitted anew."""
 
     candidates: tuple[Candidate, ...]
     fitted: Fitted
-    score: Score
     validation_fit: Fitted
-    validation: Score
-    error: FloatArray
 
     @property
     def free(self) -> list[Free]:
@@ -45,26 +26,17 @@ class Model:
 
 @dataclass(frozen=True)
 class Trial:
-    """A candidate fitted on top of a model: its gains in likelihood on both recordings [nats] and the share of the error it removes."""
+    """A candidate fitted on top of a model, with its gains on both recordings [nats].
+
+    ``validation_error`` is the standard error of the second, ``share`` the share of the error's power that is gone there.
+    """
 
     candidate: Candidate
     model: Model
     gain: float
     validation_gain: float
-    moves: float
-    share_of_all: float
-    share_of_rest: float
-    restores_plausibility: bool = False
-    """Whether the baseline, implausible beyond what the lesson holds possible, no longer is: the error had been absorbed by its values."""
-    implausible: bool = False
-    """Whether the baseline still is."""
-    becomes_implausible: bool = False
-    """Whether a value of the lesson is implausible with the effect and none was without it."""
-    full_band_gain: float = 0.0
-    """The gains on all frequencies, on which trials of slow and of fast effects are held against each other: fitted and validation."""
-    full_band_validation_gain: float = 0.0
-    closed_loop_degradation: float = 0.0
-    """By what factor the lesson's own simulation gets worse in the channel where it does most; below one it gets better everywhere."""
+    validation_error: float
+    share: float
 
 
 def is_full_band(candidates: Sequence[Candidate]) -> bool:

@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.candidates.periodic_starts import drawn_by_waves, is_a_wave, wave_points
-from lathesim.effects.effect import Effect
+from lathesim.diagnosis.candidates.periodic_starts import wave_points
 from lathesim.effects.force_over_turn import ChipSegmentation
 from lathesim.effects.friction import PositionDependentFriction
-from lathesim.effects.motor_ripple import Cogging, TorqueRipple
-from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import baseline_free, build_experiments
 from tests.diagnosis.one_cut import CHIP, cut_machine, cut_record
-from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, experiments, machine, pair, recording
+from tests.diagnosis.pushed_table import Hidden, baselines, machine, pair, recording
 
 
 def ripple(size: float, period: float) -> Hidden:
@@ -47,36 +44,6 @@ def test_wavelengths_stay_where_the_effect_may_have_them() -> None:
     low, high = candidate.effect.identification.typical["period"]
     for point in wave_points(experiment, fitted, [candidate])[candidate.part]:
         assert low / 1.3 <= point[column] <= 1.3 * high
-
-
-def test_what_is_longer_than_the_way_is_no_wave() -> None:
-    experiment = pair(Hidden())[0]
-    way = float(np.ptp(experiment.record[POSITION]))
-    candidate = next(candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple")
-    length = f"{candidate.part}.period"
-    assert is_a_wave(experiment, candidate, {length: 0.9 * way})
-    assert not is_a_wave(experiment, candidate, {length: 1.5 * way})
-    assert drawn_by_waves(experiment, [candidate], {length: 1.5 * way}) == (candidate,)
-    other = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
-    assert is_a_wave(experiment, other, {})
-
-
-@pytest.mark.parametrize(
-    ("share", "effects", "drawn"),
-    [
-        (0.8, (TorqueRipple, Cogging), 2),
-        (0.2, (TorqueRipple, Cogging), 0),
-        (0.8, (TorqueRipple,), 0),
-        (0.8, (TorqueRipple, ForceOffset), 0),
-        (0.8, (TorqueRipple, PositionDependentFriction), 0),
-    ],
-    ids=["a bump", "two ripples", "one wave", "a wave beside something else", "a wave that turns over beside one that does not"],
-)
-def test_two_waves_that_are_hardly_there_may_draw_anything(share: float, effects: tuple[type[Effect], ...], drawn: int) -> None:
-    (experiment, _) = experiments(recording(Hidden()), recording(Hidden(), seed=2), effects=effects)
-    way = float(np.ptp(experiment.record[POSITION]))
-    lengths = {name: share * way for candidate in experiment.candidates for name in candidate.parameters if name.endswith("period")}
-    assert len(drawn_by_waves(experiment, experiment.candidates, lengths)) == drawn
 
 
 def test_chips_are_looked_for_over_the_length_that_was_cut() -> None:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
+from lathesim.diagnosis.explaining.plausible import of_usual_size
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.selection.acceptance import of_usual_size
 from lathesim.effects.force_over_time import WearForceGrowth
 from lathesim.identification.catalogue.placement import insert_candidates
 from tests.diagnosis.one_cut import cut_machine

@@ -7,7 +7,6 @@ from lathesim.components.axes.led_axis import LedAxis
 from lathesim.components.sensors.linear_encoder import LinearEncoder
 from lathesim.diagnosis.location.closed_loop_fit import compared
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
-from lathesim.diagnosis.selection.search import search
 from lathesim.effects.encoder_error import LostCounts
 from lathesim.effects.screw_error import CumulativePitchError, ThermalScrewGrowth
 from lathesim.effects.time_shift import ChannelTimeShift
@@ -17,6 +16,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, Record
+from tests.diagnosis.pushed_table import searched
 from tests.diagnosis.small_case import write_lesson
 
 REFERENCE, ENCODER, SCALE = "x_controller.reference", "x_encoder.position", "x_scale.position"
@@ -45,7 +45,7 @@ def experiments(recorded: tuple[Machine, Record], *zeros: float) -> list[Experim
 
 def test_another_zero_of_a_scale_leaves_nothing_to_explain(recorded: tuple[Machine, Record]) -> None:
     first, second = experiments(recorded, 3e-6, 4e-4)
-    found = search(first, second)
+    found = searched(first, second)
     assert found.model.candidates == ()
     for experiment in (first, second):
         fits = compared(experiment, found.baseline.fitted.by_name, found.baseline.fitted.by_name).fit
@@ -75,7 +75,7 @@ def test_a_constant_beside_the_place_that_a_table_is_led_along_is_the_zero_of_it
     machine = Machine(Assembly(parts, wires, 0.1, 0.1), tuple(led), (ENCODER,), {"x_axis.mass": 1.0}, {ENCODER: 1e-6})
     records = [("fit.csv", led_along(0.2136e-3, 1)), ("check.csv", led_along(0.2136e-3, 2))]
     first, second = build_experiments(machine, records, (LostCounts, ChannelTimeShift, ThermalScrewGrowth))
-    found = search(first, second)
+    found = searched(first, second)
     assert found.model.candidates == ()
     assert np.std(found.baseline.fitted.residual[0]) < 1e-6
     assert sensor_zeros(first) == [f"{ENCODER} has its zero 0.214 mm beside that of the reference; taken for no error of either."]
@@ -88,7 +88,7 @@ def test_what_is_not_constant_stays(recorded: tuple[Machine, Record]) -> None:
     machine, record = recorded
     step = np.where(np.arange(len(record)) < len(record) // 2, 0.0, 20e-6)
     lost = [record.with_channel(SCALE, "m", record[SCALE] + zero + step) for zero in (0.0, 1e-4)]
-    found = search(*build_experiments(machine, zip(("fit.csv", "check.csv"), lost, strict=True), (LostCounts, CumulativePitchError)))
+    found = searched(*build_experiments(machine, zip(("fit.csv", "check.csv"), lost, strict=True), (LostCounts, CumulativePitchError)))
     (candidate,) = found.model.candidates
     assert (candidate.name, candidate.at) == ("LostCounts", "x_scale")
     assert found.model.fitted.by_name[f"{candidate.part}.jump"] == pytest.approx(20e-6, rel=0.01)

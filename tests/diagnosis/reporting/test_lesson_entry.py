@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.reporting.effect_report import bounded
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, without_undetermined, written
-from lathesim.diagnosis.selection.search import search
 from lathesim.effects.friction import AsymmetricFriction
 from lathesim.engine.wiring import wire
 from lathesim.identification.catalogue.placement import insert_candidates
@@ -24,7 +22,7 @@ from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
 from lathesim.units import quantity
-from tests.diagnosis.pushed_table import Hidden, experiments, recording
+from tests.diagnosis.pushed_table import Hidden, experiments, recording, searched
 from tests.effects.places import PLACES, machinery
 
 TEMPLATES = sorted((Path(__file__).parents[3] / "lesson_configs" / "machines").glob("*.yaml"))
@@ -67,7 +65,7 @@ def test_every_effect_of_the_catalogue_is_written_with_units(name: str, registry
 def found_with(*effects: type) -> tuple[Experiment, Experiment, SearchResult]:
     """Return a table that rubs, searched with an effect that has more to it than the rubbing."""
     experiment, validation = experiments(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2), effects=effects)
-    return experiment, validation, search(experiment, validation, Method())
+    return experiment, validation, searched(experiment, validation)
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.selection.laboratory import candidate_free
+from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.effects.friction import ViscousWarmUp
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew, transferred
-from tests.diagnosis.pushed_table import PERIOD, Hidden, Law, baseline, experiments, recording
+from tests.diagnosis.pushed_table import PERIOD, Hidden, Law, baseline, experiments, recording, study
 
 CHANGE, WARMING = -120.0, 2.0
 
@@ -23,7 +23,7 @@ def test_a_table_that_was_warm_already_is_judged_as_such() -> None:
     cold, warm = experiments(recording(Hidden(law=after(0.0))), recording(Hidden(law=after(3.0)), seed=2), effects=[ViscousWarmUp])
     (candidate,) = cold.candidates
     start = np.array([CHANGE if name.endswith("change") else WARMING for name in candidate.parameters])
-    fitted = fit(cold.sensed, [*baseline(cold), *candidate_free(candidate, start)])
+    fitted = fit(cold.sensed, [*baseline(cold), *candidate_free(study(cold, warm), candidate, start)])
     judged = transferred(warm, fitted, [candidate])
     assert candidate.remembered == (f"{candidate.part}.warmed_before",)
     assert judged.by_name[candidate.remembered[0]] == pytest.approx(3.0, rel=0.25)

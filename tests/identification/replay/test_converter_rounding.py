@@ -14,8 +14,6 @@ from lathesim.components.servo_control.spindle_controller import SpindleControll
 from lathesim.components.spindles.empirical_spindle import EmpiricalSpindle
 from lathesim.diagnosis.location.missing_force import passed_through
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
-from lathesim.diagnosis.records.diagnosis import ChannelFit
-from lathesim.diagnosis.verdict.limit_cycles import off_by_chance
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
@@ -81,20 +79,6 @@ def test_a_feed_that_swings_between_two_voltages_is_known_from_them() -> None:
     alone, beside = (counted_motion(bare, recorded, modelled)["x_axis.velocity"] for modelled in (None, plainly))
     off = [float(np.std((speed - made["x_axis.velocity"])[200:-200])) for speed in (alone, beside)]
     assert off[1] < 0.1 * off[0]
-
-
-@pytest.mark.parametrize(("off", "by_chance"), [(0.1, True), (50.0, False)], ids=["a step", "far more"])
-def test_a_loop_that_swings_between_two_steps_is_off_by_chance(off: float, by_chance: bool) -> None:
-    time = PERIOD * np.arange(SAMPLES)
-    asked = 100.0 + 10.0 * np.sign(np.sin(0.9 * time))
-    record = Record(time, {}, {}).with_channel(SPEED, "rad/s", asked).with_channel(REFERENCE, "rad/s", asked)
-    experiment = Experiment(Machine(spindle(), (REFERENCE,), (SPEED,), {}, {}), record, "run", (), spindle())
-    fit = {SPEED: ChannelFit("rad/s", 1e-3, off, off, "run")}
-    assert off_by_chance(experiment, {}, fit) == ({SPEED} if by_chance else set())
-    alone = replace(
-        experiment.machine.assembly, parts=experiment.machine.assembly.parts[-1:], wires=(Wire("spindle.voltage", constant=1.0),)
-    )
-    assert off_by_chance(replace(experiment, machine=replace(experiment.machine, assembly=alone)), {}, fit) == set()
 
 
 def test_a_command_that_follows_from_what_a_converter_read_is_no_fault_of_the_recording() -> None:

@@ -1,0 +1,22 @@
+"""Whether a gain is more than chance gives. Every decision on a gain asks here."""
+
+from __future__ import annotations
+
+from lathesim.diagnosis.explaining.density import Gain
+from lathesim.diagnosis.method import Method
+
+
+def due(method: Method, parameters: int = 0) -> float:
+    """Return what an explanation with so many further values must gain [nats]."""
+    return method.margin + method.per_parameter * parameters
+
+
+def is_clear(gain: Gain, method: Method, parameters: int = 0) -> bool:
+    """Return whether a gain is above what chance and its parameters give, and above its standard errors."""
+    return gain.nats > max(due(method, parameters), method.explaining.errors * gain.error)
+
+
+def unresolved(difference: Gain, explained: float, method: Method) -> float:
+    """Return the difference of two explanations that cannot be told, where the better one gains so much (``explained``) [nats]."""
+    share = method.selection.tie_share * abs(explained)
+    return max(method.explaining.tie_errors * difference.error, method.per_parameter, share)

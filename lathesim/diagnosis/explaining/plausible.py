@@ -1,0 +1,88 @@
+"""Which sizes are believed: an effect whose size is far beyond those met on machines is not that effect."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.method import Method
+from lathesim.identification.records.candidate import Candidate, instants_of
+from lathesim.identification.records.model import Model
+
+
+def is_plausible(study: Study, model: Model) -> bool:
+    """Return whether the sizes of all effects of a model are of the kind that is met, delays are a fair part of a sample, and events come
+    after the recording has begun."""
+    values, method = model.fitted.by_name, study.method
+    period = study.estimation.machine.assembly.sample_period
+    duration = len(study.estimation.record) * period
+    return all(
+        of_usual_size(candidate, values, method)
+        and is_of_a_clock(candidate, values, period, duration, method=method)
+        and is_an_event(instants_of(candidate), values, duration, method=method)
+        for candidate in model.candidates
+    )
+
+
+def with_possible_sizes(study: Study) -> Study:
+    """Return the study whose limits know how large efforts could be on this machine."""
+    return replace(study, method=replace(study.method, possible=possible_sizes(study.estimation, method=study.method)))
+
+
+def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Method) -> bool:
+    """Return whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
+    if math.isinf(method.largest_size):
+        return True
+    products = [(size, other) for size, others in candidate.effect.identification.products.items() for other in others]
+    apart = {item for pair in products for item in pair}
+    for name, neutral, least, points in zip(candidate.parameters, candidate.neutral, candidate.least, candidate.points.T, strict=True):
+        item = name.partition(".")[2]
+        if item in apart:
+            continue
+        if item in candidate.effect.neutral:
+            usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), method.largest_size
+        else:
+            usual, size, most = float(points.max(initial=0.0)), abs(values[name]), method.largest_size
+            if item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
+                continue
+            if size < least / method.largest_size and not _may_have_begun(candidate, method):
+                return False
+        if usual > 0.0 and size >= max(most * usual, method.possible.get(name, 0.0)):
+            return False
+    return all(_is_usual_product(candidate, values, method, size, other) for size, other in products)
+
+
+def _may_have_begun(candidate: Candidate, method: Method) -> bool:
+    """Return whether an effect may have begun between a recording from before a change and this one: it is there at once then, and how
+    quickly it came does not show."""
+    return method.beside_earlier and bool(candidate.effect.identification.history)
+
+
+def _is_usual_product(candidate: Candidate, values: Mapping[str, float], method: Method, size: str, other: str) -> bool:
+    """Return whether the product of two parameters is not far beyond what is met; each by itself may be anything."""
+    names = [f"{candidate.part}.{item}" for item in (size, other)]
+    if not set(names) <= set(candidate.parameters):
+        return True
+    usual = float(np.prod([candidate.usual[candidate.parameters.index(name)] for name in names]))
+    return abs(float(np.prod([values[name] for name in names]))) < method.largest_size * usual
+
+
+def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: float, duration: float, method: Method) -> bool:
+    """Return whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one, or a skew of a clock over the
+    whole recording: a smaller one is how a simulation steps, or a friction or a play that is of another form."""
+    lag = candidate.effect.identification.delay
+    if not lag:
+        return True
+    of_time = candidate.effect.declarations[lag].unit == "s"
+    late = abs(values[f"{candidate.part}.{lag}"]) * (1.0 if of_time else duration)
+    return late > method.selection.least_lag * period
+
+
+def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: float, method: Method) -> bool:
+    """Return whether what happens at some ``instants`` (free names, none for most effects) does so after the recording has begun."""
+    return all(values[name] > method.selection.event_start * duration for name in instants)

@@ -1,0 +1,65 @@
+"""When one explanation is better than another one, and when the recordings cannot tell them apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from lathesim.diagnosis.explaining.chance import due, is_clear, unresolved
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.trial import Tried, over
+from lathesim.diagnosis.explanations.lacking_force import lacking
+from lathesim.diagnosis.location.missing_share import missing_share
+from lathesim.identification.records.model import Model
+from lathesim.identification.signal.analysis import root_mean_square
+
+
+def significant(trial: Tried, study: Study) -> bool:
+    """Return whether a trial predicts better than the model before it, by more than chance and its parameters give, and by more than errors
+    of laws and sensors make.
+
+    What may be another one on each recording was fitted to the validation recording too: it has to explain nearly all.
+    """
+    method = study.method
+    if not is_clear(trial.predicted, method, trial.parameters) or trial.fitted.nats < due(method, trial.parameters):
+        return False
+    of_recording = trial.candidate.effect.identification.size_of_recording
+    least = method.nearly_all_of_rest if of_recording else method.share_of_all
+    return min(trial.predicted.share, trial.fitted.share) > least and moves(study, trial.before, trial.model)
+
+
+def as_good(model: Model, best: Tried, study: Study) -> bool:
+    """Return whether a model predicts as well as the best trial, as far as the recordings can tell."""
+    _, behind = over(study, best.model, model)
+    return behind.nats < unresolved(behind, best.predicted.nats, study.method)
+
+
+def simplest(best: Tried, trials: Sequence[Tried], study: Study) -> Tried:
+    """Return the trial with the fewest values of those that predict as well as the best one; of equals the first of the catalogue."""
+    near = [one for one in trials if one is best or as_good(one.model, best, study)]
+    return min(near, key=lambda one: (one.parameters, one.candidate.effect.catalogue or math.inf, -one.predicted.nats))
+
+
+def moves(study: Study, before: Model, after: Model) -> bool:
+    """Return whether a model does something else than another one by more than the declared errors of laws and the noise of sensors.
+
+    The forces that both lack on the validation recording differ only by what they simulate: there is no noise in the difference. Beside a
+    recording from before a change neither counts: errors of laws and of sensors were there before it too.
+    """
+    if study.earlier is not None:
+        return True
+    validation = study.validation
+    for row in range(len(validation.machine.compare)):
+        reading = root_mean_square(before.validation_fit.residual[row] - after.validation_fit.residual[row])
+        if reading < validation.sensed.seen_floors[row]:
+            continue
+        first, second = lacking(validation, before.validation_fit, row), lacking(validation, after.validation_fit, row)
+        if not first.is_force or root_mean_square(first.values - second.values) > least_size(study, after, row):
+            return True
+    return False
+
+
+def least_size(study: Study, model: Model, row: int) -> float:
+    """Return the smallest force behind a channel that errors of laws do not make, one root mean square."""
+    _, total = missing_share(study.validation, model.validation_fit, row)
+    return study.method.verdict.within_laws * root_mean_square(total)

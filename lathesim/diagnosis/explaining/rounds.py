@@ -1,0 +1,100 @@
+"""A round of trials: which candidates are worth a fit on top of a model, and how each of them does."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from lathesim.diagnosis.candidates.eligibility import due as may_come
+from lathesim.diagnosis.candidates.eligibility import finer
+from lathesim.diagnosis.candidates.screening import screen
+from lathesim.diagnosis.candidates.starting_points import starting_points
+from lathesim.diagnosis.explaining.chance import due
+from lathesim.diagnosis.explaining.plausible import is_plausible
+from lathesim.diagnosis.explaining.resolution import significant
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.trial import Tried, settled_trial, tried
+from lathesim.diagnosis.records.screened import Screened
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.execution.threads import together
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.model import CandidateStanding, Model, Standing
+
+
+@dataclass
+class Rounds:
+    """The rounds of a search; one on top of the same model is not made twice."""
+
+    study: Study
+    _made: dict[frozenset[str], list[Tried]] = field(default_factory=dict)
+
+    def on(self, model: Model) -> list[Tried]:
+        """Return the most promising candidates, each fitted on top of a model, and those that were nothing there."""
+        key = frozenset(candidate.part for candidate in model.candidates)
+        if key not in self._made:
+            self._made[key] = _round(self.study, model)
+        return self._made[key]
+
+
+def _round(study: Study, model: Model) -> list[Tried]:
+    experiment = study.estimation
+    candidates = [*may_come(model, experiment), *finer(model, experiment)]
+    points = starting_points(experiment, model.fitted, candidates, method=study.method)
+    study.progress(f"screening {len(candidates)} candidates")
+    screening = screen(experiment.sensed, model.fitted, candidates, points, method=study.method)
+    # what acts in several places shows wholly only with a size in each
+    everywhere = [one.shaped for one in candidates if one.shaped is not None and one.acts_elsewhere]
+    wide = screen(experiment.sensed, model.fitted, everywhere, method=study.method) if everywhere else None
+    items = sorted((*screening.ranked, *(wide.ranked if wide else ())), key=lambda item: -item.gain)
+    trials: list[Tried] = []
+    for batch in _promising(items, study):
+        trials += together(lambda item: tried(study, model, item, _read_off(points, item.candidate)), batch)
+        if any(significant(made, study) and is_plausible(study, made.model) for made in trials):
+            break
+    most = max((made.predicted.nats for made in trials), default=0.0)
+    least = max(study.method.explaining.near * most, due(study.method))
+
+    def fine(made: Tried) -> Tried:
+        """Return a trial fitted further where it may be the best."""
+        if made.predicted.nats > least:
+            made = settled_trial(study, model, made)
+        text = f"  {made.name}: {made.fitted.nats:.0f} nats, predicts {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"
+        study.progress(Standing.told(text, [CandidateStanding(made.name, made.fitted.nats, made.predicted.nats, made.predicted.share)]))
+        return made
+
+    return list(together(fine, trials))
+
+
+def _read_off(points: Mapping[str, FloatArray], candidate: Candidate) -> FloatArray | None:
+    """Return the values that were read off the recording for a candidate, if they are those of its form."""
+    read_off = points.get(candidate.part)
+    return read_off if read_off is not None and read_off.shape[-1:] == (len(candidate.parameters),) else None
+
+
+def _promising(ranked: Sequence[Screened], study: Study) -> list[list[Screened]]:
+    """Return the candidates that are worth a fit, in batches: the best by their screening gain, with the simpler forms of each and what
+    leaves a like trace."""
+    worth = [item for item in ranked if item.gain > max(due(study.method), study.method.explaining.hopeless * ranked[0].gain)]
+    near = [item for item in worth if item.gain > study.method.explaining.rival * worth[0].gain][: study.method.explaining.fitted_at_once]
+    simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
+    alike = {(item.candidate.family, item.candidate.at) for item in near[:2]}
+
+    def belongs(candidate: Candidate) -> bool:
+        return (candidate.name, candidate.at) in simpler or (candidate.family, candidate.at) in alike
+
+    first = near + [item for item in worth if not any(item is one for one in near) and belongs(item.candidate)]
+    rest = [item for item in worth if not any(item is one for one in first)]
+    many = study.method.explaining.fitted_at_once
+    later = [rest[place * many : (place + 1) * many] for place in range(study.method.explaining.batches - 1)]
+    return [batch for batch in (first, *later) if batch]
+
+
+def simpler_forms(candidate: Candidate) -> set[tuple[str, str]]:
+    """Return the effects that a candidate is a finer form of, or stands on, with their places."""
+    how = candidate.effect.identification
+    return {(name, candidate.at) for name in (*how.generalises, *how.prerequisites)}
+
+
+def is_finer(candidate: Candidate, others: Collection[Candidate]) -> bool:
+    """Return whether a candidate is a finer form of one of some others."""
+    return bool(simpler_forms(candidate) & {(one.name, one.at) for one in others})

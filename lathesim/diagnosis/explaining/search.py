@@ -1,0 +1,239 @@
+"""Which explanation predicts best: the model grows by what predicts the validation recording better, and loses what does not help.
+
+In each round all candidates are screened, the most promising are fitted jointly with everything that is free already, and each is judged by
+what it predicts of the validation recording. Of those that cannot be told from the best the simplest is taken. Afterwards finer forms are
+put in the place of effects, and each effect is left out once: what it is worth then, and which rivals predict as well in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from lathesim.diagnosis.explaining.chance import is_clear
+from lathesim.diagnosis.explaining.earlier import was_there_before
+from lathesim.diagnosis.explaining.plausible import is_plausible
+from lathesim.diagnosis.explaining.resolution import as_good, significant, simplest
+from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.trial import Tried, modelled, over, settled_trial, tried, without
+from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations, released
+from lathesim.diagnosis.records.history import Step
+from lathesim.diagnosis.records.screened import Screened
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.execution.budget import until
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.model import Model
+from lathesim.identification.replay.experiment import baseline_free
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search has found: the lesson with its values refitted, the explanation that predicts best, and everything that was fitted.
+
+    ``values`` is the lesson with values further off than it holds possible, where that predicts as well as any effect. By the part of an
+    effect of the model, ``worth`` is what it is worth beside the others, and ``rivals`` are what predicts as well in its place.
+    ``there_before`` are parts of effects that a recording from before a change shows too.
+    """
+
+    baseline: Model
+    model: Model
+    values: Model | None = None
+    tried: tuple[Tried, ...] = ()
+    worth: dict[str, Tried] = field(default_factory=dict)
+    rivals: dict[str, tuple[Tried, ...]] = field(default_factory=dict)
+    there_before: frozenset[str] = frozenset()
+    history: tuple[Step, ...] = ()
+    complete: bool = False
+
+    def changed(self, move: str, one: Tried, why: str, went: Sequence[Candidate] = ()) -> Found:
+        """Return the search with the model of a trial, and the step noted."""
+        came_in = () if went and one.candidate in went else (one.name,)
+        left = tuple(f"{candidate.name} at {candidate.at}" for candidate in went)
+        step = Step(move, came_in, left, one.fitted.nats, one.predicted.nats, why)
+        return replace(self, model=one.model, worth={}, rivals={}, history=(*self.history, step))
+
+    def having_tried(self, trials: Sequence[Tried]) -> Found:
+        """Return the search with further trials."""
+        return replace(self, tried=(*self.tried, *trials))
+
+
+def explain(study: Study) -> Found:
+    """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then."""
+    # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
+    ends = study.method.ends.share(study.method.search_time)
+    sensed = study.estimation.sensed
+    fitted = fit(sensed, [*baseline_free(study.estimation.machine), *study.estimation.start_states(sensed.plan)], rounds=3)
+    baseline = modelled(study, (), fitted)
+    found = Found(baseline, baseline)
+    try:
+        for state in _states(replace(study, progress=until(ends, study.progress)), found):
+            found = state
+    except KeyboardInterrupt:
+        study.progress("stopped; what was found until here is kept")
+        return found
+    return replace(found, complete=True)
+
+
+def _states(study: Study, found: Found) -> Iterator[Found]:
+    """Yield the search as far as it has come."""
+    rounds = Rounds(study)
+    found = _with_other_values(study, found, rounds)
+    yield found
+    for step in (_grown, _refined, _compared):
+        for found in step(study, found, rounds):  # noqa: B020
+            yield found
+
+
+def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:
+    """Return the search from values of the lesson that are further off than it holds possible, where these predict as well as an effect.
+
+    Each value may then be another one by a factor, and costs half the square of its deviation in nats, as any value does.
+    """
+    if deviations(found.baseline.fitted).max(initial=0.0) < IMPLAUSIBLE:
+        return found
+    study.progress("trying values that are further off than the lesson declares")
+    values = modelled(study, (), fit(study.estimation.sensed, released(study), rounds=3))
+    fitted, predicted = over(study, values, found.baseline)
+    if not (is_clear(fitted, study.method) and is_clear(predicted, study.method)):
+        return found
+    trials = rounds.on(found.model)
+    found = found.having_tried(trials)
+    best = chosen(study, trials)
+    if best is not None and not as_good(values, best, study):
+        return found
+    step = Step("other values", (), (), fitted.nats, predicted.nats, "other values of the lesson predict as well as any effect")
+    return replace(found, model=values, values=values, history=(step,))
+
+
+def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
+    """Yield the search with effects added as long as one predicts better, and without those that a later one made needless."""
+    while len(found.model.candidates) < study.method.most_effects:
+        trials = rounds.on(found.model)
+        found = found.having_tried(trials)
+        best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before])
+        if best is None:
+            break
+        if was_there_before(study, best):
+            found = replace(found, there_before=found.there_before | {best.candidate.part})
+        study.progress(f"{best.name} predicts better by {best.predicted.nats:.0f} nats")
+        found = found.changed("add", best, f"predicts better by {best.predicted.nats:.0f} nats than without it")
+        yield found
+        for candidate in found.model.candidates[:-1]:
+            left = without(study, found.model, candidate)
+            if not significant(_worth(study, found.model, candidate, left), study):
+                found = _dropped(study, found, candidate, left)
+                yield found
+
+
+def chosen(study: Study, trials: Sequence[Tried]) -> Tried | None:
+    """Return the simplest of the trials that predict as well as the best one; none where none predicts better than the model before.
+
+    A finer form waits where its simpler one predicts better too: it may take its place later.
+    """
+    good = [one for one in trials if significant(one, study) and is_plausible(study, one.model)]
+    if not good:
+        return None
+    plain = [one for one in good if not is_finer(one.candidate, [other.candidate for other in good])]
+    return simplest(max(plain or good, key=lambda one: one.predicted.nats), good, study)
+
+
+def _worth(study: Study, model: Model, candidate: Candidate, left: Model) -> Tried:
+    """Return what an effect of a model is worth: what the model gains over the one without it."""
+    return Tried(candidate, left, model, *over(study, model, left))
+
+
+def _dropped(study: Study, found: Found, candidate: Candidate, left: Model) -> Found:
+    study.progress(f"{candidate.name} at {candidate.at} is not needed")
+    lost = Tried(candidate, found.model, left, *over(study, left, found.model))
+    return found.changed("drop", lost, "the others predict as well without it", [candidate])
+
+
+def _refined(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
+    """Yield the search with finer forms in the place of effects where these predict much of what is left."""
+    for candidate in found.model.candidates:
+        finer = [
+            other
+            for other in study.estimation.candidates
+            if other.at == candidate.at and candidate.name in other.effect.identification.generalises
+        ]
+        forms = finer + ([candidate.shaped] if candidate.shaped is not None else [])
+        trials = [_in_place(study, found.model, candidate, form) for form in forms]
+        found = found.having_tried(trials)
+        best = chosen(study, trials)
+        if best is not None and min(best.predicted.share, best.fitted.share) > study.method.share_of_rest:
+            study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
+            found = found.changed("refine", best, "a finer form predicts better", [candidate])
+            yield found
+
+
+def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate) -> Tried:
+    """Return a form fitted in the place of an effect, beginning with the values that both have."""
+    shared = {name.partition(".")[2]: model.fitted.by_name[name] for name in candidate.parameters}
+    starts = [
+        np.array([shared.get(name.partition(".")[2], value) for name, value in zip(form.parameters, row, strict=True)])
+        for row in (form.neutral, *form.points)
+    ]
+    rest = tuple(one for one in model.candidates if one is not candidate)
+    left = _neutral(model, candidate, rest)
+    made = tried(study, left, Screened(form, 0.0, tuple(starts[:1]), np.ones(1)), np.array(starts[1:]))
+    return replace(settled_trial(study, model, made), before=model)
+
+
+def _neutral(model: Model, candidate: Candidate, rest: tuple[Candidate, ...]) -> Model:
+    """Return a model whose effect is nothing and no longer free, the other values as they are."""
+    names, fitted = set(candidate.parameters), model.fitted
+    places = [place for place, one in enumerate(fitted.free) if one.name not in names]
+
+    def kept(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[places]
+
+    smaller = replace(
+        fitted,
+        free=tuple(fitted.free[place] for place in places),
+        values=fitted.values[places],
+        covariance=fitted.covariance[places][:, places],
+        sensitivity=kept(fitted.sensitivity),
+        misfit=kept(fitted.misfit),
+    )
+    return replace(model, candidates=rest, fitted=smaller)
+
+
+def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
+    """Yield the search with what each effect of the model is worth and its rivals; a better or a simpler rival takes its place."""
+    swaps, waiting = 0, list(found.model.candidates)
+    while waiting:
+        candidate = waiting.pop(0)
+        left = without(study, found.model, candidate)
+        worth = _worth(study, found.model, candidate, left)
+        if not significant(worth, study):
+            found = _dropped(study, found, candidate, left)
+            waiting = list(found.model.candidates)
+            yield found
+            continue
+        trials = [one for one in rounds.on(left) if one.candidate.part != candidate.part]
+        found = found.having_tried(trials)
+        best = chosen(study, [worth, *trials])
+        if best is not None and best is not worth and swaps < study.method.most_effects and _better(study, found.model, best, worth):
+            study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
+            swaps, found = swaps + 1, found.changed("swap", best, "predicts better, or as well with fewer values", [candidate])
+            waiting = list(found.model.candidates)
+            yield found
+            continue
+        good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, worth, study)]
+        alike = [one for one in good if not (is_finer(one.candidate, [candidate]) or _is_the_other_sensor(one.candidate, candidate))]
+        found = replace(found, worth={**found.worth, candidate.part: worth}, rivals={**found.rivals, candidate.part: tuple(alike)})
+        yield found
+
+
+def _better(study: Study, model: Model, best: Tried, worth: Tried) -> bool:
+    """Return whether a rival predicts better than the effect in whose place it is, or as well with fewer values."""
+    return best.parameters < worth.parameters or not as_good(model, best, study)
+
+
+def _is_the_other_sensor(rival: Candidate, candidate: Candidate) -> bool:
+    """Return whether a rival is the same effect between the same two sensors, which is reported at the second of them."""
+    return rival.name == candidate.name and rival.of_motion == candidate.of_motion and candidate.effect.identification.between_sensors

@@ -1,0 +1,119 @@
+"""Where the fit of a candidate begins: of many values, those from which most is explained beside what the other values can take up."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from lathesim.diagnosis.candidates.periodic_starts import PERIODS, cycle_of
+from lathesim.diagnosis.candidates.screening import is_limit
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.method.explaining import ExplainingLimits
+from lathesim.diagnosis.records.screened import Screened
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.fit import Fitted, Free, with_start
+from lathesim.identification.records.model import Model
+
+
+def starts(study: Study, model: Model, item: Screened, points: FloatArray | None) -> list[list[Free]]:
+    """Return the free values of some fits of a candidate on top of a model, each with where it begins, the best first.
+
+    Values of the lesson begin where the model has them and, as an error that the effect explains may have drawn them away, where the
+    lesson gives them. All beginnings are simulated in one batch; what is left of each is projected off what the model's free values change.
+    """
+    candidate, fitted, limits = item.candidate, model.fitted, study.method.explaining
+    rows, bases = _rows(candidate, item, points, limits), _bases(fitted, limits)
+    found: list[_Begun] = []
+    for place, base in enumerate(bases):
+        left = _left(study, fitted, base, candidate, rows)
+        found += [_Begun(float(left[row]), place, rows[row]) for row in np.argsort(left)[: 4 * limits.starts]]
+    return [[*bases[one.base], *candidate_free(study, candidate, one.values)] for one in _best(found, limits)]
+
+
+class _Begun(NamedTuple):
+    """A beginning: the power that is left there, which values of the model it stands on, and those of the candidate."""
+
+    left: float
+    base: int
+    values: FloatArray
+
+
+def _bases(fitted: Fitted, limits: ExplainingLimits) -> list[list[Free]]:
+    """Return the free values of a model where it has them, and with those of the lesson as given where these have moved."""
+    at_fit = with_start(fitted)
+    known = [one for one in at_fit if np.isfinite(one.uncertainty) and one.given]
+    if not any(abs(one.start - one.given) > limits.moved * one.uncertainty for one in known):
+        return [at_fit]
+    return [at_fit, [replace(one, start=one.given) if one in known else one for one in at_fit]]
+
+
+def _best(found: Sequence[_Begun], limits: ExplainingLimits) -> list[_Begun]:
+    """Return the best of the beginnings that differ, and the best one on each of the bases; one alone where it is clearly the best."""
+    kept: list[_Begun] = []
+    for one in sorted(found, key=lambda entry: entry.left):
+        if len(kept) < limits.starts and all(_differ(one, other, limits) for other in kept):
+            kept.append(one)
+    if len(kept) > 1 and kept[0].left < limits.clearly * kept[1].left:
+        del kept[1:]
+    missing = {one.base for one in found} - {one.base for one in kept}
+    return [*kept[:1], min((one for one in found if one.base in missing), key=lambda entry: entry.left)] if missing else kept
+
+
+def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> list[Free]:
+    """Return the parameters of a candidate as free ones, starting at ``start``.
+
+    The scale of a wavelength is what makes one wave more on the way: a slope over more than that would be one of another wave.
+    """
+    spread = np.maximum(np.abs(candidate.points).max(axis=0, initial=0.0), np.abs(start)) if len(candidate.points) else np.abs(start)
+    spread = np.where(spread > 0.0, spread, candidate.usual)
+    free = [
+        Free(name, float(value), max(0.3 * float(scale), 1e-12), float(low), float(high))
+        for name, value, scale, low, high in zip(candidate.parameters, start, spread, candidate.low, candidate.high, strict=True)
+    ]
+    free = [
+        replace(one, scale=min(one.scale, cycle_of(study.estimation, candidate, one.start)))
+        if one.name.partition(".")[2] in PERIODS
+        else one
+        for one in free
+    ]
+    orders = candidate.named(candidate.effect.identification.orders)
+    # an order is a whole number
+    deviation = study.method.explaining.whole_order
+    return [replace(one, uncertainty=deviation, given=round(one.start)) if one.name in orders else one for one in free]
+
+
+def _rows(candidate: Candidate, item: Screened, points: FloatArray | None, limits: ExplainingLimits) -> FloatArray:
+    """Return the values that are tried, shape (starts, parameters)."""
+    sizes = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
+    usual = candidate.points if points is None or not len(points) else points
+    begun = [*item.starts, *usual[: limits.points]]
+    scaled = [np.where(sizes, candidate.neutral + share * (row - candidate.neutral), row) for row in begun for share in limits.sizes]
+    return np.asarray(np.clip(np.array(scaled), candidate.low, candidate.high))
+
+
+def _left(study: Study, fitted: Fitted, base: Sequence[Free], candidate: Candidate, rows: FloatArray) -> FloatArray:
+    """Return the whitened power that is left with each start (starts,), beside what the model's free values can take up."""
+    names = [*fitted.constant, *(one.name for one in base), *candidate.parameters]
+    before = [*fitted.constant.values(), *(one.start for one in base)]
+    values = np.hstack([np.tile(before, (len(rows), 1)), rows])
+    white: FloatArray = _whitened(fitted, np.array(study.estimation.sensed.residuals(names, values)))
+    if fitted.sensitivity is not None and len(fitted.free):
+        slopes = _whitened(fitted, fitted.sensitivity)
+        length = np.linalg.norm(slopes, axis=1)
+        basis, _ = np.linalg.qr((slopes[length > 0.0] / length[length > 0.0, None]).T)
+        white = white - (white @ basis) @ basis.T
+    return np.asarray(np.sum(white * white, axis=1))
+
+
+def _whitened(fitted: Fitted, arrays: FloatArray) -> FloatArray:
+    white = [noise.whiten(arrays[:, row], full_band=True) for row, noise in enumerate(fitted.noise)]
+    return np.asarray(np.concatenate(white, axis=1))
+
+
+def _differ(one: _Begun, other: _Begun, limits: ExplainingLimits) -> bool:
+    away = np.abs(one.values - other.values) > limits.apart * np.abs(other.values)
+    return one.base != other.base or bool(np.any(away))

@@ -1,0 +1,114 @@
+"""One explanation more: a candidate fitted jointly with everything that the model before it had free, and judged on both recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from lathesim.diagnosis.explaining.chance import due
+from lathesim.diagnosis.explaining.density import Gain, gain
+from lathesim.diagnosis.explaining.starts import starts
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.records.screened import Screened
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.estimation.least_squares import ROUGH, fit
+from lathesim.identification.estimation.transfer import transferred
+from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records.fit import Fitted, Free, with_start
+from lathesim.identification.records.model import Model, is_full_band
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate on top of a model, or in the place of one of its effects, with what it gains on both recordings."""
+
+    candidate: Candidate
+    before: Model
+    model: Model
+    fitted: Gain
+    predicted: Gain
+
+    @property
+    def name(self) -> str:
+        """What was tried, and where."""
+        return f"{self.candidate.name} at {self.candidate.at}"
+
+    @property
+    def parameters(self) -> int:
+        """How many values were fitted that are not nothing by themselves."""
+        return len(self.candidate.parameters) - len(self.candidate.spare)
+
+
+def modelled(study: Study, candidates: tuple[Candidate, ...], fitted: Fitted) -> Model:
+    """Return a fit as a model, carried over to the validation recording."""
+    return Model(candidates, fitted, transferred(study.validation, fitted, candidates))
+
+
+def over(study: Study, model: Model, other: Model) -> tuple[Gain, Gain]:
+    """Return what a model gains over another one, on the estimation and on the validation recording."""
+    wide = is_full_band((*model.candidates, *other.candidates))
+    return (
+        gain(model.fitted, other.fitted, full_band=wide),
+        gain(model.validation_fit, other.validation_fit, full_band=wide),
+    )
+
+
+def tried(study: Study, before: Model, item: Screened, points: FloatArray | None, kept: tuple[Candidate, ...] | None = None) -> Tried:
+    """Return a candidate fitted on top of a model; with ``kept`` those effects of the model alone stay beside it."""
+    candidates = (*(before.candidates if kept is None else kept), item.candidate)
+    begun: list[tuple[list[Free], Mapping[str, float]]] = [(free, before.fitted.constant) for free in starts(study, before, item, points)]
+    motion = study.estimation.simulated_motion_of(candidates)
+    if motion and not motion.items() <= before.fitted.constant.items():
+        # a friction that holds has to feel the simulated motion: of the recorded one the first micrometres are lost in its rounding
+        begun.append((begun[0][0], {**before.fitted.constant, **motion}))
+    best = max((_rough(study, before, free, constant, candidates) for free, constant in begun), key=lambda one: one.score)
+    gained = gain(best, before.fitted, full_band=is_full_band(candidates))
+    if gained.nats < due(study.method):
+        return Tried(item.candidate, before, Model(candidates, best, before.validation_fit), gained, Gain(0.0, 0.0))
+    model = modelled(study, candidates, best)
+    return Tried(item.candidate, before, model, *over(study, model, before))
+
+
+def settled_trial(study: Study, before: Model, trial: Tried) -> Tried:
+    """Return a trial fitted until nothing moves any more."""
+    candidates = trial.model.candidates
+    model = modelled(study, candidates, settled(study, trial.model.fitted, candidates))
+    return Tried(trial.candidate, before, model, *over(study, model, before))
+
+
+def _rough(study: Study, before: Model, free: Sequence[Free], constant: Mapping[str, float], candidates: tuple[Candidate, ...]) -> Fitted:
+    """Return a first fit, weighed as the model before it is: where a start swings far, noise of its own would find that usual."""
+    near = constant == before.fitted.constant and _begins_at(before, free)
+    known = dict(zip(before.fitted.names, before.fitted.sensitivity, strict=True)) if near and before.fitted.sensitivity is not None else {}
+    return fit(
+        study.estimation.sensed, free, constant, rounds=1, iterations=12, noise=before.fitted.noise, full_band=is_full_band(candidates),
+        tolerance=ROUGH, known=known, slopes="kept",
+    )  # fmt: skip
+
+
+def _begins_at(before: Model, free: Sequence[Free]) -> bool:
+    values = before.fitted.by_name
+    return all(one.start == values[one.name] for one in free if one.name in before.fitted.names)
+
+
+def settled(study: Study, fitted: Fitted, candidates: tuple[Candidate, ...]) -> Fitted:
+    """Return a fit gone on with from where it stands, all slopes taken afresh, until nothing moves any more."""
+    limits = study.method.explaining
+    return fit(
+        study.estimation.sensed,
+        with_start(fitted),
+        fitted.constant,
+        rounds=2,
+        full_band=is_full_band(candidates),
+        tolerance=limits.fine,
+        settle=limits.settled,
+    )
+
+
+def without(study: Study, model: Model, gone: Candidate) -> Model:
+    """Return a model without one of its effects, the rest fitted again."""
+    rest = tuple(one for one in model.candidates if one is not gone)
+    free = [one for one in model.free if one.name not in gone.parameters]
+    constant = {name: value for name, value in model.fitted.constant.items() if name not in gone.parameters}
+    fitted = fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=study.method.explaining.settled)
+    return modelled(study, rest, fitted)

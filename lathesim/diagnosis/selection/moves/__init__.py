@@ -1,1 +1,0 @@
-"""Moves of the search: each proposes a change of the model that was found."""

@@ -1,1 +1,0 @@
-"""Why an effect that was believed is refused after all."""
