@@ -284,3 +284,13 @@ def test_one_of_two_neutral_values_may_vary_alone(at_once: list[int]) -> None:
     made, members = Batch(plan, 100, threads=1), np.linspace(0.0, 0.1, 17)[:, None]
     assert same(made.run(["off.gain"], members), one_by_one(made, ["off.gain"], members))
     assert at_once
+
+
+def test_only_a_full_group_decides_whether_lanes_are_given_up() -> None:
+    plan = wire(loop())
+    choice = lanes.Choice(plan, ["axis.lag"], np.array(plan.parameter_values), {})
+    choice.spend(1.0, 1, side_by_side=False)
+    choice.spend(8.0, 4, side_by_side=True)
+    assert not choice.refused
+    choice.spend(2.0 * lanes.LANES, lanes.LANES, side_by_side=True)
+    assert choice.refused

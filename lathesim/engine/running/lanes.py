@@ -68,9 +68,12 @@ class Choice:
         return self._spent.refused
 
     def spend(self, seconds: float, runs: int, side_by_side: bool) -> None:
-        """Count the time of runs; go back to one by one where lanes took longer, as where most laws are loops."""
+        """Count the time of runs; go back to one by one where lanes took longer, as where most laws are loops.
+
+        Only full groups count: a group that is not full takes as long, which says nothing of one run in sixteen.
+        """
         if side_by_side:
-            self._spent.refused |= 0.0 < _NOT_WORTH * self._spent.last < seconds / runs
+            self._spent.refused |= runs == LANES and 0.0 < _NOT_WORTH * self._spent.last < seconds / runs
         else:
             self._spent.total, self._spent.last = self._spent.total + seconds, seconds
 
