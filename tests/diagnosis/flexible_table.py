@@ -10,7 +10,6 @@ import sys
 import time
 import warnings
 
-from lathesim.diagnosis.explanations.nearest import nearest_effects
 from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
 from lathesim.effects.effect import Effect
 from lathesim.identification.catalogue.placement import insert_candidates
@@ -21,6 +20,7 @@ from lathesim.identification.replay.loading import load_case
 from lathesim.identification.replay.validation_split import parted
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
+from tests.diagnosis.explanations.nearest import nearest_effects
 from tests.diagnosis.real.cases import Case
 from tests.diagnosis.real.recordings import cases
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,8 +11,8 @@ from lathesim.diagnosis.explaining.chance import unresolved
 from lathesim.diagnosis.explaining.search import Found
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.ranked_effect import RankedEffect
-from lathesim.diagnosis.verdict.weighing import Weighing
-from lathesim.identification.noise.noise_model import white_noise
+from lathesim.engine.assembly import FloatArray
+from lathesim.identification.noise.noise_model import NoiseModel, carried_over, white_noise
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
@@ -53,3 +54,26 @@ def removed_share(experiment: Experiment, before: Fitted, after: Fitted) -> floa
     white = np.array([white_noise(row, shape) for row, shape in zip(after.residual, shapes, strict=True)])
     error, left = (float(weighing.error(experiment, fitted, white).sum()) for fitted in (before, after))
     return 1.0 - left / error if error > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """How much of an error counts: weighed as forces and sensor noise of a fit's size are, one noise model a channel."""
+
+    noise: tuple[NoiseModel, ...]
+
+    def error(self, experiment: Experiment, fitted: Fitted, white: FloatArray | None = None) -> FloatArray:
+        """Return for each channel the squared error of a fit above the floor, in the band of the motion.
+
+        ``white`` (channels,) is the power of what the sensors add to their floors, which is no error.
+        """
+        shapes = experiment.sensed.noise_shapes(fitted.by_name)
+        added = np.zeros(len(shapes)) if white is None else white
+        errors = []
+        for row, shape, base, more in zip(fitted.residual, shapes, self.noise, added, strict=True):
+            weight = carried_over(base, shape)
+            whitened = weight.whiten(row)
+            kept = slice(0, min(weight.band, len(weight.power)))
+            floor = float(np.sum(2.0 * (shape.floor**2 + more) * shape.shapes[0][kept] / weight.power[kept]))
+            errors.append(max(float(np.sum(whitened * whitened)) - floor, 1e-9))
+        return np.array(errors)

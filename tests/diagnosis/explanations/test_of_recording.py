@@ -7,12 +7,12 @@ import pytest
 
 from lathesim.components.axes.led_axis import LedAxis
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every, undone
-from lathesim.diagnosis.explanations.nearest import nearest_effects
 from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import Machine, build_experiments
 from lathesim.record import Channel, Record
+from tests.diagnosis.explanations.nearest import nearest_effects
 from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, pair
 
 REFERENCE, SPEED, CURRENT = "x_axis.reference", "x_axis.reference_velocity", "x_axis.current"
