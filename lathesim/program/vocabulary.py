@@ -278,7 +278,9 @@ def _choice(blocks: Blocks, dialect: Dialect) -> str:
     if not complete:
         return "the dialect the program is written in."
     having = f"{_quoted(complete)} {'has' if len(complete) == 1 else 'have'} all its words"
-    return f"the dialect the program is written in; {having}. A comment (dialect: {complete[0]}) at its head chooses one."
+    first = complete[0]
+    run = f"A run takes the one of its lesson: write dialect: {first} there."
+    return f"the dialect the program is written in; {having}. A comment (dialect: {first}) at its head chooses one. {run}"
 
 
 def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:

@@ -156,7 +156,7 @@ REFUSED = {
         "turn.nc:1: G17 means a plane with Y in it in the dialect 'paper', and that is not interpreted here; "
         "in the dialect 'linuxcnc' it means the plane of X and Y, for drilling along Z. "
         "This is for a mill; a two-axis lathe moves in the plane of X and Z. Write G18, or choose the dialect the program is written in; "
-        "'linuxcnc' has all its words. A comment (dialect: linuxcnc) at its head chooses one.",
+        "'linuxcnc' has all its words. A comment (dialect: linuxcnc) at its head chooses one. A run takes the one of its lesson: write dialect: linuxcnc there.",
     ),
     "units change with F": (
         "G70 G1 X1 F5\nM2",
@@ -167,7 +167,7 @@ REFUSED = {
         "G21\nG0 X1\nM2",
         "turn.nc:1: G21 is not in the dialect 'paper'; 'linuxcnc' and 'fanuc' have it (millimetres). "
         "Write G71 for it here, or choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words. "
-        "A comment (dialect: linuxcnc) at its head chooses one.",
+        "A comment (dialect: linuxcnc) at its head chooses one. A run takes the one of its lesson: write dialect: linuxcnc there.",
     ),
     "cycle of another dialect, both readings": (
         "G71 U2. R0.5\nM2",
@@ -175,14 +175,14 @@ REFUSED = {
         "'fanuc' has it (incremental X). G71 means millimetres in the dialect 'paper'; "
         "in the dialects 'linuxcnc' and 'fanuc' it means the roughing cycle. "
         "Choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words. "
-        "A comment (dialect: linuxcnc) at its head chooses one.",
+        "A comment (dialect: linuxcnc) at its head chooses one. A run takes the one of its lesson: write dialect: linuxcnc there.",
     ),
     "feed per revolution of fanuc": (
         "G99 G1 X10 F0.1\nM2",
         "turn.nc:1: G99 is not in the dialect 'paper'; 'linuxcnc' has it (the return level of canned cycles); "
         "'fanuc' has it (feed per revolution). "
         "Write G95 for it here, or choose the dialect the program is written in; 'linuxcnc' and 'fanuc' have all its words. "
-        "A comment (dialect: linuxcnc) at its head chooses one.",
+        "A comment (dialect: linuxcnc) at its head chooses one. A run takes the one of its lesson: write dialect: linuxcnc there.",
     ),
 }
 
