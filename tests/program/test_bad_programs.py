@@ -156,7 +156,8 @@ REFUSED = {
         "turn.nc:1: G17 means a plane with Y in it in the dialect 'paper', and that is not interpreted here; "
         "in the dialect 'linuxcnc' it means the plane of X and Y, for drilling along Z. "
         "This is for a mill; a two-axis lathe moves in the plane of X and Z. Write G18, or choose the dialect the program is written in; "
-        "'linuxcnc' has all its words. A comment (dialect: linuxcnc) at its head chooses one. A run takes the one of its lesson: write dialect: linuxcnc there.",
+        "'linuxcnc' has all its words. A comment (dialect: linuxcnc) at its head chooses one. "
+        "A run takes the one of its lesson: write dialect: linuxcnc there.",
     ),
     "units change with F": (
         "G70 G1 X1 F5\nM2",
