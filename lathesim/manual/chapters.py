@@ -8,6 +8,7 @@ from pathlib import Path
 from lathesim.errors import LatheSimError, nearest
 
 TOPICS = (
+    "first_hour",
     "app",
     "commands",
     "lessons",

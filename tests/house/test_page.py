@@ -4,7 +4,8 @@ import re
 
 from lathesim.cli.main import COMMANDS
 from lathesim.diagnosis.records.diagnosis import VERDICTS
-from lathesim.manual.chapters import chapters
+from lathesim.lessons.schema import json_schema
+from lathesim.manual.chapters import chapter, chapters
 from lathesim.shipped import FOLDERS, shipped_files
 from tests.cli.command import ROOT
 
@@ -46,3 +47,9 @@ def test_the_readme_names_every_chapter_and_has_two_screens() -> None:
     page = (ROOT / "README.md").read_text(encoding="utf-8")
     assert re.findall(r"^\| \[`(\w+)`\]\(lathesim/manual/\1\.md\)", page, re.M) == [chapter.topic for chapter in chapters()]
     assert len(page.splitlines()) <= 120
+
+
+def test_the_chapter_on_lessons_explains_every_key() -> None:
+    schema = json_schema()
+    named = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (`[^|]+) \|", chapter("writing_lessons").text, re.M))))
+    assert named >= {*schema["properties"], *schema["$defs"]["Variant"]["properties"]}

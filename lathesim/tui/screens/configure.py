@@ -202,6 +202,12 @@ class ConfigureScreen(WorkbenchScreen):
         row = self.query_one("#entries", DataTable).cursor_row
         return self._entries[row] if 0 <= row < len(self._entries) else None
 
+    @on(Tree.NodeSelected, "#machine")
+    def _go_to_values(self, event: Tree.NodeSelected[_Choice]) -> None:
+        if event.node.data is not None:
+            self.query_one("#tabs", TabbedContent).active = "values"
+            self.query_one("#entries", DataTable).focus()
+
     @on(DataTable.RowHighlighted, "#entries")
     def _show_edited(self) -> None:
         entry, field = self.entry, self.query_one("#value", Input)

@@ -187,7 +187,8 @@ class ResultsScreen(WorkbenchScreen):
     def _show_cursor(self, runs: list[tuple[str, Record]]) -> None:
         words = self.query_one("#cursor", Static)
         if not runs:
-            words.update("Run something first, or open a record with o.")
+            first = "Tick a run with space" if self.workbench.runs else "Run something first"
+            words.update(f"{first}, or open a record with o.")
             return
         if self._view not in (TIME, ERROR):
             words.update(_SEEN[self._view])

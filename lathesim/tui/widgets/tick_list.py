@@ -17,6 +17,12 @@ _TICK = "X"
 class TickList(SelectionList[Value], Generic[Value]):
     """A selection list that shows ✓ at what is ticked and a space elsewhere."""
 
+    def action_cursor_down(self) -> None:
+        """Move down from the first entry where none has the cursor yet."""
+        if self.highlighted is None:
+            self.highlighted = 0
+        super().action_cursor_down()
+
     def render_line(self, y: int) -> Strip:
         """Return one row."""
         strip = super().render_line(y)
