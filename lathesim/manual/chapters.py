@@ -24,6 +24,7 @@ TOPICS = (
     "plugins",
     "speed",
     "house",
+    "glossary",
 )
 
 
