@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.cli.speed import bench_lanes, bench_rows, bench_scale, bench_servo, bench_table1
-from lathesim.cli.speed.bench_axes import axes_plan
-from lathesim.cli.speed.bench_lanes import LaneFigure
+from lathesim.cli.speed import bench_rows
 from lathesim.cli.speed.bench_rows import Row, Skipped
-from lathesim.cli.speed.bench_scale import Hour, Series
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run
+from tests.benchmarks import lanes, scale, servo_axis, table1
+from tests.benchmarks.lanes import LaneFigure
+from tests.benchmarks.many_axes import axes_plan
+from tests.benchmarks.scale import Hour, Series
 from tests.cli.command import call
 
 
@@ -59,19 +60,26 @@ def test_a_peer_that_disagrees_is_told_and_leaves_with_one(monkeypatch: pytest.M
 
 
 def test_without_the_checkout_only_own_rows_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench_rows, "_peers", lambda: None)
+    monkeypatch.setattr(bench_rows, "checkout", lambda: None)
     present, skipped = bench_rows._present(slow=True)
     assert present == []
     assert skipped[0].reason == "they are measured from a checkout, with its folder tests/benchmarks/peers"
 
 
+def test_further_measurements_are_of_the_checkout(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(bench_rows, "checkout", lambda: None)
+    said = call(capsys, "bench", "--lanes")
+    assert said.code == 1
+    assert said.err.startswith("--lanes is measured from a checkout, with its folder tests/benchmarks.")
+
+
 def test_scale_draws_and_tells_slopes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     sizes = (1.0, 10.0, 1000.0, 5000.0)
     even = Series("runs", sizes, tuple(0.006 * size for size in sizes))
-    monkeypatch.setattr(bench_scale, "scale_series", lambda *_, **__: [even])
-    monkeypatch.setattr(bench_scale, "thread_gain", lambda *_: 1.9)
-    monkeypatch.setattr(bench_scale, "hour", lambda *_: Hour(2.5, 2.0, 1.4, 160.0, 179.0))
-    monkeypatch.setattr(bench_scale, "batch_memory", lambda *_: {100: 119.0, 10000: 119.0})
+    monkeypatch.setattr(scale, "scale_series", lambda *_, **__: [even])
+    monkeypatch.setattr(scale, "thread_gain", lambda *_: 1.9)
+    monkeypatch.setattr(scale, "hour", lambda *_: Hour(2.5, 2.0, 1.4, 160.0, 179.0))
+    monkeypatch.setattr(scale, "batch_memory", lambda *_: {100: 119.0, 10000: 119.0})
     said = call(capsys, "bench", "--scale", "--save", tmp_path / "scale.png")
     assert said.code == 0
     assert (tmp_path / "scale.png").stat().st_size > 5000
@@ -84,7 +92,7 @@ def test_scale_draws_and_tells_slopes(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_table1_tells_what_is_off_its_limit(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(bench_table1, "REFERENCE", {"I": (18.48, 0.684, 0.150)})
+    monkeypatch.setattr(table1, "REFERENCE", {"I": (18.48, 0.684, 0.150)})
     said = call(capsys, "bench", "--table1", "--quick")
     assert said.code == 1
     assert "| I | cycle_time | 18.48 s | 18.48 s | " in said.out
@@ -100,7 +108,7 @@ def test_the_axes_of_the_scale_all_do_the_same() -> None:
 
 def test_lanes_hold_each_ratio_against_its_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     figures = [LaneFigure("servo axis", 8.0, 7.0, True, 0.004, 0.0005), LaneFigure("Jacobian", 2.5, 2.0, False)]
-    monkeypatch.setattr(bench_lanes, "lane_figures", lambda *_, **__: (figures, ["C: gcc is not installed"]))
+    monkeypatch.setattr(lanes, "lane_figures", lambda *_, **__: (figures, ["C: gcc is not installed"]))
     said = call(capsys, "bench", "--lanes")
     assert said.code == 1
     assert "| servo axis | 4 ms | 0.5 ms | 8 | at least 7 | kept |" in said.out
@@ -110,13 +118,13 @@ def test_lanes_hold_each_ratio_against_its_bar(monkeypatch: pytest.MonkeyPatch, 
     assert [row["is_within"] for row in found["rows"]] == [True, False]
 
 
-@pytest.mark.skipif(bool(bench_servo.no_compiler()), reason=bench_servo.no_compiler())
+@pytest.mark.skipif(bool(servo_axis.no_compiler()), reason=servo_axis.no_compiler())
 def test_the_servo_axis_in_c_has_the_bits_of_the_engine(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench_servo, "SECONDS", 3.0)
-    plan = bench_servo.servo_plan()
-    values = bench_servo.spread(plan, bench_servo.VARIED, 2)
-    ours = Batch(plan, bench_servo.samples_of(plan), threads=1).run(bench_servo.VARIED, values)
-    theirs = bench_servo.servo_in_c(plan, 2)(values)
+    monkeypatch.setattr(servo_axis, "SECONDS", 3.0)
+    plan = servo_axis.servo_plan()
+    values = servo_axis.spread(plan, servo_axis.VARIED, 2)
+    ours = Batch(plan, servo_axis.samples_of(plan), threads=1).run(servo_axis.VARIED, values)
+    theirs = servo_axis.servo_in_c(plan, 2)(values)
     assert all(np.array_equal(one, other.T) for one, other in zip(ours, theirs, strict=True))
     assert np.ptp(ours[0][0]) > 0.09
     assert not np.array_equal(ours[0], ours[1])

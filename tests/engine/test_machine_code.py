@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from lathesim import cache_folder
-from lathesim.cli.speed.bench_axes import axes_plan
 from lathesim.component import Component, Output, State
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.engine.compiling import module_cache
@@ -28,6 +27,7 @@ from lathesim.engine.running import run_arrays
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
+from tests.benchmarks.many_axes import axes_plan
 from tests.engine import small_machine
 from tests.engine.small_machine import PARTS, Axis, loop
 

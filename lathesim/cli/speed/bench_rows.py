@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -177,10 +177,61 @@ def _difference(ours: np.ndarray, theirs: np.ndarray) -> float:
     return float(np.abs(ours - theirs).max() / ENCODER_COUNT)
 
 
-def _peers() -> Any:
+def checkout() -> Path | None:
+    """Return the checkout this package runs from, from which its tests can now be imported; none where it is installed without them."""
     root = Path(__file__).parents[3]
     if not (root / "tests" / "benchmarks" / "peers").is_dir():
         return None
     if str(root) not in sys.path:
         sys.path.insert(0, str(root))
-    return importlib.import_module("tests.benchmarks.peers")
+    return root
+
+
+def _peers() -> Any:
+    return None if checkout() is None else importlib.import_module("tests.benchmarks.peers")
+
+
+def row_data(rows: Sequence[Row], compiled: float) -> list[dict[str, Any]]:
+    """Return rows as JSON has them, beside the seconds of the compiled engine."""
+    return [{"name": row.name, "median_s": row.median_s, "ratio_to_compiled": row.median_s / compiled} for row in rows]
+
+
+def seconds_text(value: float) -> str:
+    """Return seconds as text with three digits."""
+    return f"{value * 1e3:.3g} ms" if value < 1.0 else f"{value:.3g} s"
+
+
+def measured_on() -> dict[str, str]:
+    """Return what the figures depend on."""
+    import datetime
+    import platform
+    from importlib.metadata import version
+
+    return {
+        "processor": _processor(),
+        "cores": str(os.cpu_count()),
+        "load": f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
+        "system": platform.platform(terse=True),
+        "python": platform.python_version(),
+        "numpy": version("numpy"),
+        "numba": version("numba"),
+        "date": datetime.date.today().isoformat(),
+    }
+
+
+def measured_on_line() -> str:
+    """Return the same in one line."""
+    machine = measured_on()
+    versions = ", ".join(f"{name} {machine[name]}" for name in ("python", "numpy", "numba"))
+    busy = f"load {machine['load']}"
+    return f"{machine['processor']}, {machine['cores']} cores, {busy}, {machine['system']}; {versions}; {machine['date']}."
+
+
+def _processor() -> str:
+    import platform
+
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()

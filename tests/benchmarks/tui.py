@@ -8,10 +8,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
+
+from lathesim.cli.speed.bench_rows import Tell, measured_on, measured_on_line
+from lathesim.cli.writing import Result
 
 SIZE = (120, 36)
 """Columns and rows of the terminal."""
@@ -53,7 +56,21 @@ class Figure:
         return self.value <= self.bar
 
 
-def tui_figures(rounds: int, tell: Callable[[str], None]) -> list[Figure]:
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+    """Measure the terminal app."""
+    figures = tui_figures(1 if quick else 5, tell)
+    data = {"rows": [{**vars(figure), "is_within": figure.is_within} for figure in figures], "machine": measured_on()}
+    return Result("lathesim-bench-tui/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
+
+
+def _lines(figures: Sequence[Figure]) -> Iterator[str]:
+    for figure in figures:
+        sign = "kept" if figure.is_within else "MISSED"
+        yield f"{figure.name}: {figure.value:.3g} {figure.unit}".strip() + f" (at most {figure.bar:g}: {sign})"
+    yield f"\n{measured_on_line()}"
+
+
+def tui_figures(rounds: int, tell: Tell) -> list[Figure]:
     """Return the figures; the app runs without a terminal, so what a terminal itself takes is left out."""
     tell("first paint ...")
     paints = [_first_paint() for _ in range(rounds)]

@@ -11,17 +11,19 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lathesim.cli.speed.bench_axes import axes_plan
-from lathesim.cli.speed.bench_rows import Row, Tell, cpu_seconds
-from lathesim.cli.speed.bench_work import SEED, Work, lathe_plan
+from lathesim.cli.speed.bench_rows import Row, Tell, cpu_seconds, measured_on, measured_on_line, row_data, seconds_text
+from lathesim.cli.speed.bench_work import SEED, Work, lathe_plan, lathe_work
+from lathesim.cli.writing import Result
 from lathesim.engine.wiring import Plan
+from lathesim.whole_file import make_folder
+from tests.benchmarks.many_axes import axes_plan
 
 AXES = (1, 2, 5, 10, 20, 50)
 TIMES = (10.0, 30.0, 100.0, 300.0, 1000.0, 3600.0)
@@ -60,6 +62,50 @@ class Series:
     def rows(self) -> list[Row]:
         """Return one row a point."""
         return [Row(f"{size:g} {self.name}", seconds) for size, seconds in zip(self.sizes, self.seconds, strict=True)]
+
+
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+    """Measure and draw how the cost grows."""
+    tell("preparing the work ...")
+    work = lathe_work()
+    series = scale_series(work, 2 if quick else 5, quick=quick, tell=tell)
+    gain = thread_gain(work, 3 if quick else 5, tell)
+    long, memory = hour(tell), batch_memory(tell)
+    place = _draw(series, save or Path("lathesim_runs") / "scale.png")
+    compiled = next(row.median_s for row in series[-1].rows())
+    data = {
+        "rows": row_data([row for item in series for row in item.rows()], compiled),
+        "slopes": {item.name: {"all": item.slope, "upper": item.upper_slope} for item in series},
+        "two_threads": gain,
+        "hour": long,
+        "batch_memory_mb": memory,
+        "figure": place,
+        "machine": measured_on(),
+    }
+    return Result("lathesim-bench/1", data, _lines(series, gain, long, memory, place)), []
+
+
+def _lines(series: Sequence[Series], gain: float, long: Hour, memory: dict[int, float], place: Path) -> Iterator[str]:
+    for item in series:
+        yield "\n".join(f"{row.name:<28} {seconds_text(row.median_s)}" for row in item.rows())
+    yield "\n" + "\n".join(told(series))
+    yield f"two threads are {gain:.2f} times as fast as one"
+    yield (
+        f"an hour of program at 5 ms: {long.unrecorded_cpu_s:.2f} s of CPU compiled, {long.cpu_s:.2f} s with 30 channels recorded to disk "
+        f"({long.file_mb:.0f} MB), {long.memory_mb:.0f} MB of memory"
+    )
+    sizes = ", ".join(f"{size:.0f} MB for {runs} runs" for runs, size in memory.items())
+    yield f"a batch that keeps one cost a run: {sizes}"
+    yield f"\n{measured_on_line()}\nFigure: {place}"
+
+
+def _draw(series: Sequence[Series], place: Path) -> Path:
+    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.figures.scale_plot import scale_figure
+
+    make_folder(place.parent)
+    save_figure(scale_figure({item.name: (item.sizes, item.seconds, item.slope) for item in series}), place)
+    return place
 
 
 def long_plan(seconds: float) -> Plan:
@@ -180,7 +226,7 @@ def batch_memory(tell: Tell) -> dict[int, float]:
 
 
 def _child(what: str) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     command = [sys.executable, "-m", __name__, what]
     return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
 

@@ -6,11 +6,15 @@ changes are what two simulators can be compared by. The reference is a simulator
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from lathesim.cli.speed.bench_rows import Tell
+from lathesim.cli.writing import Result
 
 LESSON = "01_contour_error"
 JITTERED = tuple(f"{axis}_{name}" for axis in "xz" for name in ("axis.gain", "axis.time_constant", "controller.proportional"))
@@ -52,6 +56,24 @@ class Mean:
     def is_within(self) -> bool:
         """Whether it is within its limit."""
         return abs(self.deviation) <= LIMITS[self.metric] + 1e-6
+
+
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+    """Return the means of Table 1 beside the reference, and which are too far from it."""
+    draws = 10 if quick else DRAWS
+    means = table1(draws, tell)
+    rows = [{**dataclasses.asdict(mean), "deviation_percent": mean.deviation, "limit_percent": LIMITS[mean.metric]} for mean in means]
+    off = [mean for mean in means if not mean.is_within]
+    faults = [f"{mean.case}: {mean.metric} is {mean.deviation:+.2f} % off, more than {LIMITS[mean.metric]:g} %." for mean in off]
+    return Result("lathesim-table1/1", {"draws": draws, "rows": rows}, _lines(means, draws)), faults
+
+
+def _lines(means: Sequence[Mean], draws: int) -> Iterator[str]:
+    yield f"Means over {draws} draws of gain, time constant and proportional gain of both axes, each within 1 %.\n"
+    yield "| case | metric | mean | reference | deviation |\n|---|---|---:|---:|---:|"
+    for mean in means:
+        shown = f"{mean.mean:.5g} {mean.unit} | {mean.reference:.5g} {mean.unit} | {mean.deviation:+.2f} %"
+        yield f"| {mean.case} | {mean.metric} | {shown} |"
 
 
 def table1(draws: int, tell: Tell) -> list[Mean]:

@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from lathesim.cli.speed.bench_rows import Tell, measured_on, measured_on_line
+from lathesim.cli.writing import Result
 
 CHEAPER, READING, NEXT = 20.0, 3.0, 2.0
 """Bars: how many times cheaper collocation is at least; lobes over reading the file at most; seconds of the next cut at most."""
@@ -47,7 +50,21 @@ class StabilityFigure:
         return self.value >= self.bar if self.is_at_least else self.value <= self.bar
 
 
-def stability_figures(tell: Callable[[str], None]) -> list[StabilityFigure]:
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+    """Measure stability maps."""
+    figures = stability_figures(tell)
+    data = {"rows": [{**vars(figure), "is_within": figure.is_within} for figure in figures], "machine": measured_on()}
+    return Result("lathesim-bench-stability/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
+
+
+def _lines(figures: Sequence[StabilityFigure]) -> Iterator[str]:
+    for figure in figures:
+        word, sign = "least" if figure.is_at_least else "most", "kept" if figure.is_within else "MISSED"
+        yield f"{figure.name}: {figure.value:.3g} (at {word} {figure.bar:g}: {sign})"
+    yield f"\n{measured_on_line()}"
+
+
+def stability_figures(tell: Tell) -> list[StabilityFigure]:
     """Return the figures, measured here and now."""
     tell("measuring collocation against semi-discretization ...")
     cheaper = _cheaper()

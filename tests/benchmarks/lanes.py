@@ -12,20 +12,21 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
 
-from lathesim.cli.speed.bench_rows import Tell, cpu_seconds
-from lathesim.cli.speed.bench_servo import RECORDED, SECONDS, VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
+from lathesim.cli.speed.bench_rows import Tell, cpu_seconds, measured_on, measured_on_line, seconds_text
+from lathesim.cli.writing import Result
 from lathesim.engine.assembly import FloatArray, Wire
 from lathesim.engine.fusing.lane_text import LANES
 from lathesim.engine.running import batch, lanes
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import Plan, wire
+from tests.benchmarks.servo_axis import RECORDED, SECONDS, VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
 
 ALONE = 12
 """Runs that are made one by one."""
@@ -65,6 +66,23 @@ class Work:
     bar: float
     values: FloatArray
     run: Callable[[FloatArray], object]
+
+
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+    """Measure runs side by side."""
+    figures, left_out = lane_figures(3 if quick else 5, quick=quick, tell=tell)
+    rows = [{**vars(figure), "is_within": figure.is_within} for figure in figures]
+    data = {"rows": rows, "skipped": left_out, "machine": measured_on()}
+    return Result("lathesim-bench-lanes/1", data, _lines(figures, left_out), code=int(any(not figure.is_within for figure in figures))), []
+
+
+def _lines(figures: Sequence[LaneFigure], left_out: Sequence[str]) -> Iterator[str]:
+    yield "| ratio | before | after | value | bar | |\n|---|---:|---:|---:|---:|---|"
+    for figure in figures:
+        word, sign = "at least" if figure.is_at_least else "at most", "kept" if figure.is_within else "MISSED"
+        before, after = ("" if value is None else seconds_text(value) for value in (figure.alone_s, figure.together_s))
+        yield f"| {figure.name} | {before} | {after} | {figure.value:.3g} | {word} {figure.bar:g} | {sign} |"
+    yield "\n".join(["", *(f"Left out: {item}." for item in left_out), measured_on_line()])
 
 
 def lane_figures(rounds: int, *, quick: bool, tell: Tell) -> tuple[list[LaneFigure], list[str]]:
@@ -240,13 +258,13 @@ def _memory() -> LaneFigure:
 
 
 def _child(runs: int) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     command = [sys.executable, "-m", __name__, str(runs)]
     return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
 
 
 def _memory_here(runs: int) -> str:
-    from lathesim.cli.speed.bench_scale import largest_memory
+    from tests.benchmarks.scale import largest_memory
 
     work = batch_work("", 0.0, servo_plan(), 5000, VARIED, runs)
     _make_ready(work.run, work.values)
