@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from lathesim.component import Component
-from lathesim.components.cutting.linear_force import LinearForce
+from lathesim.components.cutting_forces import LinearForce
 from lathesim.guest_check import guest_fault
 
 

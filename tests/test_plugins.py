@@ -67,7 +67,7 @@ WRONG = {
     "no component": (("return [SteadyForce]", "return [3]"), None),
     "two parts of one name": (
         ("SteadyForce", "LinearForce"),
-        "7: there is already a 'LinearForce', from lathesim.components.cutting.linear_force. Give this one another name.",
+        "7: there is already a 'LinearForce', from lathesim.components.cutting_forces. Give this one another name.",
     ),
     "not a number": (("return level", "return level / 0.0"), None),
     "too many values": (("return level", "return level, level"), None),
@@ -101,7 +101,7 @@ def test_a_good_plugin_comes_in_beside_the_stock_parts(tmp_path: Path) -> None:
     assert registry.plugins == [str(path)]
     assert registry.component("SteadyForce").__name__ == "SteadyForce"
     assert registry.origins["SteadyForce"] == f"{path}:7"
-    assert registry.origins["LinearForce"] == "lathesim.components.cutting.linear_force"
+    assert registry.origins["LinearForce"] == "lathesim.components.cutting_forces"
     assert list(registry.components) == sorted(registry.components)
 
 

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.component import Input, Output
-from lathesim.components.closed_controller.delay_line import DelayLine
-from lathesim.components.references.recorded_signal import RecordedSignal
+from lathesim.components.signals import DelayLine, RecordedSignal
 from lathesim.effects.play import Backlash
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.running.batch import Batch

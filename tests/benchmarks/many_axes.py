@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from lathesim.component import Component, DiscreteState, Output, Parameter
-from lathesim.components.axes.empirical_axis import EmpiricalAxis
-from lathesim.components.converters.da_converter import DAConverter
-from lathesim.components.sensors.linear_encoder import LinearEncoder
-from lathesim.components.servo_control.position_controller import PositionController
+from lathesim.components.axes import EmpiricalAxis
+from lathesim.components.converters import DAConverter
+from lathesim.components.sensors import LinearEncoder
+from lathesim.components.servo_controllers import PositionController
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.wiring import Plan, wire
 

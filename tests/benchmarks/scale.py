@@ -129,7 +129,7 @@ def _changed(part: Any, table: Any) -> Any:
     if "path" in part.tables:
         return dataclasses.replace(part, tables={**part.tables, "path": table})
     if part.name == "process_controller":
-        from lathesim.components.process_control.programmed_feed import ProgrammedFeed
+        from lathesim.components.process_control import ProgrammedFeed
 
         return dataclasses.replace(part, component=ProgrammedFeed.with_units({"signal": "N"}), parameters={})
     return part

@@ -45,7 +45,7 @@ def test_the_page_of_a_component_has_equation_units_and_bounds(capsys: Capture) 
     assert "voltage  [V]  must be wired" in page
     assert "gain              [m/(s*V)]  0.01878 (at least 0)" in page
     assert "derivative(speed, voltage, force, gain, time_constant, disturbance_gain)" in page
-    assert page.rstrip().endswith("From lathesim.components.axes.empirical_axis.")
+    assert page.rstrip().endswith("From lathesim.components.axes.")
 
 
 def test_a_component_that_is_none(capsys: Capture) -> None:

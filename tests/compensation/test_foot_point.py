@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.components.contour.curve import curvature_at, nearest_on, point_of
-from lathesim.components.contour.foot_point import FootPoint, along_row, distance_at, foot_row
-from lathesim.components.references.interpolator import x_on_path, z_on_path
+from lathesim.components.contour_error import FootPoint, along_row, distance_at, foot_row
+from lathesim.components.free_paths import curvature_at, nearest_on, point_of
+from lathesim.components.interpolator import x_on_path, z_on_path
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.path_columns import PATH_COLUMNS

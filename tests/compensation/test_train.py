@@ -13,7 +13,7 @@ from lathesim.compensation.training.network import Shape
 from lathesim.compensation.training.question import Question, question_of
 from lathesim.compensation.training.score import SCORES
 from lathesim.compensation.training.train import train
-from lathesim.components.contour.neural_regulator import regulated
+from lathesim.components.predictive_controllers import regulated
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry

@@ -11,12 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lathesim.component import Component, Input, Parameter, State
-from lathesim.components.axes.analytical_axis import AnalyticalAxis
-from lathesim.components.axes.empirical_axis import EmpiricalAxis
-from lathesim.components.axes.force_axis import ForceAxis
-from lathesim.components.drives.motor_laws import dry_friction
-from lathesim.components.spindles.analytical_spindle import AnalyticalSpindle
-from lathesim.components.spindles.empirical_spindle import EmpiricalSpindle
+from lathesim.components.axes import AnalyticalAxis, EmpiricalAxis, ForceAxis
+from lathesim.components.drives import dry_friction
+from lathesim.components.spindles import AnalyticalSpindle, EmpiricalSpindle
 
 STEP = 0.0005
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 from lathesim.component import Component, Input, Output, Parameter, State
-from lathesim.components.closed_controller.delay_line import DelayLine
+from lathesim.components.signals import DelayLine
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire

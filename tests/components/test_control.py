@@ -8,15 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.components.converters.ad_converter import ADConverter
-from lathesim.components.converters.da_converter import DAConverter, nearest_level
-from lathesim.components.references.recorded_signal import RecordedSignal
-from lathesim.components.sensors.linear_encoder import LinearEncoder
-from lathesim.components.sensors.tachometer import Tachometer
-from lathesim.components.servo_control.contour_error import ContourError
-from lathesim.components.servo_control.cross_coupling_controller import CrossCouplingController
-from lathesim.components.servo_control.position_controller import PositionController
-from lathesim.components.servo_control.spindle_controller import SpindleController
+from lathesim.components.contour_controllers import CrossCouplingController
+from lathesim.components.contour_error import ContourError
+from lathesim.components.converters import ADConverter, DAConverter, nearest_level
+from lathesim.components.sensors import LinearEncoder, Tachometer
+from lathesim.components.servo_controllers import PositionController, SpindleController
+from lathesim.components.signals import RecordedSignal
 from tests.components.paths import Walk
 
 

@@ -9,12 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lathesim.components.cutting.cutting_geometry import CuttingGeometry
-from lathesim.components.cutting.cutting_load import CuttingLoad
-from lathesim.components.cutting.linear_force import LinearForce
-from lathesim.components.cutting.nonlinear_force import NonlinearForce
-from lathesim.components.cutting.stock import Stock
-from lathesim.components.cutting.surface_finish import SurfaceFinish
+from lathesim.components.cutting_forces import CuttingLoad, LinearForce, NonlinearForce
+from lathesim.components.stock import CuttingGeometry, Stock, SurfaceFinish
 from tests.components.paths import Walk
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lathesim.components.references.constant_acceleration_interpolator import ConstantAccelerationInterpolator, ramp_time, ramp_way
-from lathesim.components.references.interpolator import ConstantVelocityInterpolator
+from lathesim.components.accelerating_interpolators import ConstantAccelerationInterpolator, ramp_time, ramp_way
+from lathesim.components.interpolator import ConstantVelocityInterpolator
 from tests.components.paths import EXAMPLE_1, RPM, SAMPLE_PERIOD, Walk, line, polyline, row
 
 BOTH = [ConstantVelocityInterpolator, ConstantAccelerationInterpolator]

@@ -7,12 +7,15 @@ import math
 import pytest
 
 from lathesim.component import Component
-from lathesim.components.process_control.adaptive_process_controller import AdaptiveProcessController
-from lathesim.components.process_control.linearization_process_controller import LinearizationProcessController
-from lathesim.components.process_control.log_transform_process_controller import LogTransformProcessController
-from lathesim.components.process_control.nonlinear_process_controller import NonlinearProcessController, process_gain
-from lathesim.components.process_control.programmed_feed import ProgrammedFeed
-from lathesim.components.sensors.analog_sensor import AnalogSensor
+from lathesim.components.process_control import (
+    AdaptiveProcessController,
+    LinearizationProcessController,
+    LogTransformProcessController,
+    NonlinearProcessController,
+    ProgrammedFeed,
+    process_gain,
+)
+from lathesim.components.sensors import AnalogSensor
 from tests.components.paths import SAMPLE_PERIOD, Walk
 
 THETA = process_gain(7705.0, 0.877, -0.273, 0.002, math.pi / 2)

@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.components.axes.force_axis import ForceAxis
-from lathesim.components.axes.led_rotary_table import LedRotaryTable
-from lathesim.components.servo_control.angular_position_controller import AngularPositionController
-from lathesim.components.spindles.torque_spindle import TorqueSpindle
+from lathesim.components.axes import ForceAxis, LedRotaryTable
+from lathesim.components.servo_controllers import AngularPositionController
+from lathesim.components.spindles import TorqueSpindle
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire

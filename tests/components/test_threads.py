@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from lathesim.components.references.constant_acceleration_interpolator import ConstantAccelerationInterpolator
-from lathesim.components.references.interpolator import ConstantVelocityInterpolator
+from lathesim.components.accelerating_interpolators import ConstantAccelerationInterpolator
+from lathesim.components.interpolator import ConstantVelocityInterpolator
 from lathesim.path_columns import TAP_OUT, THREAD, THREAD_ON
 from tests.components.paths import RPM, SAMPLE_PERIOD, Walk, line
 

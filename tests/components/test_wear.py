@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from lathesim.components.cutting.nonlinear_force import NonlinearForce
-from lathesim.components.cutting.taylor_wear import TaylorWear, tool_materials
+from lathesim.components.cutting_forces import NonlinearForce
+from lathesim.components.tool_wear import TaylorWear, tool_materials
 from tests.components.paths import Walk
 
 MINUTE = 60.0

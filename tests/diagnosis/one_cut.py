@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.components.cutting.cutting_process import CuttingProcess
-from lathesim.components.sensors.dynamometer import Dynamometer
+from lathesim.components.cutting_forces import CuttingProcess
+from lathesim.components.sensors import Dynamometer
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.replay.experiment import Machine
 from lathesim.record import Record

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.components.axes.force_axis import ForceAxis
-from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.components.axes import ForceAxis
+from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import STANDARD

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from lathesim.components.axes.force_axis import ForceAxis
-from lathesim.components.sensors.linear_encoder import LinearEncoder
-from lathesim.components.sensors.tachometer import Tachometer
-from lathesim.components.spindles.torque_spindle import TorqueSpindle
+from lathesim.components.axes import ForceAxis
+from lathesim.components.sensors import LinearEncoder, Tachometer
+from lathesim.components.spindles import TorqueSpindle
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.structure import AxialResonance, TorsionalWindUp

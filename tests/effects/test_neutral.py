@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.components.axes.force_axis import ForceAxis
+from lathesim.components.axes import ForceAxis
 from lathesim.conformance import check_component
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.register import stock_effects

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.components.axes.force_axis import ForceAxis
+from lathesim.components.axes import ForceAxis
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.running.run import run

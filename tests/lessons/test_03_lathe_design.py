@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 
 from lathesim.analysis.metrics.cost_metrics import weighed
-from lathesim.components.economy.lathe_design import BASE_COST, axis_cost, encoder_cost, spindle_cost, tachometer_cost
+from lathesim.components.economy import BASE_COST, axis_cost, encoder_cost, spindle_cost, tachometer_cost
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.shipped import shipped_folder
 from tests.lessons.lesson_runs import Runs

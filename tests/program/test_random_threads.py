@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from lathesim.components.references.constant_acceleration_interpolator import ConstantAccelerationInterpolator
-from lathesim.components.references.interpolator import ConstantVelocityInterpolator
+from lathesim.components.accelerating_interpolators import ConstantAccelerationInterpolator
+from lathesim.components.interpolator import ConstantVelocityInterpolator
 from lathesim.path_columns import FEED_MODE, THREAD
 from lathesim.program.interpreter import interpret
 from lathesim.program.path import lay_path

@@ -12,7 +12,7 @@ from tests.tui.driving import opened, run_to_end, until
 
 FORCE = '''
 from lathesim.component import Component, Input, Output, Parameter
-from lathesim.components.cutting.linear_force import LinearForce
+from lathesim.components.cutting_forces import LinearForce
 from lathesim.hookspecs import hookimpl
 
 

@@ -57,7 +57,7 @@ def train(
     from lathesim.compensation.training.question import question_of
     from lathesim.compensation.training.score import score_named
     from lathesim.compensation.training.train import train as search
-    from lathesim.components.contour.neural_regulator import NeuralRegulator
+    from lathesim.components.predictive_controllers import NeuralRegulator
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.part_tables import write_table
 

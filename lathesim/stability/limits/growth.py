@@ -15,10 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.components.chatter.milling_cut import MillingCut
-from lathesim.components.chatter.regenerative_cut import RegenerativeCut
-from lathesim.components.chatter.steady_spindle import SteadySpindle
-from lathesim.components.chatter.tool_mode import ToolMode
+from lathesim.components.chatter import MillingCut, RegenerativeCut, ToolMode
+from lathesim.components.spindles import SteadySpindle
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError

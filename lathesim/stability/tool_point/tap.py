@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.components.chatter.accelerometer import Accelerometer
-from lathesim.components.chatter.impact_hammer import ImpactHammer
-from lathesim.components.chatter.sampled_sensor import SampledSensor
-from lathesim.components.chatter.tool_mode import ToolMode
+from lathesim.components.chatter import ImpactHammer, ToolMode
+from lathesim.components.sensors import Accelerometer, SampledSensor
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError

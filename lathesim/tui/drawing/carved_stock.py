@@ -13,7 +13,7 @@ _CELLS = 2000
 class CarvedStock:
     """Radius over z of a stock that is cut sample by sample; it may be followed forwards, and backwards from the start again.
 
-    The rules are those of :class:`lathesim.components.cutting.stock.Stock`. The tip runs straight from sample to sample, rapid or not, and
+    The rules are those of :class:`lathesim.components.stock.Stock`. The tip runs straight from sample to sample, rapid or not, and
     every cell it passes is cut to its radius. Feeding towards the axis, the edge takes along what stands towards the free end. Left out:
     the nose.
     """

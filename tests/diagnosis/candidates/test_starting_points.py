@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from lathesim.components.axes.force_axis import ForceAxis
-from lathesim.components.drives.voltage_drive import VoltageDrive
+from lathesim.components.axes import ForceAxis
+from lathesim.components.drives import VoltageDrive
 from lathesim.diagnosis.candidates.starting_points import limit_points, starting_points
 from lathesim.effects.drive_range import DriveSaturation
 from lathesim.effects.encoder_error import LostCounts

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.components.axes.led_axis import LedAxis
+from lathesim.components.axes import LedAxis
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every, undone
 from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
 from lathesim.engine.assembly import Assembly, Part

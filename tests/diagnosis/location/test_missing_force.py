@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.components.sensors.angular_encoder import AngularEncoder
-from lathesim.components.spindles.empirical_spindle import EmpiricalSpindle
+from lathesim.components.sensors import AngularEncoder
+from lathesim.components.spindles import EmpiricalSpindle
 from lathesim.diagnosis.location.dependence import bars, explained
 from lathesim.diagnosis.location.missing_force import missing_signal, passed_through, places
 from lathesim.diagnosis.location.operating_conditions import direction_of, since_reversal, variables

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from lathesim.components.axes.force_axis import ForceAxis
-from lathesim.components.drives.voltage_drive import VoltageDrive
-from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.components.axes import ForceAxis
+from lathesim.components.drives import VoltageDrive
+from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lathesim.components.axes.led_axis import LedAxis
-from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.components.axes import LedAxis
+from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.location.closed_loop_fit import compared
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.effects.encoder_error import LostCounts

@@ -5,13 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lathesim.components.axes.empirical_axis import EmpiricalAxis
-from lathesim.components.converters.ad_converter import ADConverter
-from lathesim.components.converters.da_converter import DAConverter
-from lathesim.components.sensors.linear_encoder import LinearEncoder
-from lathesim.components.sensors.tachometer import Tachometer
-from lathesim.components.servo_control.spindle_controller import SpindleController
-from lathesim.components.spindles.empirical_spindle import EmpiricalSpindle
+from lathesim.components.axes import EmpiricalAxis
+from lathesim.components.converters import ADConverter, DAConverter
+from lathesim.components.sensors import LinearEncoder, Tachometer
+from lathesim.components.servo_controllers import SpindleController
+from lathesim.components.spindles import EmpiricalSpindle
 from lathesim.diagnosis.location.missing_force import passed_through
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.engine.assembly import Assembly, Part, Wire

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.component import Component, Output, State
-from lathesim.components.axes.analytical_axis import AnalyticalAxis
-from lathesim.components.axes.force_axis import ForceAxis
+from lathesim.components.axes import AnalyticalAxis, ForceAxis
 from lathesim.engine.assembly import Part
 from lathesim.identification.replay.initial_state import start_from
 

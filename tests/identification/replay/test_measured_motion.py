@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.components.servo_control.contour_error import ContourError
+from lathesim.components.contour_error import ContourError
 from lathesim.effects.play import Backlash
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, smooth, velocity_of
 from lathesim.lessons.insertion import insert_effect

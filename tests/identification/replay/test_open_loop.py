@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from lathesim.components.sensors.linear_encoder import LinearEncoder
+from lathesim.components.sensors import LinearEncoder
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.play import Backlash

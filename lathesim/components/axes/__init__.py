@@ -1,1 +1,0 @@
-"""Feed axes: a command in, a position out."""

@@ -1,1 +1,0 @@
-"""Cuts that can chatter, the modes that swing, and the hammer that taps them."""

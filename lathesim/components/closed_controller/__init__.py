@@ -1,1 +1,0 @@
-"""Parts of the closed machine-tool controller: continuous loops whose feedback arrives after a transport delay."""

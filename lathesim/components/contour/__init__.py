@@ -1,1 +1,0 @@
-"""Parts that keep the tool on its contour: references, foot points, contour controllers."""

@@ -1,1 +1,0 @@
-"""Converters between numbers and voltages."""

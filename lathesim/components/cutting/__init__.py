@@ -1,1 +1,0 @@
-"""The cut: its geometry, force, load, wear, the stock and the surface that is left."""

@@ -1,1 +1,0 @@
-"""Amplifiers, and what all motors have in common."""

@@ -1,1 +1,0 @@
-"""What a lathe and a turned part cost."""

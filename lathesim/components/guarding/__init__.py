@@ -1,1 +1,0 @@
-"""Guards against forged measurements."""

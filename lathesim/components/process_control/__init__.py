@@ -1,1 +1,0 @@
-"""Controllers of the cutting process: they choose the feed from the force."""

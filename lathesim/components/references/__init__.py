@@ -1,1 +1,0 @@
-"""References: where each axis shall be, from a part program or a recording."""

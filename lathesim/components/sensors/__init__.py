@@ -1,1 +1,0 @@
-"""Sensors: what a controller or a recorder sees of a quantity."""

@@ -1,1 +1,0 @@
-"""Controllers of axes and spindles, and the contour error that couples them."""

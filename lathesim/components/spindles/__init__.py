@@ -1,1 +1,0 @@
-"""Spindles: a command in, a speed and an angle out."""
