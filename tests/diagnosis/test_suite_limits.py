@@ -43,16 +43,19 @@ def test_a_traced_diagnosis_gives_the_same_answer() -> None:
 
 
 def case_of(folder: Path, name: str, statistic: float, verdict: str) -> Path:
-    """Write a case in which nothing is hidden, and an answer with one test of what is left."""
+    """Write a case in which nothing is hidden, and an answer with the margin of one limit."""
     case, answers = folder / "cases" / name, folder / "answers"
     case.mkdir(parents=True)
     answers.mkdir(exist_ok=True)
     truth = {"rig": "axis", "category": "control", "poor": "", "effects": [], "fault": None, "recordings": []}
     (case / "truth.json").write_text(json.dumps(truth), encoding="utf-8")
-    test = {"conditions": [[{"name": "larger_part", "relation": ">=", "statistic": statistic, "limit": 0.5, "error": 0.0}]]}
+    margins = margins_file(answers, name)
+    margins.parent.mkdir(exist_ok=True)
+    noted = statistic / STANDARD.shared.larger_part
+    margins.write_text(json.dumps({"shared.larger_part": [noted, None] if noted <= 1.0 else [None, noted]}), encoding="utf-8")
     effects = [{"effect": "CoulombFriction", "at": "x", "probability": 1.0, "tied_with": [], "parameters": {}, "family": "friction"}]
     named = effects if verdict == "named" else []
-    answer = {"verdict": verdict, "effects": named, "residual_tests": [test], "removed_share": 0.0, "location": {"components": []}}
+    answer = {"verdict": verdict, "effects": named, "removed_share": 0.0, "location": {"components": []}}
     answer_file(answers, name).write_text(json.dumps({"seconds": 1.0, "answer": answer, "error": ""}), encoding="utf-8")
     return case
 
@@ -63,13 +66,3 @@ def test_the_table_tells_how_near_right_and_wrong_cases_come(tmp_path: Path) -> 
     assert found["shared.larger_part"] == Near({True: [0.5], False: []}, {True: [], False: [2.0]})
     first = table(found)[2]
     assert first == "| shared.larger_part | 0.5 share | derived | 0.5 (1) | - | - | 2 (1) | 1 right, 1 wrong |"
-
-
-def test_margins_beside_an_answer_count_before_its_tests(tmp_path: Path) -> None:
-    folder = case_of(tmp_path, "case_000", 0.02, "no_mismatch")
-    file = margins_file(tmp_path / "answers", "case_000")
-    file.parent.mkdir()
-    file.write_text(json.dumps({"margin": [0.5, 3.0], "shared.larger_part": [None, None]}), encoding="utf-8")
-    found = near([folder], tmp_path / "answers")
-    assert found["margin"].decides
-    assert not found["shared.larger_part"].below[True]

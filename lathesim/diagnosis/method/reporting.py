@@ -33,8 +33,6 @@ class ReportingLimits:
     """Values, effects or channels that one line of the answer names at most."""
     far_off: float = 100.0
     """Times the noise from which a ratio is given as more than that."""
-    firm: float = 0.9
-    """Share of the repetitions below which a decision is called close."""
     hardly_worse: float = 1.05
     """Ratio of the errors after and before up to which a channel is called slightly worse."""
     predicts_as_well: float = 1.0

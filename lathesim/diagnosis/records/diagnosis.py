@@ -17,8 +17,6 @@ from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.records.comparison import Explanation, explanation_as_json
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.history import Step
-from lathesim.diagnosis.records.residual_test import Condition, ResidualTest
-from lathesim.diagnosis.records.stability import Stability
 from lathesim.engine.assembly import FloatArray
 
 SCHEMA = "lathesim-diagnosis/1"
@@ -36,6 +34,9 @@ VERDICTS: dict[Verdict, str] = {
 """One sentence for each verdict."""
 TOO_SLOW = "The recording is too slow for this question; no physics is named from it."
 """The sentence for ``recording_fault`` where the samples are sound, but too far apart."""
+
+_OF_EARLIER_METHODS: dict[str, Any] = {"possible": [], "residual_tests": [], "stability": None}
+"""Keys of the format that nothing fills any more: readers may still ask for them."""
 
 NAMING: tuple[Verdict, ...] = ("named", "tied")
 """The verdicts that name effects."""
@@ -56,9 +57,9 @@ class FoundEffect:
     """An effect that was left out.
 
     ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
-    ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes, ``removes`` the same of what was
-    left when it came in; ``undetermined`` names parameters that the recording does not determine, ``left_out`` those of them that the lines
-    to paste do without. ``may_be_zero`` says that the intervals of all its sizes hold the value with which it vanishes.
+    ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes; ``undetermined`` names parameters
+    that the recording does not determine, ``left_out`` those of them that the lines to paste do without. ``may_be_zero`` says that the
+    intervals of all its sizes hold the value with which it vanishes.
     """
 
     effect: str
@@ -69,23 +70,10 @@ class FoundEffect:
     tied_with: tuple[str, ...] = ()
     separating_experiment: str | None = None
     share: float = 0.0
-    removes: float = 0.0
     doc: str = ""
     undetermined: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     may_be_zero: bool = False
-
-
-@dataclass(frozen=True)
-class PossibleEffect:
-    """An effect that may be there beside the model, and is no part of the verdict: it explains much of what is left, and little of all.
-
-    ``effect.removes`` is the share of what is left, ``effect.share`` that of the whole error, ``effect.probability`` holds among all that
-    were tried there. ``in_place_of`` names effects of the model that it refines.
-    """
-
-    effect: FoundEffect
-    in_place_of: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -227,12 +215,6 @@ class Diagnosis:
     """The rule of the decision that held, in words."""
     history: tuple[Step, ...] = ()
     """The course of the search: the changes of the model that were accepted, in order."""
-    residual_tests: tuple[ResidualTest, ...] = ()
-    """The tests of what is left that were asked, failed or not."""
-    possible: tuple[PossibleEffect, ...] = ()
-    """The best further effect beside the model, and those that cannot be told from it; no part of the verdict."""
-    stability: Stability | None = None
-    """How often the decision stands when its limits are shaken; nothing where a check of the recordings decided."""
     untried: tuple[str, ...] = ()
     """Effects, with their places, that a search which was stopped had not fitted yet, the most promising first."""
     explanations: tuple[Explanation, ...] = ()
@@ -262,56 +244,61 @@ def listed(names: Sequence[str]) -> str:
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the JSON of a diagnosis; numbers that are not finite become null."""
+    return (
+        {
+            "schema": SCHEMA,
+            "lesson": diagnosis.lesson,
+            "verdict": diagnosis.verdict,
+            "sentence": diagnosis.sentence,
+            "effects": [_effect(effect) for effect in diagnosis.effects],
+            "location": _location(diagnosis.location),
+            "fit": {
+                name: {
+                    "unit": item.unit,
+                    "floor": _number(item.floor),
+                    "before": _number(item.before),
+                    "after": _number(item.after),
+                    "recording": item.recording,
+                }
+                for name, item in diagnosis.fit.items()
+            },
+            "missing": [
+                {
+                    "at": item.at,
+                    "unit": item.unit,
+                    "before": _number(item.sizes[0]),
+                    "after": _number(item.sizes[1]),
+                    "share_before": _number(known_share(item.share_before)),
+                    "share_after": _number(known_share(item.share_after)),
+                }
+                for item in diagnosis.evidence.missing
+            ],
+            "removed_share": _number(diagnosis.removed_share),
+            "adequate": diagnosis.adequate,
+            "baseline": {name: _baseline(item) for name, item in diagnosis.baseline.items()},
+            "insert": [dict(entry) for entry in diagnosis.insert],
+            "left": list(diagnosis.left),
+            "not_told": list(diagnosis.not_told),
+            "recording": list(diagnosis.findings),
+            "discovered": diagnosis.discovered or None,
+            "rule": diagnosis.rule,
+            "history": [_step(number, step) for number, step in enumerate(diagnosis.history, start=1)],
+            "complete": diagnosis.complete,
+            "report": diagnosis.report or None,
+            "wall_time_s": _number(diagnosis.wall_time),
+        }
+        | _OF_EARLIER_METHODS
+        | {"untried": list(diagnosis.untried), "explanations": [explanation_as_json(one) for one in diagnosis.explanations]}
+    )
+
+
+def _location(location: Location) -> dict[str, Any]:
     return {
-        "schema": SCHEMA,
-        "lesson": diagnosis.lesson,
-        "verdict": diagnosis.verdict,
-        "sentence": diagnosis.sentence,
-        "effects": [_effect(effect) for effect in diagnosis.effects],
-        "possible": [_possible(one) for one in diagnosis.possible],
-        "location": {
-            "components": list(diagnosis.location.components),
-            "channels": list(diagnosis.location.channels),
-            "windows_s": [[_number(begin), _number(end)] for begin, end in diagnosis.location.windows],
-            "variables": list(diagnosis.location.variables),
-        },
-        "fit": {
-            name: {
-                "unit": item.unit,
-                "floor": _number(item.floor),
-                "before": _number(item.before),
-                "after": _number(item.after),
-                "recording": item.recording,
-            }
-            for name, item in diagnosis.fit.items()
-        },
-        "missing": [
-            {
-                "at": item.at,
-                "unit": item.unit,
-                "before": _number(item.sizes[0]),
-                "after": _number(item.sizes[1]),
-                "share_before": _number(known_share(item.share_before)),
-                "share_after": _number(known_share(item.share_after)),
-            }
-            for item in diagnosis.evidence.missing
-        ],
-        "removed_share": _number(diagnosis.removed_share),
-        "adequate": diagnosis.adequate,
-        "baseline": {name: _baseline(item) for name, item in diagnosis.baseline.items()},
-        "insert": [dict(entry) for entry in diagnosis.insert],
-        "left": list(diagnosis.left),
-        "not_told": list(diagnosis.not_told),
-        "recording": list(diagnosis.findings),
-        "discovered": diagnosis.discovered or None,
-        "rule": diagnosis.rule,
-        "history": [_step(number, step) for number, step in enumerate(diagnosis.history, start=1)],
-        "residual_tests": [_residual_test(test) for test in diagnosis.residual_tests],
-        "stability": _stability(diagnosis.stability) if diagnosis.stability else None,
-        "complete": diagnosis.complete,
-        "report": diagnosis.report or None,
-        "wall_time_s": _number(diagnosis.wall_time),
-    } | {"untried": list(diagnosis.untried), "explanations": [explanation_as_json(one) for one in diagnosis.explanations]}
+        "components": list(location.components),
+        "channels": list(location.channels),
+        "windows_s": [[_number(begin), _number(end)] for begin, end in location.windows],
+        "variables": list(location.variables),
+    }
 
 
 def _step(number: int, step: Step) -> dict[str, Any]:
@@ -323,34 +310,6 @@ def _step(number: int, step: Step) -> dict[str, Any]:
         "log_likelihood_gain": _number(step.gain),
         "validation_gain": _number(step.validation_gain),
         "why": step.why,
-    }
-
-
-def _residual_test(test: ResidualTest) -> dict[str, Any]:
-    return {
-        "test": test.name,
-        "of": test.channel,
-        "passed": test.passed,
-        "severity": test.severity,
-        "statistic": _number(test.statistic),
-        "limit": _number(test.limit),
-        "unit": test.unit,
-        "sentence": "" if test.passed else test.sentence,
-        "conditions": [[_condition(condition) for condition in clause] for clause in test.fails_where.clauses],
-    }
-
-
-def _condition(condition: Condition) -> dict[str, Any]:
-    numbers = {"statistic": condition.statistic, "limit": condition.limit, "error": condition.error}
-    return {"name": condition.name, "relation": condition.relation, **{name: _number(value) for name, value in numbers.items()}}
-
-
-def _stability(found: Stability) -> dict[str, Any]:
-    return {
-        "share": found.share,
-        "decisions": found.decisions,
-        "outcomes": dict(found.outcomes),
-        "hinges_on": list(found.hinges_on),
     }
 
 
@@ -370,12 +329,6 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "undetermined": list(effect.undetermined),
         "may_be_zero": effect.may_be_zero,
     }
-
-
-def _possible(one: PossibleEffect) -> dict[str, Any]:
-    told = _effect(one.effect)
-    kept = {name: told[name] for name in ("effect", "at", "family", "probability", "parameters", "tied_with", "share")}
-    return {**kept, "share_of_rest": _number(one.effect.removes), "in_place_of": list(one.in_place_of)}
 
 
 def _baseline(item: BaselineValue) -> dict[str, Any]:

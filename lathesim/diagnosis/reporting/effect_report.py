@@ -49,7 +49,6 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         tied,
         separating,
         item.share,
-        item.share,
         _first_line(candidate),
         tuple(undetermined),
         may_be_zero=interval_includes_neutral(candidate, values),

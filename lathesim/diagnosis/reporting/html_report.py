@@ -16,23 +16,21 @@ import numpy as np
 import lathesim
 from lathesim.analysis.share_of_acting import known_share
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, FoundEffect, MissingSignal, VariableBar
+from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal, VariableBar
 from lathesim.diagnosis.reporting.answer_tables import GAIN, before_text, effect_rows
 from lathesim.diagnosis.reporting.explanations import HEAD, LEGEND, explanation_rows
 from lathesim.diagnosis.reporting.number_text import (
     NOTHING,
-    POSSIBLE_BESIDES,
     interval_texts,
     number,
     percent,
-    possible_text,
     pretty,
     probability_text,
     quantity_text,
     takes_part,
     words,
 )
-from lathesim.diagnosis.reporting.remarks import stability_lines, what_is_left
+from lathesim.diagnosis.reporting.remarks import what_is_left
 from lathesim.diagnosis.reporting.summary import is_worse, summary_lines, unexplained
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.identification.estimation.estimates import CONFIDENCE
@@ -75,11 +73,8 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "recording": diagnosis.recording,
         "held_out": diagnosis.validation if diagnosis.validation != diagnosis.recording else "",
         "findings": list(diagnosis.findings),
-        "effects": _effects(diagnosis, diagnosis.effects),
+        "effects": _effects(diagnosis),
         "docs": [(effect.effect, effect.doc) for effect in diagnosis.effects if effect.doc],
-        "possible_title": POSSIBLE_BESIDES,
-        "possible": [possible_text(one) for one in diagnosis.possible],
-        "possible_effects": _effects(diagnosis, [one.effect for one in diagnosis.possible]),
         "discovered": diagnosis.discovered,
         "located": _located(diagnosis),
         "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
@@ -123,8 +118,6 @@ def _decided(diagnosis: Diagnosis, method: Method) -> dict[str, Any]:
         "tried_more": max(0, len(diagnosis.explanations) - method.reporting.most_rows),
         "rule": diagnosis.rule,
         "history": _history(diagnosis),
-        "tests": _tests(diagnosis),
-        "stability": stability_lines(diagnosis),
     }
 
 
@@ -150,9 +143,9 @@ def _over(size: float, floor: float) -> float:
     return size / floor if floor > 0.0 and math.isfinite(size) else 0.0
 
 
-def _effects(diagnosis: Diagnosis, effects: Sequence[FoundEffect]) -> list[dict[str, str]]:
+def _effects(diagnosis: Diagnosis) -> list[dict[str, str]]:
     """Return the rows of a table of effects."""
-    rows = effect_rows(diagnosis, effects)
+    rows = effect_rows(diagnosis, diagnosis.effects)
     return [{"name": name, "at": words(at), "size": size, "gain": gain} for name, at, size, gain in rows]
 
 
@@ -237,27 +230,6 @@ def _history(diagnosis: Diagnosis) -> list[dict[str, str]]:
         }
         for step in diagnosis.history
     ]
-
-
-def _tests(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Return the rows of the tests of what is left, those that fail first."""
-    tests = sorted(diagnosis.residual_tests, key=lambda test: test.passed)
-    return [
-        {
-            "name": test.name,
-            "channel": test.channel,
-            "statistic": _digits(test.statistic),
-            "limit": _digits(test.limit),
-            "unit": "" if test.unit == "1" else test.unit,
-            "outcome": "passes" if test.passed else test.severity,
-            "sentence": "" if test.passed else test.sentence,
-        }
-        for test in tests
-    ]
-
-
-def _digits(value: float) -> str:
-    return f"{value:.3g}" if math.isfinite(value) else NOTHING
 
 
 def _tried(diagnosis: Diagnosis, method: Method) -> list[tuple[str, ...]]:

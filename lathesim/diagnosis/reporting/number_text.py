@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 
 from lathesim.analysis.display_unit import display_unit
-from lathesim.diagnosis.records.diagnosis import Diagnosis, PossibleEffect, listed
+from lathesim.diagnosis.records.diagnosis import Diagnosis
 
 _SMALLEST_PLAIN, _LARGEST_PLAIN = -4, 7
 """Powers of ten between which a number is written without an exponent."""
@@ -20,8 +20,6 @@ MINUS = "\N{MINUS SIGN}"
 TIMES = "\N{MULTIPLICATION SIGN}"
 NOTHING = "\N{EN DASH}"
 ARROW = "\N{RIGHTWARDS ARROW}"
-POSSIBLE_BESIDES = "Possible besides, and no part of the answer"
-"""What stands above effects that explain much of what is left and little of all."""
 
 
 def pretty_unit(unit: str) -> str:
@@ -118,14 +116,6 @@ def pretty(text: str) -> str:
 def words(name: str) -> str:
     """Return ``x_axis.position`` with places where a line may break."""
     return name.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
-
-
-def possible_text(one: PossibleEffect) -> str:
-    """Return what an effect that is possible beside the model would explain, and what it would replace."""
-    effect = one.effect
-    place = f" in the place of {listed(one.in_place_of)}" if one.in_place_of else ""
-    explains = f"explains {percent(effect.removes)} of what is left, {percent(effect.share)} of the whole error"
-    return f"{effect.effect} at {effect.at}{place} {explains}; probability {probability_text(effect.probability)}."
 
 
 def takes_part(diagnosis: Diagnosis) -> str:

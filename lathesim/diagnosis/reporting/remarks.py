@@ -64,16 +64,3 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
 def what_is_left(diagnosis: Diagnosis) -> list[str]:
     """Return why a model is not adequate, where it is not, and all that is left."""
     return [*filter(None, [diagnosis.shortfall]), *diagnosis.left]
-
-
-def stability_lines(diagnosis: Diagnosis) -> list[str]:
-    """Return the line on how often the decision stands under other draws of noise and limits, and on which limit it depends most."""
-    found = diagnosis.stability
-    if found is None:
-        return []
-    verdict = diagnosis.verdict.replace("_", " ")
-    others = [f"{name.replace('_', ' ')} in {share:.0%}" for name, share in found.outcomes.items() if name != diagnosis.verdict]
-    turned = f" ({', '.join(others)})" if others else ""
-    hinges = f" It depends most on the limit {', '.join(found.hinges_on)}." if found.hinges_on else ""
-    again = f"Decided {found.decisions} times with noise and limits drawn again"
-    return [f"{again}, the answer is '{verdict}' in {found.share:.0%}{turned}.{hinges}"]

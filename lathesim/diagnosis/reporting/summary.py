@@ -215,10 +215,10 @@ def _sure(diagnosis: Diagnosis, method: Method) -> str:
     if diagnosis.verdict == "recording_fault":
         return ""
     if diagnosis.names:
-        return f"{stopped}{_sure_of_names(diagnosis, tried, method)}{_close(diagnosis, method)}"
+        return f"{stopped}{_sure_of_names(diagnosis, tried, method)}"
     if diagnosis.verdict == "unknown":
-        return stopped + _certainly_missing(diagnosis, tried, method) + _close(diagnosis, method)
-    return f"{stopped}{_nothing_else(diagnosis, tried)}{_close(diagnosis, method)}".strip()
+        return stopped + _certainly_missing(diagnosis, tried, method)
+    return f"{stopped}{_nothing_else(diagnosis, tried)}".strip()
 
 
 def _certainly_missing(diagnosis: Diagnosis, tried: int, method: Method) -> str:
@@ -241,14 +241,6 @@ def _nothing_else(diagnosis: Diagnosis, tried: int) -> str:
         return f"None of the {tried} effects that were tried predicts clearly better than chance would."
     best = max(rivals, key=lambda one: one.gain)
     return f"Of the {tried} effects that were tried {best.text} predicts best, and is not taken: {best.reason}."
-
-
-def _close(diagnosis: Diagnosis, method: Method) -> str:
-    """Return that a decision is a close one, where it is."""
-    found = diagnosis.stability
-    if found is None or found.share >= method.reporting.firm:
-        return ""
-    return f" The decision is close: of {found.decisions} repetitions with other noise, {percent(found.share)} decide so."
 
 
 def _sure_of_names(diagnosis: Diagnosis, tried: int, method: Method) -> str:

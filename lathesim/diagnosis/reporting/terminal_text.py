@@ -9,8 +9,8 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import Diagnosis, with_unit
 from lathesim.diagnosis.reporting.answer_tables import GAIN, Rows, before_text, channel_rows, effect_rows, value_rows
 from lathesim.diagnosis.reporting.html_report import insert_lines
-from lathesim.diagnosis.reporting.number_text import POSSIBLE_BESIDES, plain, possible_text, takes_part
-from lathesim.diagnosis.reporting.remarks import stability_lines, what_is_left
+from lathesim.diagnosis.reporting.number_text import plain, takes_part
+from lathesim.diagnosis.reporting.remarks import what_is_left
 from lathesim.diagnosis.reporting.summary import summary_lines
 
 _EFFECT_HEAD = ("effect", "place", "size (95 % interval)", "gain")
@@ -18,11 +18,10 @@ _EFFECT_HEAD = ("effect", "place", "size (95 % interval)", "gain")
 
 def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the lines of an answer."""
-    lines = [*summary_lines(diagnosis, method), *_tables(diagnosis), *_possible_lines(diagnosis)]
+    lines = [*summary_lines(diagnosis, method), *_tables(diagnosis)]
     lines += _section("What is left:", what_is_left(diagnosis))
     lines += _section("What this recording cannot tell:", diagnosis.not_told)
     lines += _section("About the recording:", [line for line in diagnosis.findings if line not in diagnosis.sentence])
-    lines += _section("How firm the answer is:", stability_lines(diagnosis))
     if diagnosis.discovered:
         lines += ["", f"A formula for what is left: {diagnosis.discovered}"]
     if diagnosis.insert:
@@ -66,12 +65,3 @@ def _beside(diagnosis: Diagnosis) -> list[str]:
     moved = [(name, item) for name, item in diagnosis.baseline.items() if not item.low <= item.given <= item.high]
     told = [f"{name} = {with_unit(f'{item.refit_with:.4g}', item.unit)} (given {item.given:.4g})" for name, item in moved]
     return [f"That is with {', '.join(told)}, as in lesson_explained.yaml."] if told else []
-
-
-def _possible_lines(diagnosis: Diagnosis) -> list[str]:
-    """Return the lines on what is possible beside the model."""
-    if not diagnosis.possible:
-        return []
-    rows = effect_rows(diagnosis, [one.effect for one in diagnosis.possible])
-    told = [f"- {possible_text(one)}" for one in diagnosis.possible]
-    return ["", f"{POSSIBLE_BESIDES}:", *told, *_table(_EFFECT_HEAD, rows)]

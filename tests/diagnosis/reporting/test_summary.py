@@ -8,7 +8,6 @@ import pytest
 
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, ChannelFit, Diagnosis, Interval, Location, VariableBar
-from lathesim.diagnosis.records.stability import Stability
 from lathesim.diagnosis.reporting.number_text import plain
 from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from tests.diagnosis.sample_diagnoses import ALL, CLEAN, COULOMB, FAULT, NAMED, PARAMETERS, TIED, UNKNOWN
@@ -19,7 +18,6 @@ SCALE = "x_scale.position"
 OFF = {"x_encoder.position": ChannelFit("m", 3e-7, 9e-7, 5e-7, "v"), SCALE: ChannelFit("m", 3e-7, 2e-6, 1.77e-6, "v")}
 """A pitch error that a diagnosis called no missing physics."""
 GENERIC = replace(UNKNOWN, sentence=VERDICTS["unknown"])
-FIRM, CLOSE = Stability(0.97, 200), Stability(0.53, 200)
 
 
 def lines(diagnosis: Diagnosis) -> dict[str, str]:
@@ -126,11 +124,6 @@ def test_a_tie_names_its_rivals_and_what_would_tell() -> None:
     told = lines(TIED)
     assert "cannot tell ForceOffset from ConverterOffset at x_drive" in told["Sure"]
     assert told["Next"].startswith("Tell them apart. Record the current as well")
-
-
-def test_a_close_decision_is_called_one() -> None:
-    assert "close" in lines(replace(NAMED, stability=CLOSE))["Sure"]
-    assert "close" not in lines(replace(NAMED, stability=FIRM))["Sure"]
 
 
 def test_effects_of_which_none_was_fitted_are_counted() -> None:

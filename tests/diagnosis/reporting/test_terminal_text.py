@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Interval, PossibleEffect, as_json, no_surer_than, with_unit
-from lathesim.diagnosis.records.stability import Stability
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Interval, as_json, no_surer_than, with_unit
 from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.number_text import plain
 from lathesim.diagnosis.reporting.summary import headline
@@ -70,25 +69,6 @@ def test_what_explains_a_part_is_no_name(removed: float, sentence: str) -> None:
     assert f"<p>{sentence}.</p>" in page
 
 
-def test_what_is_possible_besides_is_offered_and_not_named() -> None:
-    """The friction of a published axis is uneven, by two hundredths of the error."""
-    slope = {"viscous_difference": Interval(-36.8, "N/(m/s)", -41.1, -32.5)}
-    uneven = replace(COULOMB, effect="AsymmetricFriction", parameters=slope, share=0.024, removes=0.79, probability=0.98)
-    answer = replace(NAMED, possible=(PossibleEffect(uneven, ("CoulombFriction",)),))
-    text, page = "\n".join(answer_lines(answer)), report_html(answer)
-    offered = (
-        "AsymmetricFriction at x_axis in the place of CoulombFriction explains 79.0 % of what is left, 2.4 % of the whole error; "
-        "probability 98.0 %."
-    )
-    assert f"Possible besides, and no part of the answer:\n- {offered}\n" in text
-    assert "viscous difference -36.8 N/(m/s) (-41.1 to -32.5 N/(m/s))" in text
-    assert offered in page
-    (told,) = as_json(answer)["possible"]
-    assert told["share_of_rest"] == 0.79
-    assert told["in_place_of"] == ["CoulombFriction"]
-    assert "Possible besides" not in "\n".join(answer_lines(NAMED)) + report_html(NAMED)
-
-
 def test_terminal_and_report_say_why_a_named_model_is_not_adequate() -> None:
     sentence = "The model is not adequate: 4.6% of what acts at x_axis.disturbance is still missing, and goes with velocity of x_axis."
     short = replace(NAMED, adequate=False, shortfall=sentence)
@@ -96,16 +76,6 @@ def test_terminal_and_report_say_why_a_named_model_is_not_adequate() -> None:
     assert sentence in report_html(short)
     for right in (NAMED, CLEAN):
         assert "not adequate" not in "\n".join(answer_lines(right)) + report_html(right)
-
-
-def test_terminal_report_and_json_tell_how_firm_a_decision_is() -> None:
-    found = Stability(0.97, 200, {"named": 0.97, "unknown": 0.03}, ("law_error",))
-    answer = replace(NAMED, stability=found)
-    again = "Decided 200 times with noise and limits drawn again, the answer is 'named' in 97% (unknown in 3%)."
-    line = f"{again} It depends most on the limit law_error."
-    assert f"- {line}" in answer_lines(answer)
-    assert line in report_html(answer).replace("&#39;", "'")
-    assert as_json(answer)["stability"]["outcomes"] == {"named": 0.97, "unknown": 0.03}
 
 
 def test_what_is_no_name_is_no_surer_than_what_it_took_away() -> None:

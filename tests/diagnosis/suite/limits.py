@@ -1,6 +1,6 @@
 """``python -m tests.diagnosis.suite limits``: how near the statistics of right and of wrong answers come to each limit of the method.
 
-The tests of what is left are in every answer (``residual_tests``); all other limits are in what ``run --margins`` keeps beside an answer.
+They are in what ``run --margins`` keeps beside an answer.
 A margin is a statistic over its limit. Of each case that asked the limit the margin nearest to one counts, below it and above it.
 """
 
@@ -51,19 +51,10 @@ def every_limit(table: Any = STANDARD, shelf: str = "") -> Iterator[tuple[str, L
 
 
 def margins_of(answers: Path, case: str) -> dict[str, list[float]]:
-    """Return the margins of a case by limit: those that were noted, else those of its tests of what is left."""
+    """Return the margins of a case by limit, as they were noted."""
     file = margins_file(answers, case)
-    if file.is_file():
-        kept = json.loads(file.read_text(encoding="utf-8"))
-        return {name: [one for one in pair if one is not None] for name, pair in kept.items()}
-    told = read_answer(answers, case) or {"answer": {}}
-    names = {limit.name: name for name, limit in every_limit()}
-    found: dict[str, list[float]] = {}
-    for test in told["answer"].get("residual_tests", ()):
-        for condition in (one for clause in test["conditions"] for one in clause):
-            if condition["name"] in names and condition["limit"] and condition["statistic"] is not None:
-                found.setdefault(names[condition["name"]], []).append(condition["statistic"] / condition["limit"])
-    return found
+    kept = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    return {name: [one for one in pair if one is not None] for name, pair in kept.items()}
 
 
 def near(folders: Sequence[Path], answers: Path) -> dict[str, Near]:
