@@ -1,26 +1,98 @@
-"""The terminal app: its screens, the keys that go with them, and the runs, which go on in threads."""
+"""The terminal app: its screens, the keys that go with them, the command palette, and the runs, which go on in threads."""
 
 from __future__ import annotations
 
 import importlib
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from textual.binding import Binding, BindingType
+from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.screen import Screen
 
 from lathesim.errors import LatheSimError
 from lathesim.tui.model.workbench import RUNS, Workbench
-from lathesim.tui.repainting import RepaintingApp
-from lathesim.tui.stopping import resume_only_after_a_stop
+from lathesim.tui.textual_corrections import RepaintingApp, resume_only_after_a_stop
 
 if TYPE_CHECKING:
     from lathesim.tui.model.live_run import LiveRun
     from lathesim.tui.model.student_book import StudentBook
+
+
+Entry = tuple[str, str, Callable[[], object]]
+"""What is found, a word about it, and what to do."""
+
+
+class WorkbenchProvider(Provider):
+    """Finds what stands on the workbench."""
+
+    @property
+    def _app(self) -> LathesimApp:
+        return cast("LathesimApp", self.app)
+
+    async def discover(self) -> Hits:
+        """Return the screens before anything is typed."""
+        for name, about, action in self._screens():
+            yield DiscoveryHit(name, action, help=about)
+
+    async def search(self, query: str) -> Hits:
+        """Return what fits the text typed."""
+        matcher = self.matcher(query)
+        for name, about, action in self._entries():
+            score = matcher.match(name)
+            if score > 0.0:
+                yield Hit(score, matcher.highlight(name), action, help=about)
+
+    def _screens(self) -> Iterator[Entry]:
+        for name, key, title in navigation():
+            if name != "run":
+                yield title, f"screen, {key.upper()}", partial(self._app.switch_mode, name)
+        yield "Run or stop", "F5", self._app.action_run_or_stop
+
+    def _actions(self) -> Iterator[Entry]:
+        """Return what the keys of each screen do."""
+        import importlib
+
+        for name, _, title in navigation():
+            if name == "run":
+                continue
+            module, _, screen = SCREENS[name][2].partition(":")
+            for binding in getattr(importlib.import_module(module), screen).BINDINGS:
+                if binding.description:
+                    key = binding.key_display or binding.key
+                    about = f"{binding.tooltip or binding.description} ({title}, key {key})"
+                    yield binding.description, about, partial(self._app.do_on, name, binding.action)
+
+    def _entries(self) -> Iterator[Entry]:
+        from lathesim.errors import LatheSimError
+        from lathesim.lessons.lesson_list import lesson_files
+
+        app, workbench = self._app, self._app.workbench
+        yield from self._screens()
+        yield from self._actions()
+        for path in lesson_files():
+            yield path.stem, "lesson: put on the bench", partial(app.open_lesson, path)
+        for name, component in workbench.registry.components.items():
+            yield name, f"component: {_first_line(component)}", partial(app.show_help, "component", name)
+        for name, component in workbench.registry.effects.items():
+            yield name, f"effect: {_first_line(component)}", partial(app.show_help, "effect", name)
+        try:
+            plan = workbench.prepared().plan
+        except LatheSimError:
+            return
+        for name in plan.channels:
+            yield name, f"channel: {plan.doc(name)}", partial(app.show_channel, name)
+        for name in plan.parameters:
+            yield name, f"parameter: {plan.doc(name)}", partial(app.show_parameter, name)
+
+
+def _first_line(component: type) -> str:
+    return (component.__doc__ or "").strip().partition("\n")[0]
+
 
 SCREENS: dict[str, tuple[str, str, str]] = {
     "help": ("f1", "Help", "lathesim.tui.screens.help:HelpScreen"),
@@ -38,12 +110,6 @@ def navigation() -> list[tuple[str, str, str]]:
     """Return name, key and title of each screen there is, and of Run, in the order of the keys."""
     entries = [(name, key, title) for name, (key, title, where) in SCREENS.items() if _is_there(where)]
     return sorted([*entries, ("run", "f5", "RUN")], key=lambda entry: entry[1])
-
-
-def _provider() -> type[Any]:
-    from lathesim.tui.palette import WorkbenchProvider
-
-    return WorkbenchProvider
 
 
 def _made(where: str) -> Screen[Any]:
@@ -67,7 +133,7 @@ class LathesimApp(RepaintingApp[None]):
         name: partial(_made, where) for name, (_, _, where) in SCREENS.items() if _is_there(where)
     }
     DEFAULT_MODE = "bench"
-    COMMANDS: ClassVar[set[Any]] = RepaintingApp.COMMANDS | {_provider}
+    COMMANDS: ClassVar[set[Any]] = RepaintingApp.COMMANDS | {WorkbenchProvider}
     BINDINGS: ClassVar[list[BindingType]] = [
         *(
             Binding(key, f"switch_mode('{name}')", title, priority=True, show=False)

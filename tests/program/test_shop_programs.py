@@ -18,7 +18,7 @@ from lathesim.program.telling.checks import checked
 from lathesim.program.writer import linuxcnc_text
 from lathesim.record import FloatArray
 from lathesim.shipped import shipped_folder
-from lathesim.tui.drawing.carved_stock import CarvedStock
+from lathesim.tui.drawing.lathe_picture import CarvedStock
 from tests.shared_data import SHARED, needs_shared
 
 PARTS = ["shaft", "thread", "taper", "ball_end", "grooved_bush"]

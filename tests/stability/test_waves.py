@@ -14,8 +14,7 @@ from lathesim.engine.running.run import run
 from lathesim.record import Record
 from lathesim.stability.limits.growth import rig
 from lathesim.stability.tool_point.modes import Mode, ToolPoint
-from lathesim.tui.drawing.lathe_scene import scene_of_record
-from lathesim.tui.drawing.wave_picture import draw_waves
+from lathesim.tui.drawing.lathe_picture import draw_waves, scene_of_record
 from tests.tui.driving import opened, run_to_end, until
 from tests.tui.screen_words import words_of
 

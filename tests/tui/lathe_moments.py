@@ -7,8 +7,7 @@ from pathlib import Path
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
-from lathesim.tui.drawing.lathe_picture import View, draw
-from lathesim.tui.drawing.lathe_scene import Motion, scene_of_case
+from lathesim.tui.drawing.lathe_picture import Motion, View, draw, scene_of_case
 
 GOLDENS = Path(__file__).parent / "goldens"
 MOMENTS = {"first_cut": (8.0, View()), "taper": (13.0, View(gain=10.0)), "return": (18.0, View(zoom=0.02))}

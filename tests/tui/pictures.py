@@ -11,7 +11,7 @@ from textual.pilot import Pilot
 from textual.widgets import SelectionList
 
 from lathesim.tui.app import LathesimApp
-from lathesim.tui.widgets.slider import Slider
+from lathesim.tui.widgets.controls import Slider
 from lathesim.tui.widgets.time_plot import TimePlot
 from tests.cli.command import ROOT
 from tests.tui.driving import opened, run_to_end, until

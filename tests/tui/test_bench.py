@@ -13,9 +13,9 @@ from textual.widgets import Select, Static
 from lathesim.cli.app.tui import make_app
 from lathesim.cli.main import run_command_line
 from lathesim.record import load
+from lathesim.tui.widgets.controls import Slider
 from lathesim.tui.widgets.lathe_view import LatheView
 from lathesim.tui.widgets.program_listing import ProgramListing
-from lathesim.tui.widgets.slider import Slider
 from tests.tui.driving import opened, run_to_end, until
 from tests.tui.screen_words import words_of
 

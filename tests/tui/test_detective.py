@@ -15,10 +15,9 @@ from textual.widgets import Button, Input, Select, Static, TabbedContent
 from lathesim.cli.main import run_command_line
 from lathesim.identification.records.model import CandidateStanding
 from lathesim.tui.app import LathesimApp
-from lathesim.tui.drawing.standing_bars import standing_bars
-from lathesim.tui.model.case_file import CaseFile, Guess
-from lathesim.tui.model.column_mapping import COMPARE, TIME, ColumnMeaning, recordings_entry
+from lathesim.tui.model.case_file import COMPARE, TIME, CaseFile, ColumnMeaning, Guess, recordings_entry
 from lathesim.tui.screens.detective import DetectiveScreen
+from lathesim.tui.widgets.case_panes import standing_bars
 from tests.tui.driving import opened, told, until
 
 LESSON = "12_what_is_wrong_with_this_machine"

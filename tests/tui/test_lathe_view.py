@@ -9,12 +9,9 @@ from lathesim.analysis.part.nothing_cut import RawStock
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
-from lathesim.tui.drawing.axis_ticks import axis_ticks, even_axis
-from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
-from lathesim.tui.drawing.carved_stock import CarvedStock
-from lathesim.tui.drawing.envelope import envelope
-from lathesim.tui.drawing.lathe_picture import View, draw
-from lathesim.tui.drawing.lathe_scene import LatheScene, Motion
+from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, even_axis, trace
+from lathesim.tui.drawing.curves import envelope
+from lathesim.tui.drawing.lathe_picture import CarvedStock, LatheScene, Motion, View, draw
 from tests.tui.lathe_moments import GOLDENS, MOMENTS, pictures
 
 BAR = RawStock("stock", 0.010, 0.040, 0.0, "x", "z", free_end=-1.0, edge_length=0.005)

@@ -9,7 +9,7 @@ import pytest
 from textual.command import Hit
 from textual.widgets import Input, Markdown, OptionList, Static, Tree
 
-from lathesim.tui.model.suggestion import suggestion
+from lathesim.tui.model.student_book import suggestion
 from tests.tui.driving import opened, run_to_end, until
 
 
@@ -115,7 +115,7 @@ async def test_help_shows_keys_chapters_and_the_page_of_an_effect() -> None:
 
 
 async def test_the_palette_finds_lessons_channels_parameters_components_effects_and_actions() -> None:
-    from lathesim.tui.palette import WorkbenchProvider
+    from lathesim.tui.app import WorkbenchProvider
 
     wanted = {
         "09_constant_surface_speed": "lesson",

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from lathesim.tui.stopping import resume_only_after_a_stop
+from lathesim.tui.textual_corrections import resume_only_after_a_stop
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGCONT"), reason="this system has no SIGCONT")
 

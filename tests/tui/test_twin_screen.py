@@ -15,8 +15,7 @@ from lathesim.live.sources.samples import Block, Signal
 from lathesim.live.twin import Twin
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray, load
-from lathesim.tui.model.twin_picture import TwinPicture
-from lathesim.tui.twin_app import TwinApp
+from lathesim.tui.twin_app import TwinApp, TwinPicture
 from lathesim.tui.widgets.time_plot import TimePlot
 from tests.live.campaign.cases import LESSONS, channels
 from tests.live.campaign.machines import MACHINES, PERIOD

@@ -12,7 +12,20 @@ import numpy.typing as npt
 from lathesim.analysis.display_unit import display_unit
 from lathesim.analysis.metrics.metric import find_channel
 from lathesim.record import FloatArray, Record
-from lathesim.tui.drawing.envelope import envelope
+
+
+def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Return time and values with at most two points a column, in order of time; both (points,), a short curve as it is."""
+    count = len(time)
+    if count <= 2 * columns or columns < 1:
+        return time, values
+    size = -(-count // columns)
+    blocks = np.pad(values, (0, columns * size - count), mode="edge").reshape(columns, size)
+    begin = np.arange(columns) * size
+    index = np.concatenate([[0], begin + np.argmin(blocks, axis=1), begin + np.argmax(blocks, axis=1), [count - 1]])
+    index = np.unique(np.minimum(index, count - 1))
+    return time[index], values[index]
+
 
 BoolArray = npt.NDArray[np.bool_]
 _MOST_POINTS = 4000
@@ -138,3 +151,34 @@ def _to_be_seen(curve: Curve, finite: BoolArray, fit_to_feed: bool) -> BoolArray
         if name is not None and there.any():
             return there
     return finite
+
+
+@dataclass(frozen=True)
+class Look:
+    """``dash``: dots set and dots left out in turn; ``mark``: the same in three characters; the colours on a dark and a light ground."""
+
+    dash: tuple[int, int]
+    mark: str
+    on_dark: str
+    on_light: str
+
+    def colour(self, is_dark: bool) -> str:
+        """Return the colour for the ground."""
+        return self.on_dark if is_dark else self.on_light
+
+
+_WHOLE, _DASHED, _DOTTED = ((1, 0), "⠒⠒⠒"), ((5, 4), "⠒⠂⠐"), ((1, 2), "⠂⠐⠂")
+LOOKS = (
+    Look(*_WHOLE, "#4ade80", "#15803d"),
+    Look(*_DASHED, "#fbbf24", "#b45309"),
+    Look(*_DOTTED, "#22d3ee", "#0e7490"),
+    Look(*_WHOLE, "#e879f9", "#a21caf"),
+    Look(*_DASHED, "#f87171", "#b91c1c"),
+    Look(*_DOTTED, "#93c5fd", "#1d4ed8"),
+)
+"""Looks of the first six curves; later ones begin again."""
+
+
+def look_of(place: int) -> Look:
+    """Return the look of a curve by its place among those drawn."""
+    return LOOKS[place % len(LOOKS)]

@@ -1,17 +1,194 @@
-"""The half section of the part being turned, drawn in characters: material, paths and tool over the spindle's axis."""
+"""The lathe as a picture of braille dots: motion, stock and tool, and the waves on the part."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lathesim.record import FloatArray
-from lathesim.tui.drawing.axis_ticks import axis_ticks
-from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
-from lathesim.tui.drawing.lathe_scene import LatheScene, Motion
+from lathesim.analysis.metrics.metric import find_channel
+from lathesim.analysis.part.nothing_cut import RawStock
+from lathesim.record import FloatArray, Record
+from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, trace
+
+if TYPE_CHECKING:
+    from lathesim.analysis.part.waves import Waves
+    from lathesim.lessons.simulate import Prepared
+
+
+_CELLS = 2000
+
+
+class CarvedStock:
+    """Radius over z of a stock that is cut sample by sample; it may be followed forwards, and backwards from the start again.
+
+    The rules are those of :class:`lathesim.components.stock.Stock`. The tip runs straight from sample to sample, rapid or not, and
+    every cell it passes is cut to its radius. Feeding towards the axis, the edge takes along what stands towards the free end. Left out:
+    the nose.
+    """
+
+    def __init__(self, stock: RawStock) -> None:
+        self.stock = stock
+        self.radius: FloatArray = np.full(_CELLS, stock.stock_radius)
+        self._cell = stock.stock_length / _CELLS
+        self._done = 0
+
+    def cut(self, x: FloatArray, z: FloatArray, until: int) -> FloatArray:
+        """Return the radius [m] (cells,) after the first ``until`` samples of the tip's radius and place, x and z [m]."""
+        if until < self._done:
+            self.radius = np.full(_CELLS, self.stock.stock_radius)
+            self._done = 0
+        if until > self._done:
+            begin = max(0, self._done - 1)
+            self._carve(x[begin:until], z[begin:until])
+            self._done = until
+        return self.radius
+
+    def at(self, z: FloatArray) -> FloatArray:
+        """Return the radius at places z [m]: the smallest between neighbouring places, 0 outside the stock."""
+        edges = (np.asarray(z) - self.stock.face) / self._cell
+        half = 0.5 * (edges[1] - edges[0]) if len(edges) > 1 else 0.5
+        first = np.floor(edges - half).astype(int)
+        last = np.maximum(np.ceil(edges + half).astype(int), first + 1)
+        radius = np.zeros(len(edges))
+        for place in np.flatnonzero((edges >= 0.0) & (edges <= _CELLS)):
+            part = self.radius[max(first[place], 0) : min(last[place], _CELLS)]
+            radius[place] = part.min() if len(part) else 0.0
+        return radius
+
+    def _carve(self, x: FloatArray, z: FloatArray) -> None:
+        usable = np.isfinite(x) & np.isfinite(z)
+        x, z = x[usable], z[usable]
+        if not len(x):
+            return
+        places = np.clip((z - self.stock.face) / self._cell, -1.0, _CELLS + 1.0)
+        steps = np.maximum(np.ceil(np.abs(np.diff(places))).astype(int), 1)
+        index = np.repeat(np.arange(len(steps)), steps)
+        share = (np.arange(len(index)) - np.repeat(np.cumsum(steps) - steps, steps) + 1) / steps[index] if len(index) else np.empty(0)
+        along = np.append(places[0], places[index] + share * np.diff(places)[index])
+        height = np.append(x[0], x[index] + share * np.diff(x)[index])
+        cells = np.floor(along).astype(int)
+        touched = (cells >= 0) & (cells < _CELLS) & (height < self.stock.stock_radius)
+        np.minimum.at(self.radius, cells[touched], np.maximum(height[touched], 0.0))
+        self._carve_beside(x, z, places)
+
+    def _carve_beside(self, x: FloatArray, z: FloatArray, places: FloatArray) -> None:
+        """Let the edge take along what stands between the tip and the free end while it feeds towards the axis."""
+        edge = int(self.stock.edge_length / self._cell)
+        if edge <= 0 or len(x) < 2:
+            return
+        side = -1 if self.stock.free_end < 0.0 else 1
+        radial = (np.diff(x) < 0.0) & (-np.diff(x) > np.abs(np.diff(z)))
+        for sample in np.flatnonzero(radial) + 1:
+            cell = int(places[sample])
+            if 0 <= cell < _CELLS and x[sample] < self.stock.stock_radius:
+                first, last = (cell - edge, cell) if side < 0 else (cell + 1, cell + 1 + edge)
+                beside = self.radius[max(first, 0) : min(last, _CELLS)]
+                np.minimum(beside, max(x[sample], 0.0), out=beside)
+
+
+_ARC_POINTS = 32
+_NEAR = 0.5
+"""Share of the length of the stock, beyond its ends, within which the path is always shown; across it is twice as much of the radius."""
+_MOST_POINTS = 20_000
+
+
+@dataclass
+class LatheScene:
+    """A stock, if there is one, and the path asked for: ``path_x`` (a radius) and ``path_z`` [m]."""
+
+    stock: RawStock | None
+    path_x: FloatArray
+    path_z: FloatArray
+    record: Record | None = None
+    """A record of a cut in the loop, whose waves on the part are shown where there is no path."""
+    carved: CarvedStock | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.carved = CarvedStock(self.stock) if self.stock is not None else None
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing to show."""
+        return self.stock is None and not len(self.path_x)
+
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Return the smallest and largest z and the smallest and largest x [m] of stock and path; the axis of the spindle is inside.
+
+        Of a path that comes from far away only what lies near the stock counts.
+        """
+        usable = np.isfinite(self.path_x) & np.isfinite(self.path_z)
+        if self.stock is not None:
+            length, radius = self.stock.stock_length, self.stock.stock_radius
+            near = (self.path_z > self.stock.face - _NEAR * length) & (self.path_z < self.stock.face + (1.0 + _NEAR) * length)
+            usable &= near & (np.abs(self.path_x) < (1.0 + 2.0 * _NEAR) * radius)
+        z = [*self.path_z[usable]]
+        x = [0.0, *self.path_x[usable]]
+        if self.stock is not None:
+            z += [self.stock.face, self.stock.face + self.stock.stock_length]
+            x.append(self.stock.stock_radius)
+        if not z:
+            return 0.0, 1.0, 0.0, 1.0
+        return min(z), max(z), min(x), max(x)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What was recorded of the tool up to a sample: actual and reference radius and place [m], each (samples,)."""
+
+    x: FloatArray
+    z: FloatArray
+    x_reference: FloatArray
+    z_reference: FloatArray
+
+    @classmethod
+    def of(cls, record: Record) -> Motion | None:
+        """Return the motion in a record, or None where it has no two axes."""
+        stock = RawStock.of(record)
+        x = stock.x if stock is not None else find_channel(record, "x_axis.position", ".x_position")
+        z = stock.z if stock is not None else find_channel(record, "z_axis.position", ".z_position")
+        if x is None or z is None:
+            return None
+        x_reference, z_reference = find_channel(record, ".x_reference"), find_channel(record, ".z_reference")
+        if x_reference is None or z_reference is None:
+            return cls(record[x], record[z], record[x], record[z])
+        return cls(record[x], record[z], record[x_reference], record[z_reference])
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+
+def scene_of_case(case: Prepared) -> LatheScene:
+    """Return the scene before a run: the raw stock and the programmed path."""
+    from lathesim.lessons.raw_stock import raw_stock
+    from lathesim.path_columns import ARC_MOVE, CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, RADIUS, START_ANGLE, START_X, START_Z, SWEEP
+
+    table = next((part.tables["path"] for part in case.machinery.parts if "path" in part.tables), None)
+    if table is None:
+        return LatheScene(raw_stock(case.plan), np.empty(0), np.empty(0))
+    x, z = [table[:1, START_X]], [table[:1, START_Z]]
+    for row in table:
+        if row[KIND] == ARC_MOVE:
+            angle = row[START_ANGLE] + row[SWEEP] * np.linspace(0.0, 1.0, _ARC_POINTS)
+            x.append(row[CENTRE_X] + row[RADIUS] * np.sin(angle))
+            z.append(row[CENTRE_Z] + row[RADIUS] * np.cos(angle))
+        else:
+            x.append(row[[END_X]])
+            z.append(row[[END_Z]])
+    return LatheScene(raw_stock(case.plan), np.concatenate(x), np.concatenate(z))
+
+
+def scene_of_record(record: Record) -> LatheScene:
+    """Return the scene of a record: the stock it names and the reference it followed."""
+    motion = Motion.of(record)
+    if motion is None:
+        has_waves = find_channel(record, "cut.wave", ".wave") is not None and find_channel(record, "spindle.angle", ".angle") is not None
+        return LatheScene(None, np.empty(0), np.empty(0), record if has_waves else None)
+    stride = max(1, len(motion) // _MOST_POINTS)
+    return LatheScene(RawStock.of(record), motion.x_reference[::stride], motion.z_reference[::stride])
+
 
 NOTHING, REFERENCE, ACTUAL, TOOL, LABEL, EDGE = range(6)
 """What a character belongs to; where several meet, the tool stands in front of the actual path and that in front of the reference."""
@@ -19,7 +196,6 @@ _EIGHTHS = " ▁▂▃▄▅▆▇"
 _DASH = (3, 3)
 _MARGIN = 0.03
 _TOOL_DOTS = 14
-_MOST_POINTS = 20_000
 _ROWS_A_TICK, _COLUMNS_A_TICK = 4, 14
 """Rows and columns of the picture for each mark of a scale."""
 _Z_LABEL = " Z [mm]"
@@ -176,3 +352,37 @@ def _write(text: Cells, layer: Cells, row: int, column: int, words: str) -> None
     if 0 <= row < text.shape[0] and column >= 0 and column + len(words) <= text.shape[1]:
         text[row, column : column + len(words)] = list(words)
         layer[row, column : column + len(words)] = LABEL
+
+
+_RADIUS = 0.38
+"""Radius of the circle over the height of the picture."""
+_LARGEST = 0.09
+"""Waves are magnified until the largest is this share of the height; of a cut without chatter by no more than so many dots a micrometre."""
+_DOTS_A_MICROMETRE = 2.0
+
+
+def draw_waves(waves: Waves, columns: int, rows: int) -> Picture:
+    """Return the end of the part, ``columns`` by ``rows`` characters; ``dot`` is the height of a wave that moves the line by a dot [m]."""
+    height, width = 4 * rows, 2 * columns
+    size = min(height, width)
+    deviation = waves.height[-1] - waves.height[-1].mean()
+    largest = float(np.abs(deviation).max())
+    gain = min(_LARGEST * size / largest, _DOTS_A_MICROMETRE * 1e6) if largest > 0.0 else 0.0
+    text, layer = np.full((rows, columns), " "), np.full((rows, columns), NOTHING)
+    angle = np.append(waves.angle, waves.angle[0])
+    circle = np.full(len(angle), _RADIUS * size)
+    # a higher surface is one that the tool cut less deep: it stands out
+    seen = circle + gain * np.append(deviation, deviation[0])
+    for radius, kind, dash in ((circle, REFERENCE, (1, 2)), (seen, ACTUAL, (1, 0))):
+        dots = np.zeros((height, width), dtype=np.bool_)
+        trace(dots, 0.5 * width + radius * np.cos(angle), 0.5 * height + radius * np.sin(angle), dash=dash)
+        codes = braille_codes(dots)
+        drawn = codes > 0
+        text[drawn] = [chr(BRAILLE + int(code)) for code in codes[drawn]]
+        layer[drawn] = kind
+    words = f" R_a {1e6 * waves.roughness:.3g} um "
+    if columns > len(words) and rows > 2:
+        begin = (columns - len(words)) // 2
+        text[rows // 2, begin : begin + len(words)] = list(words)
+        layer[rows // 2, begin : begin + len(words)] = LABEL
+    return Picture(text, layer, np.zeros((rows, columns), dtype=np.bool_), 1.0 / gain if gain > 0.0 else 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -11,10 +12,12 @@ from typing import TYPE_CHECKING
 
 from lathesim.errors import WriteError
 from lathesim.json_text import parsed_json
+from lathesim.tui.model.setup import Setup
 from lathesim.whole_file import folder_lock, write_text
 
 if TYPE_CHECKING:
     from lathesim.lessons.grading import GoalResult, Judgement
+
 
 BOOK = Path("lathesim_progress.json")
 SCHEMA = "lathesim-progress/1"
@@ -123,3 +126,40 @@ def _is_better(goal: GoalResult, best: Best) -> bool:
     if goal.unit != best.unit:
         return True
     return goal.value < best.value if goal.sense == "at most" else goal.value > best.value
+
+
+_SET = re.compile(r"--set\s+([A-Za-z_]\w*\.[A-Za-z_]\w*)=('[^']+'|\"[^\"]+\"|[^\s,;]+)")
+_VARIANT = re.compile(r"--variant\s+([\w.+-]*\w)")
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """What to try, in words, and the settings named there."""
+
+    text: str
+    values: tuple[tuple[str, str], ...] = ()
+    variant: str | None = None
+
+    @property
+    def can_be_set(self) -> bool:
+        """Whether the text names settings."""
+        return bool(self.values or self.variant)
+
+    def applied(self, setup: Setup) -> Setup:
+        """Return a setup with what the text names."""
+        for name, quantity in self.values:
+            setup = setup.with_value(name, quantity)
+        return setup.with_variant(self.variant) if self.variant is not None else setup
+
+
+def suggestion(text: str, variants: tuple[str, ...]) -> Suggestion:
+    """Return what a line of a lesson's ``try`` suggests: ``--set part.name=value`` and ``--variant NAME`` are understood.
+
+    Of a plain text that names one variant alone, as "Run case I", the variant is taken.
+    """
+    values = tuple((name, value.strip("'\"").rstrip(".")) for name, value in _SET.findall(text))
+    named = [name for name in _VARIANT.findall(text) if name in variants]
+    if not values and not named:
+        named = [word for word in dict.fromkeys(re.findall(r"[\w+-]+", text)) if word in variants]
+        named = named if len(named) == 1 else []
+    return Suggestion(text, values, named[0] if named else None)

@@ -8,15 +8,47 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lathesim.errors import LatheSimError, LessonError
-from lathesim.tui.model.history import History
 
-if TYPE_CHECKING:  # imported when they are needed: the first screen is to be painted before
+if TYPE_CHECKING:
     from lathesim.lessons.lesson import Lesson
     from lathesim.lessons.simulate import Prepared
     from lathesim.plugins import Registry
     from lathesim.record import Record
     from lathesim.tui.model.live_run import LiveRun
     from lathesim.tui.model.setup import Setup
+
+
+class History:
+    """The setup on the bench, with those before it and those undone."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._past: list[Setup] = []
+        self._undone: list[Setup] = []
+        self.present = setup
+
+    def change(self, setup: Setup) -> None:
+        """Put another setup on the bench; one that is equal changes nothing."""
+        if setup == self.present:
+            return
+        self._past.append(self.present)
+        self._undone.clear()
+        self.present = setup
+
+    def undo(self) -> bool:
+        """Go back one change; False where there is none."""
+        return self._move(self._past, self._undone)
+
+    def redo(self) -> bool:
+        """Take back an undo; False where there is none."""
+        return self._move(self._undone, self._past)
+
+    def _move(self, origin: list[Setup], target: list[Setup]) -> bool:
+        if not origin:
+            return False
+        target.append(self.present)
+        self.present = origin.pop()
+        return True
+
 
 SETUP, RUN, RUNS, REGISTRY = "setup", "run", "runs", "registry"
 """What changed, as listeners are told: the setup, the run under way, the list of runs, the parts at hand."""

@@ -1,1 +1,1 @@
-"""Screens, one a file; ``app`` imports each when it is first shown."""
+"""Screens and their dialogs; ``app`` imports a screen when it is first shown."""

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from textual import on
 from textual.binding import Binding
@@ -12,21 +14,29 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Label, ProgressBar, Select, Static
 
+from lathesim.analysis.display_unit import plain_number
 from lathesim.analysis.metrics.metric import find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve
-from lathesim.tui.drawing.lathe_scene import LatheScene, Motion, scene_of_case, scene_of_record
-from lathesim.tui.drawing.readings import blank_readings, program_line, readings
-from lathesim.tui.model.goals import goal_text
-from lathesim.tui.model.program_text import program_lines
+from lathesim.tui.drawing.lathe_picture import LatheScene, Motion, scene_of_case, scene_of_record
 from lathesim.tui.model.workbench import RUN, RUNS, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+from lathesim.tui.widgets.controls import Slider
 from lathesim.tui.widgets.lathe_view import LatheView
-from lathesim.tui.widgets.program_listing import ProgramListing
-from lathesim.tui.widgets.read_outs import ReadOuts
-from lathesim.tui.widgets.slider import Slider
+from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
+from lathesim.tui.widgets.read_outs import ReadOuts, blank_readings, program_line, readings
 from lathesim.tui.widgets.time_plot import TimePlot
+
+if TYPE_CHECKING:
+    from lathesim.lessons.grading import GoalResult
+
+
+def goal_text(goal: GoalResult) -> str:
+    """Return one goal with what was reached: ``✗ max_contour_error at most 0.4 mm: 0.685 mm``; the sign says whether it is met."""
+    reached = f"{plain_number(goal.value, 4)} {goal.unit}" if math.isfinite(goal.value) else goal.reason or "not measured"
+    return f"{'✓' if goal.met else '✗'} {goal.metric} {goal.sense} {goal.limit}: {reached}"
+
 
 GAINS = (1.0, 10.0, 30.0, 100.0, 1000.0)
 ZOOMS = (0.0, 10e-3, 2e-3)
@@ -317,7 +327,7 @@ class BenchScreen(WorkbenchScreen):
 
     def action_channels(self) -> None:
         """Choose what the plot shows."""
-        from lathesim.tui.screens.channel_choice import ChannelChoice
+        from lathesim.tui.screens.choices import ChannelChoice
 
         record = self._record
         if record is None:

@@ -297,7 +297,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_component(self) -> None:
         """Choose the component of a place."""
-        from lathesim.tui.screens.part_choice import PartChoice
+        from lathesim.tui.screens.choices import PartChoice
 
         try:
             case = self.workbench.prepared()
@@ -319,7 +319,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_effect(self) -> None:
         """Insert an effect at the part that is chosen."""
-        from lathesim.tui.screens.part_choice import PartChoice
+        from lathesim.tui.screens.choices import PartChoice
 
         try:
             case = self.workbench.prepared()
@@ -346,7 +346,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_lobes(self) -> None:
         """Show up to which chip width the lesson's cut is stable."""
-        from lathesim.tui.screens.lobes_view import LobesView
+        from lathesim.tui.screens.stability_views import LobesView
 
         if self._setup is None:
             return
@@ -357,7 +357,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_tool_point(self) -> None:
         """Show the response of the tool point and its modes."""
-        from lathesim.tui.screens.tool_point_view import ToolPointView
+        from lathesim.tui.screens.stability_views import ToolPointView
 
         if self._setup is None:
             return
@@ -368,14 +368,14 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_program(self) -> None:
         """Choose the part program."""
-        from lathesim.tui.screens.program_choice import ProgramChoice
+        from lathesim.tui.screens.choices import ProgramChoice
 
         if self._setup is not None:
             self.app.push_screen(ProgramChoice(self._setup.lesson.path.parent), self._take_program)
 
     def action_cut(self) -> None:
         """Make a part program from a form."""
-        from lathesim.tui.screens.cut_form import CutForm
+        from lathesim.tui.screens.forms import CutForm
 
         self.app.push_screen(CutForm(), self._take_program)
 
@@ -386,7 +386,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_save(self) -> None:
         """Save the setup as a lesson."""
-        from lathesim.tui.screens.text_question import TextQuestion
+        from lathesim.tui.screens.forms import TextQuestion
 
         if self._setup is not None:
             self.app.push_screen(TextQuestion("Save as a lesson (.yaml)", f"{self._setup.lesson.name}_mine.yaml"), self._save)
@@ -416,7 +416,7 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_load(self) -> None:
         """Load a lesson file."""
-        from lathesim.tui.screens.text_question import TextQuestion
+        from lathesim.tui.screens.forms import TextQuestion
 
         self.app.push_screen(TextQuestion("Lesson to load (a file or a name)", placeholder="mine.yaml"), self._load)
 

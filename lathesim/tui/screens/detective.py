@@ -20,17 +20,15 @@ from textual.widgets.option_list import Option
 from lathesim.component import Parameter
 from lathesim.errors import LatheSimError
 from lathesim.tui.model import case_file
-from lathesim.tui.model.case_file import CaseFile, Guess
-from lathesim.tui.model.column_mapping import ColumnMeaning, guessed_columns, recordings_entry
+from lathesim.tui.model.case_file import CaseFile, ColumnMeaning, Guess, guessed_columns, recordings_entry
 from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.browse_list import BrowseList
-from lathesim.tui.widgets.compare_pane import ComparePane
-from lathesim.tui.widgets.diagnosis_pane import DiagnosisPane
+from lathesim.tui.widgets.case_panes import ComparePane, DiagnosisPane
+from lathesim.tui.widgets.controls import BrowseList
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
-    from lathesim.tui.screens.conceal_form import Order
+    from lathesim.tui.screens.forms import Order
 
 RECORDING, COMPARE, GUESS, DIAGNOSIS, ANSWER = "recording", "compare", "guess", "diagnosis", "answer"
 _BESIDE_LIST = 38
@@ -192,7 +190,7 @@ class DetectiveScreen(WorkbenchScreen):
         self.action_compare()
 
     def _ask_mapping(self, case: CaseFile) -> None:
-        from lathesim.tui.screens.mapping_form import MappingForm
+        from lathesim.tui.screens.forms import MappingForm
 
         prepared = self.workbench.prepared()
         columns = guessed_columns(case.recording, prepared, self.workbench.registry)
@@ -370,7 +368,7 @@ class DetectiveScreen(WorkbenchScreen):
     @on(Button.Pressed, "#do-conceal")
     def action_conceal(self) -> None:
         """Hide an effect for somebody else."""
-        from lathesim.tui.screens.conceal_form import ConcealForm
+        from lathesim.tui.screens.forms import ConcealForm
 
         setup = self.workbench.setup
         if setup is not None:

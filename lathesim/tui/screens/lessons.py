@@ -17,11 +17,10 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.lesson_list import lesson_files
 from lathesim.lessons.schema import Goal
-from lathesim.tui.model.student_book import LessonEntry
-from lathesim.tui.model.suggestion import Suggestion, suggestion
+from lathesim.tui.model.student_book import LessonEntry, Suggestion, suggestion
 from lathesim.tui.model.workbench import RUNS, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.browse_list import BrowseList
+from lathesim.tui.widgets.controls import BrowseList
 
 
 class LessonsScreen(WorkbenchScreen):

@@ -21,11 +21,10 @@ from lathesim.analysis.metrics.metric import Measurements, find_channel, measure
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve
-from lathesim.tui.drawing.run_lines import figure_title, path_lines, surface_lines, wave_lines
-from lathesim.tui.model.overlay import contact, overlaid, value_at
+from lathesim.tui.drawing.run_lines import contact, figure_title, overlaid, path_lines, surface_lines, value_at, wave_lines
 from lathesim.tui.model.workbench import RUN, RUNS, BenchRun
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.tick_list import TickList
+from lathesim.tui.widgets.controls import TickList
 from lathesim.tui.widgets.time_plot import TimePlot
 
 TIME, PATH, ERROR, SURFACE = "over time", "path", "contour error", "surface"
@@ -274,7 +273,7 @@ class ResultsScreen(WorkbenchScreen):
 
     def action_open(self) -> None:
         """Open any record by its path."""
-        from lathesim.tui.screens.text_question import TextQuestion
+        from lathesim.tui.screens.forms import TextQuestion
 
         self.app.push_screen(TextQuestion("Record to open (.h5)", placeholder="lathesim_runs/01_contour_error/001.h5"), self._open)
 
@@ -290,7 +289,7 @@ class ResultsScreen(WorkbenchScreen):
 
     def action_figure(self) -> None:
         """Save the plot as a figure."""
-        from lathesim.tui.screens.text_question import TextQuestion
+        from lathesim.tui.screens.forms import TextQuestion
 
         runs = self._records()
         if not runs:
@@ -316,7 +315,7 @@ class ResultsScreen(WorkbenchScreen):
 
     def action_csv(self) -> None:
         """Write the data of the run as a CSV file."""
-        from lathesim.tui.screens.text_question import TextQuestion
+        from lathesim.tui.screens.forms import TextQuestion
 
         ticked = [run for run in self._all if run.path in self._ticked]
         if not ticked:

@@ -3,21 +3,108 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
+from rich.text import Text
 from textual.app import ComposeResult
+from textual.containers import Horizontal
 from textual.screen import Screen
 from textual.widget import Widget
-from textual.widgets import Footer
+from textual.widgets import Footer, Static
 
 from lathesim.errors import LatheSimError
 from lathesim.tui.model.workbench import REGISTRY, RUN, RUNS, SETUP, Workbench
-from lathesim.tui.widgets.command_line import CommandLine
-from lathesim.tui.widgets.navigation_bar import NavigationBar
 
 if TYPE_CHECKING:
     from lathesim.tui.app import LathesimApp
+
+
+class CommandLine(Static):
+    """One row: ``$ lathesim run ...``; a click copies it."""
+
+    DEFAULT_CSS = """
+    CommandLine { height: 1; background: $panel; color: $text-muted; text-wrap: nowrap; text-overflow: ellipsis; }
+    """
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.command = ""
+
+    def show(self, command: str) -> None:
+        """Show a command."""
+        self.command = command
+        self.tooltip = f"{command}\nClick to copy"
+        self.update(Text(f"$ {command}", no_wrap=True, overflow="ellipsis"))
+
+    def on_click(self) -> None:
+        """Copy the command to the clipboard."""
+        self.app.copy_to_clipboard(self.command)
+        self.notify("The command was copied.")
+
+
+_SHORT = {"Configure": "Config", "Plug-ins": "Plugins"}
+_NARROW = 90
+"""Columns below which shorter titles are shown, so that all entries fit into 80."""
+
+
+class NavigationEntry(Static):
+    """A screen or an action: shown as ``F2 Bench``; a click does what the key does."""
+
+    def __init__(self, key: str, title: str, action: str, *, is_here: bool = False, id: str | None = None) -> None:
+        super().__init__(id=id, markup=False)
+        self._key = key
+        self._action = action
+        self._title = title
+        self.set_class(is_here, "-here")
+        self.show(title)
+
+    def show(self, title: str) -> None:
+        """Show another title."""
+        self._title = title
+        self.update(f"{self._key.upper()} {title}")
+
+    def shorten(self, narrow: bool) -> None:
+        """Show the short title where there is little room."""
+        self.update(f"{self._key.upper()} {_SHORT.get(self._title, self._title) if narrow else self._title}")
+
+    async def on_click(self) -> None:
+        """Do it."""
+        await self.app.run_action(self._action)
+
+
+class NavigationBar(Horizontal):
+    """One row of entries; the screen that is shown is in reverse and between brackets."""
+
+    DEFAULT_CSS = """
+    NavigationBar { height: 1; background: $panel; }
+    NavigationEntry { width: auto; padding: 0 1 0 0; }
+    NavigationEntry:hover { background: $boost; text-style: underline; }
+    NavigationEntry.-here { text-style: bold reverse; }
+    NavigationEntry.-running { text-style: bold; color: $error; }
+    """
+
+    def __init__(self, entries: Sequence[tuple[str, str, str]], here: str) -> None:
+        super().__init__()
+        self._entries = entries
+        self._here = here
+
+    def compose(self) -> ComposeResult:
+        """Return the entries."""
+        for name, key, title in self._entries:
+            action = f"switch_mode('{name}')" if name != "run" else "run_or_stop"
+            yield NavigationEntry(key, title, action, is_here=name == self._here, id=f"go-{name}")
+
+    def on_resize(self) -> None:
+        """Fit all entries into the row."""
+        for entry in self.query(NavigationEntry):
+            entry.shorten(self.size.width < _NARROW)
+
+    def show_running(self, running: bool) -> None:
+        """Show Stop while a run is under way, else Run."""
+        entry = self.query_one("#go-run", NavigationEntry)
+        entry.set_class(running, "-running")
+        entry.show("STOP" if running else "RUN")
 
 
 class WorkbenchScreen(Screen[None]):

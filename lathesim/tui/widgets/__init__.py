@@ -1,1 +1,1 @@
-"""Widgets, one a file."""
+"""Widgets: what screens are put together from."""

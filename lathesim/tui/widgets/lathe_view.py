@@ -10,8 +10,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from lathesim.errors import LatheSimError
-from lathesim.tui.drawing.lathe_picture import ACTUAL, EDGE, LABEL, NOTHING, REFERENCE, TOOL, Picture, View, draw
-from lathesim.tui.drawing.lathe_scene import LatheScene, Motion
+from lathesim.tui.drawing.lathe_picture import ACTUAL, EDGE, LABEL, NOTHING, REFERENCE, TOOL, LatheScene, Motion, Picture, View, draw
 
 _CLASSES = {
     NOTHING: "lathe--label",
@@ -77,7 +76,7 @@ class LatheView(Widget):
         if self._scene.record is None:
             return None
         from lathesim.analysis.part.waves import waves_on_part
-        from lathesim.tui.drawing.wave_picture import draw_waves
+        from lathesim.tui.drawing.lathe_picture import draw_waves
 
         try:
             waves = waves_on_part(self._scene.record, self._until or None, turns=1)

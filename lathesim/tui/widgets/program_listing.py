@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from pathlib import Path
 
 from rich.segment import Segment
 from textual.binding import Binding
@@ -10,6 +11,23 @@ from textual.geometry import Size
 from textual.message import Message
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
+
+_MOST_BYTES = 20_000_000
+
+
+def program_lines(path: Path | None) -> list[str]:
+    """Return the lines of a part program; one sentence where it cannot be read."""
+    if path is None:
+        return ["This lesson has no part program."]
+    try:
+        with path.open("rb") as file:
+            data = file.read(_MOST_BYTES + 1)
+    except OSError as error:
+        return [f"{path}: {error.strerror}."]
+    lines = data[:_MOST_BYTES].decode("utf-8", errors="replace").replace("\t", "    ").splitlines()
+    if len(data) > _MOST_BYTES:
+        lines.append(f"Only the first {_MOST_BYTES // 1_000_000} MB are shown.")
+    return ["".join(character if character.isprintable() else "�" for character in line) for line in lines]
 
 
 class ProgramListing(ScrollView, can_focus=True):

@@ -22,10 +22,8 @@ from textual_plot.plot_widget import Legend, LinePlot
 
 from lathesim.analysis.figures.picture_figure import DrawnLine, Picture
 from lathesim.record import FloatArray
-from lathesim.tui.drawing.axis_ticks import axis_ticks, even_axis, labels_of
-from lathesim.tui.drawing.braille import BRAILLE, braille_codes, trace
-from lathesim.tui.drawing.curve_looks import look_of
-from lathesim.tui.drawing.curves import Curve, Line, Scaled, power_beside, range_of, said_once, scaled
+from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, even_axis, labels_of, trace
+from lathesim.tui.drawing.curves import Curve, Line, Scaled, look_of, power_beside, range_of, said_once, scaled
 
 FIGURE_POINTS = 3000
 """Columns to which a curve is thinned in a figure: more than the dots across a page."""

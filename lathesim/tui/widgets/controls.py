@@ -1,6 +1,8 @@
-"""A slider from 0 to 1, for the keyboard and the mouse."""
+"""Small controls: a slider, a list to look through, and a list to tick."""
 
 from __future__ import annotations
+
+from typing import Generic, TypeVar
 
 from rich.segment import Segment
 from textual import events
@@ -8,6 +10,8 @@ from textual.binding import Binding
 from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
+from textual.widgets import OptionList, SelectionList
+from textual.widgets.option_list import OptionDoesNotExist
 
 
 class Slider(Widget, can_focus=True):
@@ -86,3 +90,52 @@ class Slider(Widget, can_focus=True):
         knob = round(self._value * max(0, width - 1))
         parts = (("slider--done", "━" * knob), ("slider--knob", "●"), ("slider--rest", "─" * max(0, width - knob - 1)))
         return Strip([Segment(text, self.get_component_rich_style(name)) for name, text in parts], width)
+
+
+class BrowseList(OptionList):
+    """An option list in which a single click only highlights; entries take one row each."""
+
+    DEFAULT_CSS = """
+    BrowseList { text-wrap: nowrap; text-overflow: ellipsis; border: none; padding: 0; }
+    BrowseList:focus { border: none; }
+    """
+
+    def on_click(self, event: events.Click) -> None:
+        """Highlight what was clicked; take it on a double click."""
+        event.prevent_default()
+        clicked = event.style.meta.get("option")
+        if clicked is None:
+            return
+        self.highlighted = clicked
+        if event.chain > 1:
+            self.action_select()
+
+
+Value = TypeVar("Value")
+_TICK = "X"
+"""What the base class shows, in another colour where an entry is not ticked."""
+
+
+class TickList(SelectionList[Value], Generic[Value]):
+    """A selection list that shows ✓ at what is ticked and a space elsewhere."""
+
+    def action_cursor_down(self) -> None:
+        """Move down from the first entry where none has the cursor yet."""
+        if self.highlighted is None:
+            self.highlighted = 0
+        super().action_cursor_down()
+
+    def render_line(self, y: int) -> Strip:
+        """Return one row."""
+        strip = super().render_line(y)
+        try:
+            option = self.get_option_at_index(self._lines[self.scroll_offset.y + y][0])
+        except (IndexError, OptionDoesNotExist):
+            return strip
+        sign = "✓" if option.value in self._selected else " "
+        segments = list(strip)
+        for place, segment in enumerate(segments):
+            if segment.text == _TICK:
+                segments[place] = Segment(sign, segment.style, segment.control)
+                break
+        return Strip(segments, strip.cell_length)
