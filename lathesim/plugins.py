@@ -45,7 +45,7 @@ class StockParts:
     @hookimpl
     def register_remedies(self) -> list[type[Component]]:
         """Return the stock remedies."""
-        return _stock("lathesim.effects.remedies.register", "stock_remedies")
+        return _stock("lathesim.effects.register", "stock_remedies")
 
     @hookimpl
     def register_metrics(self) -> list[Any]:
@@ -356,7 +356,7 @@ def _effect_fault(item: Any) -> str:
 
 
 def _remedy_fault(item: Any) -> str:
-    from lathesim.effects.remedies.remedy import Remedy
+    from lathesim.effects.remedy import Remedy
 
     if not (inspect.isclass(item) and issubclass(item, Remedy)):
         return f"register_remedies gives {item!r}, which is no remedy class."

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from lathesim.analysis.metrics.circular_test import Circle, circles, circular_deviation, hysteresis
 from lathesim.effects.effect import Effect
-from lathesim.effects.remedies.remedy import Remedy
+from lathesim.effects.remedy import Remedy
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError

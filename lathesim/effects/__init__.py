@@ -1,1 +1,1 @@
-"""Physics that a simulation may have left out, one family a file; every effect is a component."""
+"""Physics that a simulation may have left out, and what compensates it; each effect and each remedy is a component."""

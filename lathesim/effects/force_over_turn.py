@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Input, Memory, Output, Parameter, State
-from lathesim.effects.effect import Effect
-from lathesim.effects.identification import Identification
+from lathesim.effects.effect import Effect, Identification
 
 _CELLS = 2048
 _SOFT_EDGE = 0.02

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import Input, Output, Parameter
-from lathesim.effects.effect import Effect
-from lathesim.effects.identification import Identification
+from lathesim.effects.effect import Effect, Identification
 
 
 class ForceOffset(Effect):

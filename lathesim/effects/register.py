@@ -1,41 +1,115 @@
-"""The stock effects, by class name."""
+"""The stock effects and the stock remedies, by class name."""
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-from lathesim.effects.effect import Effect
+if TYPE_CHECKING:
+    from lathesim.effects.effect import Effect
+    from lathesim.effects.remedy import Remedy
 
-STOCK = {
-    "friction": ("CoulombFriction", "StribeckFriction", "AsymmetricFriction", "PositionDependentFriction", "ViscousWarmUp"),
-    "presliding": ("PreslidingFriction",),
-    "offset_and_gain": ("ForceOffset", "ConverterOffset", "ConverterResolution", "DriveGainError", "ScaleFactorError"),
-    "play": ("Backlash",),
-    "screw_error": ("CumulativePitchError", "PeriodicPitchError", "ThermalScrewGrowth", "SquarenessError"),
-    "structure": ("AxialResonance", "TorsionalWindUp", "BaseRocking"),
-    "drive_lag": ("MotorInductance", "CurrentLoopLag"),
-    "sensor_filter": ("SensorFilter",),
-    "drive_range": ("AmplifierDeadZone", "DriveSaturation", "CurrentLimit", "SlewLimit"),
-    "motor_ripple": ("TorqueRipple", "Cogging"),
-    "servo_lag": ("ServoLag",),
-    "time_shift": ("TransportDelay", "ChannelTimeShift", "ClockSkew", "SampleJitter"),
-    "encoder_error": ("EncoderEccentricity", "EncoderInterpolationError", "LostCounts", "Quantisation"),
-    "tachometer_error": ("TachometerRipple",),
-    "spindle_error": ("Runout", "Unbalance", "BeltSlip", "SpeedDroop", "SpindleGrowth"),
-    "force_law": ("EdgeForce", "ChipThicknessExponent", "SpeedDependence", "BuiltUpEdge"),
-    "force_over_time": ("TemperatureSoftening", "WearForceGrowth", "EntryBuildUp"),
-    "force_over_turn": ("InterruptedCut", "HardSpot", "ChipSegmentation", "RegenerativeChatter"),
-    "compliance": ("WorkpieceDeflection", "ToolCompliance"),
-    "attacks": ("ReplayAttack", "OffsetAttack", "ScaleAttack", "DelayAttack", "DriftAttack"),
-    "dynamometer_error": ("DynamometerDrift", "DynamometerCrosstalk", "DynamometerResonance"),
+EFFECTS = {
+    "CoulombFriction": "friction",
+    "StribeckFriction": "friction",
+    "AsymmetricFriction": "friction",
+    "PositionDependentFriction": "friction",
+    "ViscousWarmUp": "friction",
+    "PreslidingFriction": "friction",
+    "ForceOffset": "offset_and_gain",
+    "ConverterOffset": "offset_and_gain",
+    "ConverterResolution": "offset_and_gain",
+    "DriveGainError": "offset_and_gain",
+    "ScaleFactorError": "offset_and_gain",
+    "Backlash": "backlash_and_screw",
+    "CumulativePitchError": "backlash_and_screw",
+    "PeriodicPitchError": "backlash_and_screw",
+    "ThermalScrewGrowth": "backlash_and_screw",
+    "SquarenessError": "backlash_and_screw",
+    "AxialResonance": "structure",
+    "TorsionalWindUp": "structure",
+    "BaseRocking": "structure",
+    "MotorInductance": "lag",
+    "CurrentLoopLag": "lag",
+    "SensorFilter": "sensor_errors",
+    "AmplifierDeadZone": "drive_errors",
+    "DriveSaturation": "drive_errors",
+    "CurrentLimit": "drive_errors",
+    "SlewLimit": "drive_errors",
+    "TorqueRipple": "drive_errors",
+    "Cogging": "drive_errors",
+    "ServoLag": "lag",
+    "TransportDelay": "time_shift",
+    "ChannelTimeShift": "time_shift",
+    "ClockSkew": "time_shift",
+    "SampleJitter": "time_shift",
+    "EncoderEccentricity": "encoder_error",
+    "EncoderInterpolationError": "encoder_error",
+    "LostCounts": "encoder_error",
+    "Quantisation": "encoder_error",
+    "TachometerRipple": "sensor_errors",
+    "Runout": "spindle_error",
+    "Unbalance": "spindle_error",
+    "BeltSlip": "spindle_error",
+    "SpeedDroop": "spindle_error",
+    "SpindleGrowth": "spindle_error",
+    "EdgeForce": "force_law",
+    "ChipThicknessExponent": "force_law",
+    "SpeedDependence": "force_law",
+    "BuiltUpEdge": "force_law",
+    "TemperatureSoftening": "force_law",
+    "WearForceGrowth": "force_law",
+    "EntryBuildUp": "force_law",
+    "InterruptedCut": "force_over_turn",
+    "HardSpot": "force_over_turn",
+    "ChipSegmentation": "force_over_turn",
+    "RegenerativeChatter": "force_over_turn",
+    "WorkpieceDeflection": "structure",
+    "ToolCompliance": "structure",
+    "ReplayAttack": "attacks",
+    "OffsetAttack": "attacks",
+    "ScaleAttack": "attacks",
+    "DelayAttack": "attacks",
+    "DriftAttack": "attacks",
+    "DynamometerDrift": "sensor_errors",
+    "DynamometerCrosstalk": "sensor_errors",
+    "DynamometerResonance": "sensor_errors",
 }
-"""File -> the effects that stand in it."""
+"""Effect -> the file it stands in."""
+
+REMEDIES = {
+    "CommandBias": "command_remedies",
+    "CommandGain": "command_remedies",
+    "InverseDeadZone": "command_remedies",
+    "FrictionFeedforward": "command_remedies",
+    "MotionFeedforward": "command_remedies",
+    "RippleFeedforward": "command_remedies",
+    "LearnedCorrection": "table_remedies",
+    "BacklashShift": "play_remedies",
+    "PlayReading": "play_remedies",
+    "PitchTable": "table_remedies",
+    "ReadingTable": "table_remedies",
+    "AcrossTable": "table_remedies",
+    "GrowthModel": "structure_remedies",
+    "SpindleGrowthModel": "structure_remedies",
+    "ComplianceShift": "structure_remedies",
+    "SwingModel": "structure_remedies",
+    "InputShaper": "structure_remedies",
+}
+"""Remedy -> the file it stands in."""
 
 
 def stock_effects() -> dict[str, type[Effect]]:
     """Return every stock effect by its class name."""
-    found: dict[str, type[Effect]] = {}
-    for module, names in STOCK.items():
-        loaded = importlib.import_module(f"lathesim.effects.{module}")
-        found |= {name: getattr(loaded, name) for name in names}
-    return found
+    return _loaded(EFFECTS)
+
+
+def stock_remedies() -> dict[str, type[Remedy]]:
+    """Return every stock remedy by its class name."""
+    return _loaded(REMEDIES)
+
+
+def _loaded(files: Mapping[str, str]) -> dict[str, type[Any]]:
+    """Return the classes of a table of names and files."""
+    return {name: getattr(importlib.import_module(f"lathesim.effects.{file}"), name) for name, file in files.items()}

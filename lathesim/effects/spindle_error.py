@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import Input, Output, Parameter, State
-from lathesim.effects.effect import Effect
-from lathesim.effects.harmonics import SHAPE, SHAPE_RANGES, harmonic_parameters, harmonics
-from lathesim.effects.identification import Identification
+from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
 
 
 class Runout(Effect):

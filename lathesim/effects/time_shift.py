@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Input, Memory, Noise, Output, Parameter
-from lathesim.effects.effect import Effect
-from lathesim.effects.identification import Identification
+from lathesim.effects.effect import Effect, Identification
 
 _SAMPLES = 1024
 

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 
 from lathesim.effects.effect import Effect
-from lathesim.effects.remedies.remedy import Remedy
+from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.exercises.class_folder import csv_text

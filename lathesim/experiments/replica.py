@@ -12,7 +12,7 @@ import numpy as np
 
 from lathesim.component import Input, Output
 from lathesim.components.signals import DelayLine, RecordedSignal
-from lathesim.effects.play import Backlash
+from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.effects.remedies.structure import residual_of_shaper
+from lathesim.effects.structure_remedies import residual_of_shaper
 from lathesim.engine.assembly import FloatArray
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import simulate

@@ -14,8 +14,8 @@ from lathesim.cli.main import run_command_line
 from lathesim.compensation.path_program import program_text
 from lathesim.compensation.remedying.planning import BUILDERS
 from lathesim.compensation.remedying.repairs import REPAIRS
-from lathesim.effects.remedies.error_table import interpolated, residual_of_table
-from lathesim.effects.remedies.structure import residual_of_shaper
+from lathesim.effects.structure_remedies import residual_of_shaper
+from lathesim.effects.table_remedies import interpolated, residual_of_table
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.part_tables import write_table
 from lathesim.lessons.simulate import simulate

@@ -23,9 +23,9 @@ from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.records.search import SearchResult
 from lathesim.diagnosis.verdict.outcome import as_search_result
+from lathesim.effects.drive_errors import TorqueRipple
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction
-from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 from typing import Any
 
-from lathesim.effects.identification import FAMILIES, Family, Identification
+from lathesim.effects.effect import FAMILIES, Family, Identification
 
 
 def effect_of(family: str, **entries: Any) -> Any:

@@ -7,9 +7,9 @@ import pytest
 
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.effects.drive_errors import TorqueRipple
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction, StribeckFriction
-from lathesim.effects.motor_ripple import TorqueRipple
 from lathesim.effects.offset_and_gain import DriveGainError, ForceOffset
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.identification.replay.loading import Recorded

@@ -8,8 +8,8 @@ from lathesim.diagnosis.diagnose import diagnose
 from lathesim.diagnosis.location.operating_conditions import one_way
 from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.verdict.ranking import is_told_by_direction
+from lathesim.effects.drive_errors import Cogging
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PositionDependentFriction
-from lathesim.effects.motor_ripple import Cogging
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record

@@ -9,8 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PositionDependentFriction, StribeckFriction, ViscousWarmUp
-from lathesim.effects.presliding import PreslidingFriction
+from lathesim.effects.friction import (
+    AsymmetricFriction,
+    CoulombFriction,
+    PositionDependentFriction,
+    PreslidingFriction,
+    StribeckFriction,
+    ViscousWarmUp,
+)
 from lathesim.lessons.insertion import Machinery
 from lathesim.record import Record
 from tests.effects.rigs import pushed_axis, record, time, with_effect

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from lathesim.effects.sensor_filter import SensorFilter
+from lathesim.effects.sensor_errors import SensorFilter
 
 PERIOD = 1e-3
 

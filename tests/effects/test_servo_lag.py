@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.effects.servo_lag import ServoLag
+from lathesim.effects.lag import ServoLag
 from lathesim.engine.assembly import FloatArray
 from tests.effects.rigs import led_along, record, rig, with_effect
 

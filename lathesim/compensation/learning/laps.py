@@ -8,13 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lathesim.component import Parameter
-from lathesim.effects.drive_lag import CurrentLoopLag, MotorInductance
 from lathesim.effects.effect import Effect
+from lathesim.effects.lag import CurrentLoopLag, MotorInductance, ServoLag
 from lathesim.effects.offset_and_gain import ConverterResolution
-from lathesim.effects.remedies.learned import LearnedCorrection
-from lathesim.effects.remedies.remedy import Remedy
-from lathesim.effects.sensor_filter import SensorFilter
-from lathesim.effects.servo_lag import ServoLag
+from lathesim.effects.remedy import Remedy
+from lathesim.effects.sensor_errors import SensorFilter
+from lathesim.effects.table_remedies import LearnedCorrection
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.batch import Batch

@@ -12,7 +12,7 @@ import numpy as np
 
 from lathesim.component import Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.effects.remedies.remedy import Remedy
+from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run

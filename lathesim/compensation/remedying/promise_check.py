@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.compensation.remedying.promise import RECORDED
 from lathesim.compensation.remedying.written import ANSWER_FILE, SCHEMA
 from lathesim.effects.effect import Effect
-from lathesim.effects.remedies.remedy import Remedy
+from lathesim.effects.remedy import Remedy
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError

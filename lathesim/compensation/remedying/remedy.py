@@ -20,7 +20,7 @@ from lathesim.compensation.remedying.repairs import repair_of
 from lathesim.compensation.remedying.tuning import deviation, tuned, with_values
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
-from lathesim.effects.remedies.remedy import Remedy
+from lathesim.effects.remedy import Remedy
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.identification.machine.position_loops import level_of
 from lathesim.identification.replay.loading import uncertainties

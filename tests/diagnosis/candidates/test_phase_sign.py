@@ -13,9 +13,9 @@ from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.reporting.effect_report import _turned
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry
+from lathesim.effects.drive_errors import Cogging, TorqueRipple
 from lathesim.effects.encoder_error import EncoderInterpolationError
 from lathesim.effects.friction import PositionDependentFriction
-from lathesim.effects.motor_ripple import Cogging, TorqueRipple
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.estimation.estimates import _same_way_round
 from lathesim.identification.records.candidate import WAVES, Candidate

@@ -6,7 +6,7 @@ import pytest
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.plausible import of_usual_size
 from lathesim.diagnosis.method import Method
-from lathesim.effects.force_over_time import WearForceGrowth
+from lathesim.effects.force_law import WearForceGrowth
 from lathesim.identification.catalogue.placement import insert_candidates
 from tests.diagnosis.one_cut import cut_machine
 from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, experiments, recording

@@ -5,7 +5,7 @@ import pytest
 
 from lathesim.diagnosis.candidates.periodic_starts import wave_points
 from lathesim.diagnosis.candidates.screening import _Absorber, is_limit, screen
-from lathesim.effects.drive_range import DriveSaturation
+from lathesim.effects.drive_errors import DriveSaturation
 from lathesim.effects.offset_and_gain import ForceOffset
 from tests.diagnosis.pushed_table import Hidden, baselines, experiments, pair, recording
 

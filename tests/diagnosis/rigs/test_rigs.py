@@ -9,7 +9,7 @@ import pytest
 
 from lathesim.diagnosis.candidates.starting_points import limit_points
 from lathesim.diagnosis.location.missing_force import missing_signal
-from lathesim.effects.drive_range import CurrentLimit
+from lathesim.effects.drive_errors import CurrentLimit
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import build_experiments
 from lathesim.identification.replay.loading import read_for

@@ -6,17 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.effects.drive_lag import MotorInductance
-from lathesim.effects.dynamometer_error import DynamometerCrosstalk, DynamometerDrift
+from lathesim.effects.backlash_and_screw import Backlash
+from lathesim.effects.drive_errors import TorqueRipple
 from lathesim.effects.encoder_error import LostCounts
-from lathesim.effects.force_law import ChipThicknessExponent, EdgeForce
-from lathesim.effects.force_over_time import EntryBuildUp
-from lathesim.effects.friction import CoulombFriction, StribeckFriction
-from lathesim.effects.motor_ripple import TorqueRipple
+from lathesim.effects.force_law import ChipThicknessExponent, EdgeForce, EntryBuildUp
+from lathesim.effects.friction import CoulombFriction, PreslidingFriction, StribeckFriction
+from lathesim.effects.lag import MotorInductance
 from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset, ScaleFactorError
-from lathesim.effects.play import Backlash
-from lathesim.effects.presliding import PreslidingFriction
-from lathesim.effects.sensor_filter import SensorFilter
+from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrift, SensorFilter
 from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.engine.assembly import Assembly, Wire
 from lathesim.engine.running.run import run

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.effects.drive_lag import MotorInductance
 from lathesim.effects.friction import CoulombFriction
+from lathesim.effects.lag import MotorInductance
 from lathesim.identification.replay.experiment import build_experiments, quickly_transformed
 from lathesim.identification.replay.open_loop import sensed_share
 from lathesim.record import Channel, Record

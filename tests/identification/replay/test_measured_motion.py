@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lathesim.components.contour_error import ContourError
-from lathesim.effects.play import Backlash
+from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, smooth, velocity_of
 from lathesim.lessons.insertion import insert_effect
 from tests.diagnosis.pushed_table import PERIOD, POSITION, machine

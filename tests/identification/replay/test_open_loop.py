@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from lathesim.components.sensors import LinearEncoder
+from lathesim.effects.backlash_and_screw import Backlash, CumulativePitchError
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
-from lathesim.effects.play import Backlash
-from lathesim.effects.screw_error import CumulativePitchError
 from lathesim.effects.spindle_error import Runout
 from lathesim.effects.time_shift import ChannelTimeShift
 from lathesim.engine.assembly import Assembly, Part, Wire

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Parameter
-from lathesim.effects.remedies.modelled import ModelledRemedy, ahead, followed
+from lathesim.effects.remedy import ModelledRemedy, ahead, followed
 
 
 class BacklashShift(ModelledRemedy):

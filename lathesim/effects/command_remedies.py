@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Input, Parameter
-from lathesim.effects.harmonics import harmonic_parameters, harmonics
-from lathesim.effects.remedies.modelled import ModelledRemedy, followed
-from lathesim.effects.remedies.remedy import Remedy
+from lathesim.effects.effect import harmonic_parameters, harmonics
+from lathesim.effects.remedy import ModelledRemedy, Remedy, followed
 
 
 class CommandBias(Remedy):

@@ -1,0 +1,262 @@
+"""What a tachometer, a dynamometer or any sensor gets wrong by itself."""
+
+from __future__ import annotations
+
+import math
+
+from lathesim.component import DiscreteState, Input, Noise, Output, Parameter, State
+from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
+
+
+class TachometerRipple(Effect):
+    """Commutator ripple, brush noise and a gain error of a tachometer.
+
+    y_out = y_in (1 + gain_error + ripple (sin a + second and third harmonic) + brush_noise n),   a = order angle + phase
+
+    n is standard normal, new at each sample. A harmonic is sine sin(n a) + cosine cos(n a), both given as shares of the ripple.
+    """
+
+    catalogue, family, site = 31, "once per turn", "measured"
+    neutral = {"ripple": 0.0, "gain_error": 0.0, "brush_noise": 0.0}
+    identification = Identification(
+        carried=("rad/s",),
+        typical={
+            "ripple": (0.001, 0.05),
+            "gain_error": (-0.05, 0.05),
+            "brush_noise": (0.0, 0.02),
+            "order": (1.0, 48.0),
+            "phase": (-math.pi, math.pi),
+            **SHAPE_RANGES,
+        },
+        nuisance=("phase",),
+        extended=SHAPE,
+    )
+    fingerprint = "A line of the tachometer at a multiple of the speed, which the encoder does not show."
+    confused_with = ("Runout", "TorqueRipple", "EncoderEccentricity")
+    experiment = "Compare with the derivative of the encoder."
+    source = "Kuo, Tal (eds.), Incremental Motion Control I, SRL 1978, ch. 5 (DC tachometers). Range assumed."
+
+    incoming = Input("{signal}", doc="true speed")
+    displacement = Input("rad", doc="angle of the shaft")
+    outgoing = Output("{signal}", doc="speed the tachometer shows")
+    brush = DiscreteState("1", doc="brush noise of this sample")
+    chance = Noise(doc="brush noise of this sample")
+    ripple = Parameter("1", 0.0, low=0.0, high=1.0, doc="half of the peak-to-peak ripple over the speed")
+    gain_error = Parameter("1", 0.0, low=-0.9, high=9.0, doc="share by which the tachometer shows too much")
+    brush_noise = Parameter("1", 0.0, low=0.0, high=1.0, doc="standard deviation of the brush noise over the speed")
+    order = Parameter("1", 2.0, low=0.0, doc="ripples per turn")
+    phase = Parameter("rad", 0.0, doc="phase at angle zero")
+    second_sine, second_cosine, third_sine, third_cosine = harmonic_parameters()
+
+    @staticmethod
+    def update(chance: float, brush_noise: float) -> float:
+        return brush_noise * chance
+
+    @staticmethod
+    def output(
+        incoming: float,
+        displacement: float,
+        brush: float,
+        ripple: float,
+        gain_error: float,
+        order: float,
+        phase: float,
+        second_sine: float,
+        second_cosine: float,
+        third_sine: float,
+        third_cosine: float,
+    ) -> float:
+        if ripple == 0.0 and gain_error == 0.0:
+            return incoming * (1.0 + brush)
+        angle = order * displacement + phase
+        wave = math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine)
+        return incoming * (1.0 + gain_error + ripple * wave + brush)
+
+
+class DynamometerDrift(Effect):
+    """Charge that leaks away, and a zero that wanders: after the cut the reading does not come back.
+
+    y_out = y_in - s + offset + drift t,   ds/dt = leak (y_in - s)          (leak = 1 / time constant of the charge amplifier)
+
+    ``at: dynamometer`` is its main channel, ``at: dynamometer.thrust`` and ``at: dynamometer.feed`` are the others.
+    """
+
+    catalogue, family, site = 50, "slow", "reading"
+    neutral = {"leak": 0.0, "drift": 0.0, "offset": 0.0}
+    identification = Identification(
+        carried=("N",),
+        typical={"leak": (0.001, 0.5), "drift": (-5.0, 5.0), "offset": (-20.0, 20.0)},
+        nuisance=("offset",),
+    )
+    fingerprint = "The force decays in the cut, and stands on the other side of zero after it."
+    confused_with = ("TemperatureSoftening, after which the zero returns", "WearForceGrowth")
+    experiment = "A known static load; the zero before and after."
+    source = "Kistler, Multicomponent Dynamometer manuals (time constant of charge amplifiers, drift). Range assumed: 10 to 1000 s."
+
+    incoming = Input("{signal}", doc="force on the dynamometer")
+    outgoing = Output("{signal}", doc="reading")
+    leaked = State("{signal}", doc="what has leaked away")
+    leak = Parameter("1/s", 0.0, low=0.0, high=100.0, doc="1 over the time constant of the leak")
+    drift = Parameter("({signal})/s", 0.0, doc="steady wandering of the zero")
+    offset = Parameter("{signal}", 0.0, doc="zero at the start")
+
+    @staticmethod
+    def derivative(incoming: float, leaked: float, leak: float) -> float:
+        return leak * (incoming - leaked)
+
+    @staticmethod
+    def output(incoming: float, leaked: float, time: float, leak: float, drift: float, offset: float) -> float:
+        if leak == 0.0 and drift == 0.0 and offset == 0.0:
+            return incoming
+        return incoming - leaked + offset + drift * time
+
+
+class DynamometerCrosstalk(Effect):
+    """A channel that picks up a share of another force.
+
+    y_out = y_in + share other
+    """
+
+    catalogue, family, site = 50, "force law", "reading"
+    neutral = {"share": 0.0}
+    identification = Identification(
+        senses_beside="other_force",
+        carried=("N",),
+        typical={"share": (-0.05, 0.05)},
+    )
+    fingerprint = "One channel carries a copy of another."
+    confused_with = ("a real side force",)
+    experiment = "A known static load in one direction."
+    source = "Kistler, Multicomponent Dynamometer manuals (crosstalk of 1 to 5 %). Range assumed."
+
+    incoming = Input("{signal}", doc="force of this channel")
+    other_force = Input("{signal}", doc="force of the other channel")
+    outgoing = Output("{signal}", doc="reading of this channel")
+    share = Parameter("1", 0.0, low=-1.0, high=1.0, doc="share of the other force")
+
+    @staticmethod
+    def output(incoming: float, other_force: float, share: float) -> float:
+        if share == 0.0:
+            return incoming
+        return incoming + share * other_force
+
+
+class DynamometerResonance(Effect):
+    """A dynamometer that swings on its own stiffness.
+
+    y'' + 2 damping w y' + w^2 y = w^2 x,   y_out = x + coupling (y - x),   w = 2 pi frequency
+    """
+
+    catalogue, family, site = 50, "lag", "reading"
+    neutral = {"coupling": 0.0}
+    identification = Identification(
+        carried=("N",),
+        typical={"coupling": (0.5, 1.0), "frequency": (300.0, 3000.0), "damping": (0.005, 0.05)},
+    )
+    fingerprint = "Ringing at one frequency after each entry and exit."
+    confused_with = ("SensorFilter", "RegenerativeChatter")
+    experiment = "A hammer blow without a cut."
+    source = "Kistler, Multicomponent Dynamometer manuals (natural frequency mounted, 1 to 3 kHz). Range assumed."
+
+    incoming = Input("{signal}", doc="force on the dynamometer")
+    outgoing = Output("{signal}", doc="reading")
+    followed = State("{signal}", doc="force through the spring")
+    followed_rate = State("({signal})/s", doc="its rate")
+    coupling = Parameter("1", 0.0, low=0.0, high=1.0, doc="1 with the resonance, 0 without")
+    frequency = Parameter("Hz", 1000.0, low=0.1, high=20000.0, doc="natural frequency")
+    damping = Parameter("1", 0.02, low=0.0, high=2.0, doc="damping ratio")
+
+    @staticmethod
+    def derivative(
+        incoming: float, followed: float, followed_rate: float, coupling: float, frequency: float, damping: float
+    ) -> tuple[float, float]:
+        if coupling == 0.0:
+            return 0.0, 0.0
+        angular = 2.0 * math.pi * frequency
+        return followed_rate, angular * (angular * (incoming - followed) - 2.0 * damping * followed_rate)
+
+    @staticmethod
+    def output(incoming: float, followed: float, coupling: float) -> float:
+        if coupling == 0.0:
+            return incoming
+        return incoming + coupling * (followed - incoming)
+
+
+def _filtered(incoming: float, before: float, lagged: float, time_constant: float, sample_period: float) -> float:
+    """Return the lag of a signal that runs straight from ``before`` to ``incoming`` over a sample, ``lagged`` at its beginning."""
+    if time_constant == 0.0:
+        return incoming
+    kept = math.exp(-sample_period / time_constant)
+    return incoming + kept * (lagged - before) - (incoming - before) * (time_constant / sample_period) * (1.0 - kept)
+
+
+class SensorFilter(Effect):
+    """A low-pass filter of a sensor or its amplifier: one stage of first order, or up to four one after the other.
+
+    T_k dy_k/dt + y_k = y_(k-1),   T_k = time_constant max(0, min(1, stages - k + 1)),   k = 1 ... 4
+
+    With 2.3 stages there are two equal ones and one of 0.3 of their time constant.
+
+    Solved exactly for a signal that is straight between samples, as a place or a speed is nearly, or with ``held`` = 1 for one that stays
+    as it is until the next sample, as a current or a cutting force that is worked out of commands: taken for the other one, it would come
+    half a sample late or early. Where it is put in, it is told which of the two its signal is. Left out: what happens between samples; a
+    resonant filter; the filter begins at rest on the first sample.
+    """
+
+    catalogue, family, site = 32, "lag", "reading"
+    neutral = {"time_constant": 0.0}
+    identification = Identification(
+        delay="time_constant",
+        held_flag="held",
+        typical={"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)},
+        typical_rotary={"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)},
+        extended=("stages",),
+    )
+    fingerprint = "One signal lags and is rounded, the same rising as falling; the others are in time."
+    confused_with = ("TransportDelay", "ChannelTimeShift", "MotorInductance")
+    experiment = "A step: a filter rounds it, a delay moves it."
+    source = (
+        "Beckwith, Marangoni, Lienhard, Mechanical Measurements, 6th ed. 2007, ch. 5 (first-order response); Franklin, Powell, Workman, "
+        "Digital Control of Dynamic Systems, 3rd ed. 1998, sec. 6.3 (first-order hold). Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="signal before the filter")
+    outgoing = Output("{signal}", doc="signal after the filter")
+    first = DiscreteState("{signal}", doc="first stage")
+    second = DiscreteState("{signal}", doc="second stage")
+    third = DiscreteState("{signal}", doc="third stage")
+    fourth = DiscreteState("{signal}", doc="fourth stage")
+    before = DiscreteState("{signal}", doc="signal one sample before")
+    time_constant = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of a stage")
+    stages = Parameter("1", 1.0, low=1.0, high=4.0, doc="number of stages")
+    held = Parameter("1", 0.0, low=0.0, high=1.0, doc="1 where the signal is held between samples")
+
+    @staticmethod
+    def update(
+        incoming: float,
+        first: float,
+        second: float,
+        third: float,
+        fourth: float,
+        before: float,
+        time_constant: float,
+        stages: float,
+        held: float,
+        sample_period: float,
+        time: float,
+    ) -> tuple[float, float, float, float, float]:
+        if time <= 0.0 or time_constant == 0.0:
+            return incoming, incoming, incoming, incoming, incoming
+        end = before if held >= 0.5 else incoming
+        one = _filtered(end, before, first, time_constant, sample_period)
+        if stages <= 1.0:
+            return one, one, one, one, incoming
+        two = _filtered(one, first, second, time_constant * min(stages - 1.0, 1.0), sample_period)
+        three = _filtered(two, second, third, time_constant * max(0.0, min(stages - 2.0, 1.0)), sample_period)
+        return one, two, three, _filtered(three, third, fourth, time_constant * max(0.0, stages - 3.0), sample_period), incoming
+
+    @staticmethod
+    def output(incoming: float, fourth: float, time_constant: float) -> float:
+        if time_constant == 0.0:
+            return incoming
+        return fourth
