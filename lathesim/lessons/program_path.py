@@ -25,13 +25,12 @@ from lathesim.path_columns import (
     SPINDLE_SPEED,
     START_X,
 )
+from lathesim.program.checks import Bar, checked, meets_stock
 from lathesim.program.loading import load_program
 from lathesim.program.moves import Program
-from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.path import Path as ToolPath
-from lathesim.program.telling.checks import checked
-from lathesim.program.telling.stock_checks import Bar, meets_stock
+from lathesim.program.tool_nose import Tool
 
 
 def path_of_program(

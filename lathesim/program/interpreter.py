@@ -17,11 +17,10 @@ from dataclasses import replace
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.meanings import HOLES, Group, Meaning
-from lathesim.program.move_table import CUTTING, KINDS, Moves
-from lathesim.program.moves import Event, Program
-from lathesim.program.nose.compensation import compensated
-from lathesim.program.nose.tool_nose import Tool
-from lathesim.program.running.offsets import Offsets
+from lathesim.program.moves import CUTTING, KINDS, Event, Moves, Program
+from lathesim.program.nose_compensation import compensated
+from lathesim.program.offsets import Offsets
+from lathesim.program.tool_nose import Tool
 from lathesim.program.vocabulary import Sorted, check_statements, other_readings, sort_block
 from lathesim.program.words import Block, Blocks, Warned, Word
 

@@ -1,15 +1,108 @@
-"""A part-program file to an interpreted program in one step."""
+"""A part-program file to an interpreted program in one step, in the dialect that it is written in.
+
+Which dialect a program is written in: as its header says, else as its words tell; the reason is always said.
+
+A header is a comment such as ``(dialect: fanuc)`` before the first word. Else the dialects that have, and carry out, every word of the
+program are held against each other by words that only one of them uses so.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
+from lathesim.errors import ProgramError
+from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program
-from lathesim.program.nose.tool_nose import Tool
-from lathesim.program.reading.detect import detect_dialect
-from lathesim.program.words import read_program_file
+from lathesim.program.statements import FANUC_KINDS
+from lathesim.program.tool_nose import Tool
+from lathesim.program.vocabulary import has_shape, without_variants, words_missing
+from lathesim.program.words import Block, Blocks, read_program_file
+
+_HEADER = re.compile(r"dialect\s*[:=]\s*([\w-]+)", re.IGNORECASE)
+_FIRST_LINES = 20
+"""Lines in which a header is looked for."""
+
+
+@dataclass(frozen=True)
+class Detected:
+    """A dialect, and why it was taken, as half a sentence."""
+
+    dialect: Dialect
+    reason: str
+
+
+def detect_dialect(blocks: Blocks) -> Detected:
+    """Return the dialect of a program; raises :class:`ProgramError` where its header names one that there is not."""
+    for block in blocks.blocks:
+        if block.line > _FIRST_LINES:
+            break
+        for comment in block.comments:
+            header = _HEADER.search(comment)
+            if header is not None:
+                return Detected(_named(header[1].lower(), blocks.place(block.line)), f"line {block.line} says so")
+    ranked = sorted(DIALECTS.values(), key=lambda dialect: (_missing(blocks, dialect), -_signs(blocks, dialect), _unknown(blocks, dialect)))
+    best = ranked[0]
+    missing, signs = _missing(blocks, best), _signs(blocks, best)
+    rivals = [other for other in ranked[1:] if _missing(blocks, other) == missing]
+    equal = [other.name for other in rivals if _signs(blocks, other) == signs]
+    if missing:
+        return Detected(best, "no dialect carries out all its words, and this one carries out the most")
+    if not rivals:
+        rarer = [
+            f" but its rarer form '{other.name}'" for other in ranked if other.variant_of == best.name and not words_missing(blocks, other)
+        ]
+        return Detected(best, f"no other dialect has all its words{''.join(rarer)}")
+    if not equal:
+        return Detected(best, "its words are used as there")
+    return Detected(best, f"its words do not distinguish it from {' or '.join(without_variants(equal))}")
+
+
+def _missing(blocks: Blocks, dialect: Dialect) -> int:
+    """Return the number of missing words; a rarer form gets one more unless the common form misses more."""
+    common = DIALECTS.get(dialect.variant_of)
+    missing = words_missing(blocks, dialect)
+    return missing + (common is not None and words_missing(blocks, common) <= missing)
+
+
+def _unknown(blocks: Blocks, dialect: Dialect) -> int:
+    """Return how many codes of the program the dialect does not even have a name for."""
+    codes = {word.code for block in blocks.shapes.values() for word in block.words if word.letter == "G" and word.expression is None}
+    return len(codes - dialect.codes.keys())
+
+
+def _named(name: str, place: str) -> Dialect:
+    try:
+        return dialect_named(name)
+    except ProgramError as error:
+        raise ProgramError(error.fact, place=place, remedy=error.remedy) from error
+
+
+def _signs(blocks: Blocks, dialect: Dialect) -> int:
+    """Return how many shapes of blocks are written as only this dialect writes them."""
+    return sum(_is_sign(block, dialect) and has_shape(block, dialect) for block in blocks.shapes.values())
+
+
+def _is_sign(block: Block, dialect: Dialect) -> bool:
+    if block.statement is not None:
+        return dialect.variables and dialect.o_words != (block.statement.kind in FANUC_KINDS)
+    codes = {word.code for word in block.words if word.letter in "GM" and word.expression is None}
+    letters = {word.letter: word for word in block.words}
+    if dialect.tool_changes_at_t:
+        moves = not letters.keys().isdisjoint("XZUW")
+        long_tool = "T" in letters and letters["T"].value >= 100
+        cycle = bool(codes & {"G70", "G71", "G72", "G73", "G75"}) and bool(letters.keys() & {"P", "U", "R"})
+        simple = bool(codes & {"G90", "G92", "G94"}) and moves and "F" in letters and not codes & {"G0", "G1", "G2", "G3"}
+        own = bool(letters.keys() & {"U", "W", "O"}) or bool(codes & {"G32", "G50", "G99", "G65", "M97", "M98"})
+        own = own or ("G33" in codes and "F" in letters and "K" not in letters)
+        return long_tool or cycle or simple or own
+    if dialect.o_words:
+        thread = ("G76" in codes and "J" in letters) or ("G33" in codes and "K" in letters)
+        return thread or bool(codes & {"G7", "G8", "G64", "G41.1", "G42.1"})
+    return bool(codes & {"G70", "G71"}) and not letters.keys() & {"P", "U", "R", "Q"}
 
 
 def load_program(
@@ -22,7 +115,7 @@ def load_program(
 ) -> Program:
     """Read and interpret the program in the file ``path``; every fault is a :class:`ProgramError` of ``lathesim.errors``.
 
-    ``dialect`` "auto" finds it, see :func:`lathesim.program.reading.detect.detect_dialect`. ``start`` is where the tool stands at first
+    ``dialect`` "auto" finds it, see :func:`lathesim.program.loading.detect_dialect`. ``start`` is where the tool stands at first
     (x, z) [m], without it the dialect's. ``tools`` are the tools by number, for nose compensation.
     """
     blocks = read_program_file(path, block_delete=block_delete)

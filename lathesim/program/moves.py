@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, NamedTuple, overload
 
-from lathesim.program.nose.tool_nose import Nose
+from lathesim.program.tool_nose import Nose
 from lathesim.program.words import Warned
-
-if TYPE_CHECKING:
-    from lathesim.program.move_table import Moves
 
 MoveKind = Literal["rapid", "feed", "arc", "thread", "dwell"]
 EventKind = Literal[
@@ -142,3 +140,155 @@ class Program:
         return Summary(
             self.moves.counts, math.fsum(ways[False]), math.fsum(ways[True]), last.end_x if last else 0.0, last.end_z if last else 0.0
         )
+
+
+KINDS: tuple[MoveKind, ...] = ("rapid", "feed", "arc", "thread", "dwell")
+CUTTING: tuple[MoveKind, ...] = ("feed", "arc", "thread")
+_NUMBER: dict[str, int] = {kind: number for number, kind in enumerate(KINDS)}
+_NO_FEED = -1.0
+_NO_ARC = -1
+_ARC_VALUES = 6
+
+
+class Mode(NamedTuple):
+    """The values that many moves share; see :class:`lathesim.program.moves.Move`."""
+
+    spindle: Spindle
+    per_revolution: bool = False
+    seconds: float = 0.0
+    tool: int | None = None
+    cycle: str = ""
+    cycle_line: int = 0
+    nose: Nose | None = None
+    start_angle: float = 0.0
+    spin_back: bool = False
+
+
+class Moves(Sequence[Move]):
+    """A sequence of moves, which become objects only when they are read.
+
+    The columns are ``kinds`` (indices into ``KINDS``), ``lines``, ``ends`` (start x, start z, end x and end z of each move [m]) and
+    ``feeds``, below 0 for none; ``mode_numbers`` are indices into ``modes``.
+    """
+
+    def __init__(self, moves: Iterable[Move] = ()) -> None:
+        self.kinds = array("B")
+        self.lines = array("I")
+        self.ends = array("d")
+        self.feeds = array("d")
+        self.mode_numbers = array("I")
+        self.modes: list[Mode] = []
+        self._known: dict[Mode, int] = {}
+        self._arc_numbers = array("i")
+        self._arc_values = array("d")
+        self.extend(moves)
+
+    def add(
+        self,
+        kind: MoveKind,
+        line: int,
+        start: tuple[float, float],
+        end: tuple[float, float],
+        feed: float | None,
+        arc: Arc | None,
+        mode: Mode,
+    ) -> None:
+        """Append a move from ``start`` to ``end`` (x, z) [m]."""
+        self._arc_numbers.append(_NO_ARC if arc is None else len(self._arc_values))
+        if arc is not None:
+            self._arc_values.extend((arc.centre_x, arc.centre_z, arc.radius, arc.end_radius, arc.start_angle, arc.sweep))
+        self.kinds.append(_NUMBER[kind])
+        self.lines.append(line)
+        self.ends.extend((*start, *end))
+        self.feeds.append(_NO_FEED if feed is None else feed)
+        number = self._known.get(mode)
+        if number is None:
+            number = self._known[mode] = len(self.modes)
+            self.modes.append(mode)
+        self.mode_numbers.append(number)
+
+    def append(self, move: Move) -> None:
+        """Append a move."""
+        start, end = (move.start_x, move.start_z), (move.end_x, move.end_z)
+        mode = Mode(
+            move.spindle,
+            move.per_revolution,
+            move.seconds,
+            move.tool,
+            move.cycle,
+            move.cycle_line,
+            move.nose,
+            move.start_angle,
+            move.spin_back,
+        )
+        self.add(move.kind, move.line, start, end, move.feed, move.arc, mode)
+
+    def extend(self, moves: Iterable[Move]) -> None:
+        """Append several moves."""
+        for move in moves:
+            self.append(move)
+
+    def replace_last(self, count: int, moves: Iterable[Move]) -> None:
+        """Replace the last ``count`` moves by others."""
+        for _ in range(count):
+            self.kinds.pop()
+            self.lines.pop()
+            self.feeds.pop()
+            self.mode_numbers.pop()
+            self._arc_numbers.pop()
+        del self.ends[-4 * count :]
+        self.extend(moves)
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+    @overload
+    def __getitem__(self, index: int) -> Move: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Move, ...]: ...
+
+    def __getitem__(self, index: int | slice) -> Move | tuple[Move, ...]:
+        if isinstance(index, slice):
+            return tuple([self[place] for place in range(*index.indices(len(self)))])
+        place = index if index >= 0 else index + len(self)
+        if not 0 <= place < len(self):
+            raise IndexError(index)
+        x, z, end_x, end_z = self.ends[4 * place : 4 * place + 4]
+        feed, mode = self.feeds[place], self.modes[self.mode_numbers[place]]
+        first = self._arc_numbers[place]
+        return Move(
+            KINDS[self.kinds[place]], self.lines[place], x, z, end_x, end_z, mode.spindle, None if feed < 0.0 else feed,
+            mode.per_revolution, None if first == _NO_ARC else Arc(*self._arc_values[first : first + _ARC_VALUES]), *mode[2:],
+        )  # fmt: skip
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and len(self) == len(other) and all(a == b for a, b in zip(self, other, strict=True))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The number of moves of each kind."""
+        return {KINDS[number]: count for number, count in Counter(self.kinds).items()}
+
+    def where(self, wanted: Callable[[MoveKind, Mode, float], bool]) -> Iterator[Move]:
+        """Yield the moves for which ``wanted(kind, mode, feed)`` is true; it is called once for each set of values. No feed is below 0."""
+        known: dict[tuple[int, int, float], bool] = {}
+        for place, key in enumerate(zip(self.kinds, self.mode_numbers, self.feeds, strict=True)):
+            chosen = known.get(key)
+            if chosen is None:
+                chosen = known[key] = wanted(KINDS[key[0]], self.modes[key[1]], key[2])
+            if chosen:
+                yield self[place]
+
+    def ways(self) -> Iterator[tuple[MoveKind, float]]:
+        """Yield kind and length [m] of each move."""
+        ends = self.ends
+        for place, number in enumerate(self.kinds):
+            first = self._arc_numbers[place]
+            if first != _NO_ARC:
+                yield KINDS[number], abs(self._arc_values[first + 5]) * self._arc_values[first + 2]
+            else:
+                k = 4 * place
+                yield KINDS[number], math.hypot(ends[k + 2] - ends[k], ends[k + 3] - ends[k + 1])

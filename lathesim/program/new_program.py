@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from lathesim.errors import ProgramError
+from lathesim.errors import ProgramError, UnitError
+from lathesim.units import quantity, same_dimension, split_quantity
 
 
 @dataclass(frozen=True)
@@ -88,3 +89,49 @@ def _number(value: float) -> str:
 
 def _mm(value: float) -> str:
     return _number(1e3 * value)
+
+
+def straight_from_form(*, diameter: str, length: str, face: str, clearance: str, feed: str, speed: str) -> str:
+    """Return the text of a straight cut; raises :class:`UnitError` and :class:`ProgramError` in words for a person."""
+    return straight_cut(
+        diameter=_length(diameter),
+        length=_length(length),
+        face=_length(face),
+        clearance=_length(clearance),
+        process=_process(feed, speed),
+    )
+
+
+def taper_from_form(*, large_diameter: str, small_diameter: str, length: str, face: str, clearance: str, feed: str, speed: str) -> str:
+    """Return the text of a taper cut; raises as :func:`straight_from_form`."""
+    return taper_cut(
+        small_diameter=_length(small_diameter),
+        large_diameter=_length(large_diameter),
+        length=_length(length),
+        face=_length(face),
+        clearance=_length(clearance),
+        process=_process(feed, speed),
+    )
+
+
+def _length(text: str) -> float:
+    return quantity(_with_unit(text, "mm"), "m")
+
+
+def _with_unit(text: str, usual: str) -> str:
+    """Return a text that has a unit; where it has none, the remedy names the one that a shop writes."""
+    if not split_quantity(text)[1]:
+        raise UnitError(f"'{text}' has no unit.", remedy=f"Write it with one, for example '{text.strip()} {usual}'.")
+    return text
+
+
+def _process(feed: str, speed: str) -> Process:
+    """Return feed and speed by their units: mm/min or mm (mm/rev), rpm or m/min."""
+    per_revolution = same_dimension(split_quantity(_with_unit(feed, "mm/min"))[1], "m")
+    surface = same_dimension(split_quantity(_with_unit(speed, "rpm"))[1], "m/s")
+    return Process(
+        feed=quantity(feed, "m" if per_revolution else "m/s"),
+        speed=quantity(speed, "m/s" if surface else "rad/s"),
+        per_revolution=per_revolution,
+        surface=surface,
+    )

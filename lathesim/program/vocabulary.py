@@ -12,10 +12,9 @@ from typing import NamedTuple
 
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
-from lathesim.program.macros.statements import FANUC_KINDS
+from lathesim.program.foreign_codes import CODES_ELSEWHERE, SINUMERIK, foreign_program
 from lathesim.program.meanings import GROUP_OF, HOLES, NOT_INTERPRETED, Group, Meaning
-from lathesim.program.reading.codes_elsewhere import CODES_ELSEWHERE, SINUMERIK
-from lathesim.program.reading.foreign_controls import foreign_program
+from lathesim.program.statements import FANUC_KINDS
 from lathesim.program.words import Block, Blocks, Word
 
 _BUILDERS = ((10, 69), (80, 96), (100, 999))

@@ -19,10 +19,9 @@ from pathlib import Path
 from typing import overload
 
 from lathesim.errors import ProgramError, SeveralFaultsError, nearest
+from lathesim.program.foreign_codes import SINUMERIK, foreign_control, foreign_program
 from lathesim.program.lexing import Block, Word, block_of_line, shape_of
-from lathesim.program.macros.statements import Kind, opens
-from lathesim.program.reading.codes_elsewhere import SINUMERIK
-from lathesim.program.reading.foreign_controls import foreign_control, foreign_program
+from lathesim.program.statements import Kind, opens
 
 __all__ = ["Block", "Blocks", "Lines", "Warned", "Word", "read_program", "read_program_file"]
 

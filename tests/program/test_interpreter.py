@@ -5,7 +5,7 @@ import math
 import pytest
 
 from lathesim.errors import ProgramError
-from lathesim.program.canon import canon
+from lathesim.program.canonical_moves import canon
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program
 from lathesim.program.words import read_program

@@ -13,10 +13,10 @@ import pytest
 
 from lathesim.analysis.figures.program_figure import program_figure
 from lathesim.cli.programs.program import _points
-from lathesim.program.canon import canon, canon_text
+from lathesim.program.canonical_moves import canon, canon_text
 from lathesim.program.interpreter import interpret
-from lathesim.program.move_table import Moves
-from lathesim.program.reading.detect import detect_dialect
+from lathesim.program.loading import detect_dialect
+from lathesim.program.moves import Moves
 from lathesim.program.words import read_program
 from tests.cli.command import call
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from lathesim.errors import ProgramError
+from lathesim.program import flow
 from lathesim.program.interpreter import interpret
-from lathesim.program.running import flow
 from lathesim.program.words import read_program
 
 HEAD = "G21 G18 G90 G94 G8 F100\n"

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from lathesim.errors import ProgramError
 from lathesim.path_columns import ARC_MOVE, CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, LENGTH, RADIUS, START_X, START_Z
-from lathesim.program.canon import canon
+from lathesim.program.canonical_moves import canon
 from lathesim.program.interpreter import interpret
-from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import lay_path
+from lathesim.program.tool_nose import Tool
 from lathesim.program.words import read_program
 
 DIALECTS = st.sampled_from(["paper", "linuxcnc", "grbl", "fanuc", "fanuc-b"])

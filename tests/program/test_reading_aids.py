@@ -8,13 +8,11 @@ from pathlib import Path
 import pytest
 
 from lathesim.errors import ProgramError
+from lathesim.program.checks import Bar, checked, meets_stock
+from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import load_program
-from lathesim.program.nose.tool_nose import Tool
-from lathesim.program.reading.detect import detect_dialect
-from lathesim.program.telling.checks import checked
-from lathesim.program.telling.explain import explain
-from lathesim.program.telling.stock_checks import Bar, meets_stock
+from lathesim.program.loading import detect_dialect, load_program
+from lathesim.program.tool_nose import Tool
 from lathesim.program.words import read_program
 from lathesim.shipped import shipped_folder
 from tests.cli.command import call

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lathesim.errors import ProgramError
-from lathesim.program.canon import canon
+from lathesim.program.canonical_moves import canon
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import load_program
 from lathesim.program.path import lay_path

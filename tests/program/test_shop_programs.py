@@ -12,10 +12,10 @@ from lathesim.analysis.part.nothing_cut import RawStock
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
+from lathesim.program.canonical_moves import linuxcnc_text
+from lathesim.program.checks import checked
 from lathesim.program.loading import load_program
 from lathesim.program.moves import Move, Program
-from lathesim.program.telling.checks import checked
-from lathesim.program.writer import linuxcnc_text
 from lathesim.record import FloatArray
 from lathesim.shipped import shipped_folder
 from lathesim.tui.drawing.lathe_picture import CarvedStock

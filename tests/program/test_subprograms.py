@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from lathesim.errors import ProgramError
+from lathesim.program import flow
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program
-from lathesim.program.running import flow
 from lathesim.program.words import read_program
 
 GROOVE = "O0012\nG01 U-4. F0.1\nG00 U4.\nW-5.\nM99\n"

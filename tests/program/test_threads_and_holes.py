@@ -7,16 +7,15 @@ import pytest
 
 from lathesim.errors import ProgramError
 from lathesim.path_columns import FEED_MODE, KIND, LINE_MOVE, START_ANGLE, TAP_OUT, THREAD, THREAD_ON
+from lathesim.program.canonical_moves import linuxcnc_text
+from lathesim.program.checks import checked
+from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import load_program
+from lathesim.program.loading import detect_dialect, load_program
 from lathesim.program.moves import Program
-from lathesim.program.nose.tool_nose import Tool
 from lathesim.program.path import lay_path
-from lathesim.program.reading.detect import detect_dialect
-from lathesim.program.telling.checks import checked
-from lathesim.program.telling.explain import explain
+from lathesim.program.tool_nose import Tool
 from lathesim.program.words import read_program
-from lathesim.program.writer import linuxcnc_text
 from tests.shared_data import SHARED, needs_shared
 
 FOUND = SHARED / "found_3" / "programs"

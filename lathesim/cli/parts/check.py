@@ -57,9 +57,9 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
 
 
 def _checked_program(path: Path, dialect: str) -> str:
+    from lathesim.program.checks import checked
     from lathesim.program.loading import load_program
     from lathesim.program.path import lay_path
-    from lathesim.program.telling.checks import checked
 
     program = load_program(path, dialect)
     found = f"a part program with {lay_path(program).segments} path segments, read in the dialect '{program.dialect}'."

@@ -42,7 +42,7 @@ def taper(
     large_diameter: str, small_diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool
 ) -> None:
     """A taper cut: one pass that widens from the face on."""
-    from lathesim.program.cut_form import taper_from_form
+    from lathesim.program.new_program import taper_from_form
 
     text = taper_from_form(
         small_diameter=small_diameter,
@@ -61,7 +61,7 @@ def taper(
 @_with_common
 def straight(diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool) -> None:
     """A straight cut: one pass at one diameter."""
-    from lathesim.program.cut_form import straight_from_form
+    from lathesim.program.new_program import straight_from_form
 
     text = straight_from_form(diameter=diameter, length=length, face=face, clearance=clearance, feed=feed, speed=speed)
     _hand_out(text, out, force)

@@ -13,9 +13,9 @@ from lathesim.cli.output_path import OutputPath
 from lathesim.whole_file import write_new
 
 if TYPE_CHECKING:
+    from lathesim.program.checks import Bar
     from lathesim.program.moves import Move, Program
-    from lathesim.program.nose.tool_nose import Tool
-    from lathesim.program.telling.stock_checks import Bar
+    from lathesim.program.tool_nose import Tool
 
 
 @click.command()
@@ -46,12 +46,11 @@ def program(
     block_delete: bool,
 ) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
-    from lathesim.program.canon import canon_text
+    from lathesim.program.canonical_moves import canon_text
+    from lathesim.program.checks import checked, meets_stock
+    from lathesim.program.explain import explain
     from lathesim.program.interpreter import interpret
-    from lathesim.program.reading.detect import detect_dialect
-    from lathesim.program.telling.checks import checked
-    from lathesim.program.telling.explain import explain
-    from lathesim.program.telling.stock_checks import meets_stock
+    from lathesim.program.loading import detect_dialect
     from lathesim.program.words import read_program_file
 
     if not file.is_file():
@@ -89,7 +88,7 @@ def program(
 
 def _tool(text: str) -> tuple[int, Tool]:
     """Return number and tool of ``1=0.8mm,3``."""
-    from lathesim.program.nose.tool_nose import Tool
+    from lathesim.program.tool_nose import Tool
     from lathesim.units import quantity
 
     number, equals, nose = text.partition("=")
@@ -101,7 +100,7 @@ def _tool(text: str) -> tuple[int, Tool]:
 
 def _bar(text: str) -> Bar:
     """Return the bar of ``40mm,60mm`` or ``40mm,60mm,2mm``: it lies from its face towards the chuck, at smaller Z."""
-    from lathesim.program.telling.stock_checks import Bar
+    from lathesim.program.checks import Bar
     from lathesim.units import quantity
 
     parts = [part.strip() for part in text.split(",")]
@@ -116,7 +115,7 @@ def _bar(text: str) -> Bar:
 
 def _write(interpreted: Program, place: Path) -> None:
     from lathesim.errors import ProgramError
-    from lathesim.program.writer import linuxcnc_text
+    from lathesim.program.canonical_moves import linuxcnc_text
 
     text = linuxcnc_text(interpreted)
     try:
@@ -160,7 +159,7 @@ def _print(parts: Iterable[str], between: str = "\n") -> None:
 
 
 def _table(interpreted: Program) -> Iterator[str]:
-    from lathesim.program.move_table import KINDS
+    from lathesim.program.moves import KINDS
 
     yield f"{'line':>4}  {'move':<10}{'X [mm]':>12}{'Z [mm]':>12}  {'feed':<16}spindle"
     moves = interpreted.moves

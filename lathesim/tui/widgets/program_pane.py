@@ -11,9 +11,9 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from lathesim.errors import LatheSimError
+from lathesim.program.checks import checked
+from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
-from lathesim.program.telling.checks import checked
-from lathesim.program.telling.explain import explain
 from lathesim.program.words import read_program_file
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
 

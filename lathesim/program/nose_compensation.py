@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from lathesim.errors import ProgramError
 from lathesim.program.moves import Arc, Move
-from lathesim.program.nose.tool_nose import LEFT, Nose
+from lathesim.program.tool_nose import LEFT, Nose
 
 _SAME = 1e-9
 """[m] below this, two places are one."""

@@ -10,13 +10,11 @@ import math
 from collections.abc import Mapping
 
 from lathesim.errors import ProgramError
-from lathesim.program.arcs import arc_by_centre, arc_by_radius
+from lathesim.program.arcs_and_corners import CORNER_LETTERS, Corner, arc_by_centre, arc_by_radius, broken, corner_of, end_at_angle
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.move_table import Mode, Moves
-from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind
-from lathesim.program.running.corners import CORNER_LETTERS, Corner, broken, corner_of, end_at_angle
-from lathesim.program.running.modal import Modal
+from lathesim.program.modal import Modal
+from lathesim.program.moves import Arc, Event, EventKind, Mode, Move, MoveKind, Moves
 from lathesim.program.vocabulary import Codes, Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
 

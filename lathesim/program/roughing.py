@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from lathesim.program.cycles.step import Point, Step
+from lathesim.program.cycles import Point, Step
 from lathesim.program.moves import Move
 
 _ARC_STEP = math.radians(0.5)

@@ -1,4 +1,15 @@
-"""The threading cycle G76 as Fanuc and Haas have it: passes of equal chip area down one flank.
+"""Canned cycles as steps: single passes, pecking and threading.
+
+The single-pass cycles G90, G92 and G94 of system A: in, along, out and back.
+
+Source: Fanuc 0i-T operator's manual, canned cycle (outer and inner diameter cutting, thread cutting, end face turning). ``taper`` is the
+word R: how far the start of the cut lies from its end.
+
+The grooving and pecking cycles G74 (along Z) and G75 (across): in by steps, a little back, on, out, and aside.
+
+Source: Fanuc 0i-T operator's manual, end face peck drilling cycle and outer diameter drilling cycle. Left out: the relief at the bottom.
+
+The threading cycle G76 as Fanuc and Haas have it: passes of equal chip area down one flank.
 
 Pass n stands at the depth d_n = d_1 sqrt(n), at least ``smallest`` deeper than the one before, down to the height less the finishing
 allowance; then come the finishing passes at full depth. The tool is fed along the flank: pass n begins d_n tan(angle/2) further along.
@@ -10,12 +21,110 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
-from lathesim.program.cycles.single_pass import thread_with_run_out
-from lathesim.program.cycles.step import Point, Step
+from lathesim.program.moves import Arc
+
+Point = tuple[float, float]
+"""(x, z) [m], X as a radius."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A rapid, a feed, an arc or a thread to ``end``, or a dwell of ``seconds``.
+
+    ``feed`` [m/s or m] replaces the feed in force; ``lead`` [m] is along the path. ``spin`` is the spindle speed over the speed in force:
+    below zero the spindle is reversed, and a thread is then the way out of a tapped hole.
+    """
+
+    kind: Literal["rapid", "feed", "arc", "thread", "dwell"]
+    end: Point
+    arc: Arc | None = None
+    feed: float | None = None
+    lead: float | None = None
+    seconds: float = 0.0
+    spin: float = 1.0
+
+
+def turning_pass(start: Point, end: Point, taper: float) -> list[Step]:
+    """Return G90: rapid to the diameter, feed along, feed out to the start's X, rapid back."""
+    return [Step("rapid", (end[0] + taper, start[1])), Step("feed", end), Step("feed", (start[0], end[1])), Step("rapid", start)]
+
+
+def facing_pass(start: Point, end: Point, taper: float) -> list[Step]:
+    """Return G94: rapid to the depth, feed across, feed out to the start's Z, rapid back."""
+    return [Step("rapid", (start[0], end[1] + taper)), Step("feed", end), Step("feed", (end[0], start[1])), Step("rapid", start)]
+
+
+def threading_pass(start: Point, end: Point, taper: float, lead: float, chamfer: float = 0.0) -> list[Step]:
+    """Return G92: rapid to the diameter, thread along with ``lead`` [m] on the longer axis and its run-out, rapid out and back."""
+    begin = (end[0] + taper, start[1])
+    return [
+        Step("rapid", begin),
+        *thread_with_run_out(begin, end, lead, chamfer, 1.0 if start[0] >= end[0] else -1.0),
+        Step("rapid", (start[0], end[1])),
+        Step("rapid", start),
+    ]
+
+
+def thread_with_run_out(begin: Point, end: Point, lead: float, chamfer: float, outside: float) -> list[Step]:
+    """Return a thread that runs out over its last ``chamfer`` [m] along Z, at 45 degrees to the side ``outside`` of X, in one motion.
+
+    Without a chamfer, or with a chamfer as long as the thread, there is no run-out.
+    """
+    along, length = lead_along_path(begin, end, lead), abs(end[1] - begin[1])
+    if not 0.0 < chamfer < length:
+        return [Step("thread", end, lead=along)]
+    share = 1.0 - chamfer / length
+    leave = (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1]))
+    out = (leave[0] + outside * chamfer, end[1])
+    return [Step("thread", leave, lead=along), Step("thread", out, lead=lead_along_path(leave, out, lead))]
+
+
+def lead_along_path(begin: Point, end: Point, lead: float) -> float:
+    """Return the lead along the path [m] of a thread whose ``lead`` [m] is counted along its longer axis, as F of G32 and G92."""
+    across, along = abs(end[0] - begin[0]), abs(end[1] - begin[1])
+    longer = max(across, along)
+    return lead * math.hypot(across, along) / longer if longer > 0.0 else lead
+
+
+_EPSILON = 1e-9
+
+
+def pecking(start: Point, end: Point, *, across: bool, step: float, aside: float, retract: float) -> list[Step]:
+    """Return the cycle: pecks of ``step`` along Z (along X with ``across``), withdrawn by ``retract``, repeated every ``aside`` [m].
+
+    No retract is longer than the depth cut so far, so the tool does not move back beyond the start.
+    """
+    deep, wide = (0, 1) if across else (1, 0)
+    steps: list[Step] = []
+    for place in _places(start[wide], end[wide], aside):
+        steps.append(Step("rapid", _point(deep, start[deep], place)))
+        depths = _places(start[deep], end[deep], step)[1:]
+        for number, depth in enumerate(depths):
+            steps.append(Step("feed", _point(deep, depth, place)))
+            if number < len(depths) - 1:
+                back = math.copysign(min(retract, abs(depth - start[deep])), start[deep] - end[deep])
+                steps.append(Step("rapid", _point(deep, depth + back, place)))
+        steps.append(Step("rapid", _point(deep, start[deep], place)))
+    return [*steps, Step("rapid", start)]
+
+
+def _places(begin: float, end: float, step: float) -> list[float]:
+    """Return the places from begin to end, ``step`` apart and the last at the end; all at once without a step."""
+    way = end - begin
+    if abs(way) < _EPSILON:
+        return [begin]
+    count = max(1, -int(-(abs(way) - _EPSILON) // step)) if step > 0.0 else 1
+    sign = 1.0 if way > 0.0 else -1.0
+    return [begin, *(begin + sign * step * number for number in range(1, count)), end]
+
+
+def _point(deep: int, depth: float, place: float) -> Point:
+    return (depth, place) if deep == 0 else (place, depth)
+
 
 MOST_PASSES = 1000
-_EPSILON = 1e-9
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from lathesim.program.flow import Flow
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.nose.tool_nose import LEFT, ORIENTATIONS, RIGHT, Nose, Tool, nose
-from lathesim.program.running.flow import Flow
+from lathesim.program.tool_nose import LEFT, ORIENTATIONS, RIGHT, Nose, Tool, nose
 
 _SIDES = {
     Meaning.COMPENSATION_LEFT: LEFT, Meaning.COMPENSATION_GIVEN_LEFT: LEFT, Meaning.COMPENSATION_RIGHT: RIGHT,

@@ -10,15 +10,14 @@ import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from lathesim.program.cycles.roughing import Roughing, air_side, contour_points
-from lathesim.program.cycles.step import Point, Step
-from lathesim.program.macros.structure import Structure
-from lathesim.program.macros.variables import Variables
+from lathesim.program.cycles import Point, Step
+from lathesim.program.expressions import Variables
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.move_table import Moves
-from lathesim.program.moves import Event, Move
-from lathesim.program.running.modal import Modal
-from lathesim.program.running.motions import Motions
+from lathesim.program.modal import Modal
+from lathesim.program.motions import Motions
+from lathesim.program.moves import Event, Move, Moves
+from lathesim.program.roughing import Roughing, air_side, contour_points
+from lathesim.program.statements import Structure
 from lathesim.program.words import Word
 
 ROUGHING = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE)

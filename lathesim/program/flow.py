@@ -11,13 +11,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from lathesim.errors import ProgramError, nearest
-from lathesim.program.macros.expressions import Assignment, Expression, ExpressionError
-from lathesim.program.macros.statements import FANUC_KINDS, Kind, Statement
-from lathesim.program.macros.structure import Structure, structure
-from lathesim.program.macros.variables import Value, Variables
+from lathesim.program.cycle_blocks import Cycles
+from lathesim.program.expressions import Assignment, Expression, ExpressionError, Value, Variables
 from lathesim.program.meanings import Meaning
-from lathesim.program.running.cycle_blocks import Cycles
-from lathesim.program.running.system_variables import system_value
+from lathesim.program.modal import system_value
+from lathesim.program.statements import FANUC_KINDS, Kind, Statement, Structure, structure
 from lathesim.program.vocabulary import check_statement
 from lathesim.program.words import Block
 

@@ -1,1 +1,0 @@
-"""What a part program computes: expressions, variables, and the statements that choose which block comes next."""
