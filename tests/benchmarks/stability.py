@@ -79,9 +79,8 @@ def stability_figures(tell: Tell) -> list[StabilityFigure]:
 
 
 def _cheaper() -> float:
-    from lathesim.stability.limits.delay_equations import turning
-    from lathesim.stability.limits.periodic_delay import multipliers
-    from lathesim.stability.tool_point.modes import Mode, ToolPoint
+    from lathesim.stability.periodic_delay import multipliers, turning
+    from lathesim.stability.tool_point import Mode, ToolPoint
 
     tool = ToolPoint((Mode(100.66, 0.0996, 1e6),), (0.342,))
     ours = theirs = 0.0
@@ -138,11 +137,9 @@ def semi_discretization(equation: Any, steps: int) -> float:
 
 
 def _reading() -> float:
-    from lathesim.stability.limits.measured_limit import limits_of_lines
-    from lathesim.stability.tool_point.frequency_response import FrequencyResponse
-    from lathesim.stability.tool_point.modes import Mode, ToolPoint
-    from lathesim.stability.tool_point.read_response import read_response
-    from lathesim.stability.tool_point.write_response import write_response
+    from lathesim.stability.frequency_limit import limits_of_lines
+    from lathesim.stability.response_files import read_response, write_response
+    from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 
     tool = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7), Mode(1180.0, 0.012, 9e7)), (1.0, 1.0, 1.0))
     frequency = np.linspace(0.1, 2000.0, 20_000)
@@ -157,11 +154,11 @@ def _reading() -> float:
 
 
 def _next() -> float:
-    from lathesim.stability.learning.belief import Prior, learn_all
-    from lathesim.stability.learning.next_cut import Range, next_cut
-    from lathesim.stability.learning.tried_cuts import TriedCut
-    from lathesim.stability.limits.frequency_limit import limit_at
-    from lathesim.stability.tool_point.modes import Mode, ToolPoint
+    from lathesim.stability.belief import Prior, learn_all
+    from lathesim.stability.frequency_limit import limit_at
+    from lathesim.stability.next_cut import Range, next_cut
+    from lathesim.stability.tool_point import Mode, ToolPoint
+    from lathesim.stability.tried_cuts import TriedCut
 
     prior = Prior(np.log([100.0, 0.05, 0.01]), np.array([0.1, 0.3, 0.28]))
     tool = ToolPoint((Mode(106.0, 0.042, 1.1e7),), (1.0,))
@@ -174,7 +171,7 @@ def _next() -> float:
     belief = learn_all(prior, cuts[:-1])
 
     def once() -> None:
-        from lathesim.stability.learning.belief import learn
+        from lathesim.stability.belief import learn
 
         next_cut(learn(belief, cuts[-1]), inside)
 

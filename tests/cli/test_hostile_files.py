@@ -15,7 +15,7 @@ from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
 from lathesim.recordings.reading import read_recording
 from lathesim.recordings.register import stock_readers
-from lathesim.stability.tool_point.read_response import read_response
+from lathesim.stability.response_files import read_response
 from tests.cli.command import call
 
 Capture = pytest.CaptureFixture[str]

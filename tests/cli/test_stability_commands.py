@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.stability.limits.frequency_limit import limit_at
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
-from lathesim.stability.tool_point.write_response import write_response
+from lathesim.stability.frequency_limit import limit_at
+from lathesim.stability.response_files import write_response
+from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 from tests.cli.command import call
 
 Capture = pytest.CaptureFixture[str]
@@ -236,7 +235,7 @@ def test_a_step_too_long_for_the_mode_names_the_largest_good_one(capsys: Capture
 
 
 def test_recorded_hits_are_evaluated(capsys: Capture) -> None:
-    from lathesim.stability.tool_point.tap import TapSettings, tap
+    from lathesim.stability.tap import TapSettings, tap
 
     record = tap(ToolPoint(MODES.modes, (1.0, 1.0)), TapSettings(length=0.5, hits=3), 2)
     force, response = record.force.ravel(), record.response.ravel() * 1e6

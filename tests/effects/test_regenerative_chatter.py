@@ -12,8 +12,8 @@ from lathesim.effects.force_over_turn import RegenerativeChatter
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
-from lathesim.stability.limits.frequency_limit import limit_at
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.frequency_limit import limit_at
+from lathesim.stability.tool_point import Mode, ToolPoint
 
 FREQUENCY, DAMPING, STIFFNESS, FEED = 80.0, 0.03, 2e7, 1e-4
 

@@ -10,8 +10,8 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.run_warnings import run_warnings
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
-from lathesim.stability.limits.lesson_cut import cut_of
-from lathesim.stability.limits.lobes import stability_map
+from lathesim.stability.lesson_cut import cut_of
+from lathesim.stability.lobes import stability_map
 from tests.lessons.lesson_runs import Runs
 
 SWING = {

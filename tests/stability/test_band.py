@@ -7,12 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.stability.limits import uncertain_cut
-from lathesim.stability.limits.frequency_limit import limit_at, limit_of_response
-from lathesim.stability.limits.lesson_cut import Cut
-from lathesim.stability.limits.uncertain_cut import Spread, band
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability import uncertain_cut
+from lathesim.stability.frequency_limit import limit_at, limit_of_response
+from lathesim.stability.lesson_cut import Cut
+from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
+from lathesim.stability.uncertain_cut import Spread, band
 
 SPEEDS = (1000.0, 3300.0, 5000.0)
 TOOL = ToolPoint((Mode(300.0, 0.03, 2e7, 0.4),), (0.7,))

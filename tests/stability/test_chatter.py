@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lathesim.stability.chatter.diagnose_cut import diagnose_cut
-from lathesim.stability.chatter.judge import judge
-from lathesim.stability.chatter.prediction_errors import departure_from_gaussian
-from lathesim.stability.chatter.recorded_cut import RecordedCut, cutting_stretch, turning_of
-from lathesim.stability.chatter.signal_lines import vibration
-from lathesim.stability.chatter.spindle_speed import refined_speed
+from lathesim.stability.diagnose_cut import diagnose_cut
+from lathesim.stability.judge import judge
+from lathesim.stability.recorded_cut import RecordedCut, cutting_stretch, turning_of
+from lathesim.stability.signal_lines import departure_from_gaussian, refined_speed, vibration
 from tests.cli.command import call
 from tests.shared_data import SHARED, needs_shared
 from tests.stability.cut_generator import KINDS, Made, made, regenerative, uninterrupted_limit

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lathesim.errors import LessonError
-from lathesim.stability.assembly.beams import Material, cylinder, euler_bernoulli, prism, timoshenko
-from lathesim.stability.assembly.receptance_coupling import assembly_tip, base_from_tip, coupled_tip
+from lathesim.stability.beams import Material, assembly_tip, base_from_tip, coupled_tip, cylinder, euler_bernoulli, prism, timoshenko
 
 STEEL = Material(200e9, 7800.0, 0.01, 0.3)
 TOOL, HOLDER = cylinder(0.020, 0.100, STEEL), prism(0.030, 0.030, 0.150, STEEL)

@@ -9,13 +9,11 @@ import pytest
 
 from lathesim.engine.running.run import run
 from lathesim.errors import SimulationError
-from lathesim.stability.limits.delay_equations import turning
-from lathesim.stability.limits.frequency_limit import limit_at
-from lathesim.stability.limits.growth import growth, milling_rig, rig
-from lathesim.stability.limits.lesson_cut import Milling
-from lathesim.stability.limits.periodic_delay import multipliers
-from lathesim.stability.limits.time_limit import time_limit
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.frequency_limit import limit_at
+from lathesim.stability.growth import growth, milling_rig, rig, time_limit
+from lathesim.stability.lesson_cut import Milling
+from lathesim.stability.periodic_delay import multipliers, turning
+from lathesim.stability.tool_point import Mode, ToolPoint
 from tests.stability.own_cut import radius, tooth_force
 
 SLOTTED = ToolPoint((Mode(75.0, 0.02, 8e6),), (1.0,))

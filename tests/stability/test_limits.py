@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from lathesim.errors import LessonError
-from lathesim.stability.limits.delay_equations import milling, turning
-from lathesim.stability.limits.frequency_limit import limit_at, smallest_limit, speeds_of
-from lathesim.stability.limits.periodic_delay import DelayEquation, chatter_frequency, kind_of, multipliers, smallest_unstable
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.frequency_limit import limit_at, smallest_limit, speeds_of
+from lathesim.stability.periodic_delay import DelayEquation, chatter_frequency, kind_of, milling, multipliers, smallest_unstable, turning
+from lathesim.stability.tool_point import Mode, ToolPoint
 from tests.stability.own_cut import radius
 
 KS = 700e6

@@ -9,17 +9,13 @@ import numpy as np
 import pytest
 
 from lathesim.errors import LatheSimError
-from lathesim.stability.limits.lesson_cut import Cut, with_modes
-from lathesim.stability.tool_point.choose_modes import find_modes
-from lathesim.stability.tool_point.estimate_response import TapEstimate, estimate_response, judged_hits
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse, Quantity, ends_too_low
-from lathesim.stability.tool_point.modal_fit import ModalModel
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
-from lathesim.stability.tool_point.noise_weights import weights_of_mean
-from lathesim.stability.tool_point.read_response import read_response
-from lathesim.stability.tool_point.tap import TapSettings, tap
-from lathesim.stability.tool_point.tap_lesson import tap_until_good
-from lathesim.stability.tool_point.write_response import write_response
+from lathesim.stability.choose_modes import find_modes
+from lathesim.stability.lesson_cut import Cut, with_modes
+from lathesim.stability.modal_fit import ModalModel, weights_of_mean
+from lathesim.stability.response_files import read_response, write_response
+from lathesim.stability.tap import TapEstimate, TapSettings, estimate_response, judged_hits, tap
+from lathesim.stability.tap_lesson import tap_until_good
+from lathesim.stability.tool_point import FrequencyResponse, Mode, Quantity, ToolPoint, ends_too_low
 
 THREE = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7), Mode(1180.0, 0.012, 9e7)), (1.0, 1.0, 1.0))
 F = np.arange(1, 2001) * 0.5

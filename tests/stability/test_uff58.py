@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from lathesim.errors import LatheSimError
-from lathesim.stability.tool_point.uff58 import read_uff58
+from lathesim.stability.uff58 import read_uff58
 
 EVEN = 2.0 + 0.5 * np.arange(24)
 UNEVEN = np.round(np.geomspace(1.0, 900.0, 24), 2)

@@ -12,8 +12,8 @@ from lathesim.analysis.metrics.metric import MissingChannelError, NoValueError
 from lathesim.analysis.part.waves import wave_roughness, waves_figure, waves_on_part
 from lathesim.engine.running.run import run
 from lathesim.record import Record
-from lathesim.stability.limits.growth import rig
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.growth import rig
+from lathesim.stability.tool_point import Mode, ToolPoint
 from lathesim.tui.drawing.lathe_picture import draw_waves, scene_of_record
 from tests.tui.driving import opened, run_to_end, until
 from tests.tui.screen_words import words_of

@@ -12,8 +12,8 @@ import click
 from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
-    from lathesim.stability.chatter.diagnose_cut import CutDiagnosis
-    from lathesim.stability.chatter.recorded_cut import RecordedCut
+    from lathesim.stability.diagnose_cut import CutDiagnosis
+    from lathesim.stability.recorded_cut import RecordedCut
 
 
 @click.command()
@@ -49,8 +49,8 @@ def chatter(
     """
     from lathesim.cli.registry import open_registry
     from lathesim.cli.stability.modes import read_ends
-    from lathesim.stability.chatter.diagnose_cut import diagnose_cut
-    from lathesim.stability.chatter.recorded_cut import recorded_cut
+    from lathesim.stability.diagnose_cut import diagnose_cut
+    from lathesim.stability.recorded_cut import recorded_cut
 
     readers = open_registry(()).readers
     cut = recorded_cut(recording, readers, channel=channel, speed=speed, rate=rate, tacho=tacho)
@@ -72,7 +72,7 @@ def _modes(lesson: str | None) -> tuple[float, ...]:
     if lesson is None:
         return ()
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.stability.limits.lesson_cut import cut_of, natural_frequencies
+    from lathesim.stability.lesson_cut import cut_of, natural_frequencies
 
     return natural_frequencies(cut_of(load_lesson(lesson)))
 
@@ -80,7 +80,7 @@ def _modes(lesson: str | None) -> tuple[float, ...]:
 def _draw(recording: Path, cut: RecordedCut, found: CutDiagnosis, save: Path) -> None:
     from lathesim.analysis.figures.plots import save_figure
     from lathesim.analysis.figures.vibration_figure import vibration_figure
-    from lathesim.stability.chatter.judge import WORDS
+    from lathesim.stability.judge import WORDS
 
     lines = [(line.frequency, line.share) for line in found.vibration.lines]
     decided = found.judged.line.frequency if found.judged.line is not None else math.nan
@@ -121,7 +121,7 @@ def _as_json(cut: RecordedCut, found: CutDiagnosis) -> dict[str, Any]:
 
 
 def _tell(cut: RecordedCut, found: CutDiagnosis) -> None:
-    from lathesim.stability.chatter.judge import WORDS
+    from lathesim.stability.judge import WORDS
 
     judged = found.judged
     for sentence in found.findings:

@@ -11,7 +11,7 @@ import click
 from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
-    from lathesim.stability.assembly.assembly_file import Assembly
+    from lathesim.stability.assembly_file import Assembly
 
 _LINES_OF_FIGURE, _LINES_OF_BAND = 800, 200
 _UNITS = {"receptance": [["m/N", "1/N"], ["1/N", "1/(N*m)"]]}
@@ -37,7 +37,7 @@ def couple(assembly: Path, frequency: str, overhang: str | None, inverse: Path |
     import numpy as np
 
     from lathesim.cli.stability.lobes import read_range
-    from lathesim.stability.assembly.assembly_file import load_assembly
+    from lathesim.stability.assembly_file import load_assembly
 
     loaded = load_assembly(assembly)
     if inverse is not None:
@@ -53,7 +53,7 @@ def couple(assembly: Path, frequency: str, overhang: str | None, inverse: Path |
 def _tip(loaded: Assembly, asked: Any, as_json: bool, save: Path | None) -> None:
     import numpy as np
 
-    from lathesim.stability.assembly.tip_response import is_uncertain, tip_draws
+    from lathesim.stability.assembly_file import is_uncertain, tip_draws
 
     tips = loaded.tip(asked)
     band = None
@@ -98,8 +98,7 @@ def _rows(frequency: Any, receptance: Any) -> list[dict[str, Any]]:
 
 
 def _inverse(artefact: Assembly, measured: Path, as_json: bool) -> None:
-    from lathesim.stability.assembly.assembly_file import read_base
-    from lathesim.stability.assembly.tip_response import base_share
+    from lathesim.stability.assembly_file import base_share, read_base
 
     tip = read_base(measured)
     share = base_share(artefact, tip.frequency, tip.receptance)
@@ -113,7 +112,7 @@ def _inverse(artefact: Assembly, measured: Path, as_json: bool) -> None:
 
 
 def _overhangs(loaded: Assembly, lengths: list[float], as_json: bool) -> None:
-    from lathesim.stability.assembly.tip_response import overhangs
+    from lathesim.stability.assembly_file import overhangs
 
     found = overhangs(loaded, lengths)
     if as_json:

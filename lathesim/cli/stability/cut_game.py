@@ -10,13 +10,13 @@ import click
 from lathesim.errors import LatheSimError
 
 if TYPE_CHECKING:
-    from lathesim.stability.learning.cut_game import ConcealedMachine
-    from lathesim.stability.learning.tried_cuts import TriedCut
+    from lathesim.stability.next_cut import ConcealedMachine
+    from lathesim.stability.tried_cuts import TriedCut
 
 
 def play(machine: ConcealedMachine, prior: Any, count: int, risk: float, seed: int) -> None:
     """Ask for cuts until all are made or the input ends, then show both scores."""
-    from lathesim.stability.learning.cut_game import program_plays, score
+    from lathesim.stability.next_cut import program_plays, score
 
     low, high = machine.inside.speeds[0], machine.inside.speeds[-1]
     click.echo(

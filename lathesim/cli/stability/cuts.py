@@ -12,7 +12,7 @@ import click
 from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
-    from lathesim.stability.learning.learned_map import LearnedMap
+    from lathesim.stability.learned_map import LearnedMap
 
 
 @click.command()
@@ -61,9 +61,9 @@ def cuts(
 
     from lathesim.cli.stability.lobes import read_range
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.stability.learning.learned_map import learned_map
-    from lathesim.stability.learning.next_cut import Range
-    from lathesim.stability.learning.tried_cuts import read_cuts
+    from lathesim.stability.learned_map import learned_map
+    from lathesim.stability.next_cut import Range
+    from lathesim.stability.tried_cuts import read_cuts
 
     if not 0.0 < widest < math.inf:
         raise click.UsageError(f"--widest {widest:g}: give one above 0.")
@@ -72,8 +72,8 @@ def cuts(
     inside = Range(np.array(read_range("--speed", speeds)), 1e-3 * widest)
     if game is not None:
         from lathesim.cli.stability.cut_game import play
-        from lathesim.stability.learning.cut_game import concealed_machine
-        from lathesim.stability.learning.lesson_prior import lesson_prior
+        from lathesim.stability.next_cut import concealed_machine
+        from lathesim.stability.uncertain_cut import lesson_prior
 
         prior = lesson_prior(loaded).prior
         play(concealed_machine(prior, inside, seed), prior, game, risk, seed)

@@ -12,9 +12,9 @@ import click
 from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
-    from lathesim.stability.limits.lesson_cut import Cut
-    from lathesim.stability.limits.lobes import StabilityMap
-    from lathesim.stability.limits.uncertain_cut import Band
+    from lathesim.stability.lesson_cut import Cut
+    from lathesim.stability.lobes import StabilityMap
+    from lathesim.stability.uncertain_cut import Band
 
 
 @click.command()
@@ -37,9 +37,9 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     """
     from lathesim.cli.run_progress import progress_bar
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.stability.limits.lesson_cut import cut_of
-    from lathesim.stability.limits.lobes import stability_map
-    from lathesim.stability.limits.uncertain_cut import CLOSE, spreads_of
+    from lathesim.stability.lesson_cut import cut_of
+    from lathesim.stability.lobes import stability_map
+    from lathesim.stability.uncertain_cut import CLOSE, spreads_of
 
     loaded = load_lesson(lesson)
     cut = cut_of(loaded)
@@ -69,7 +69,7 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
 
 
 def _band(cut: Cut, spreads: Any, speeds: list[float]) -> Band | None:
-    from lathesim.stability.limits.uncertain_cut import band
+    from lathesim.stability.uncertain_cut import band
 
     return band(cut, spreads, speeds) if spreads and cut.share == 1.0 and cut.milling is None else None
 
@@ -77,7 +77,7 @@ def _band(cut: Cut, spreads: Any, speeds: list[float]) -> Band | None:
 def _tried(path: Path | None) -> list[tuple[float, float, bool | None]]:
     if path is None:
         return []
-    from lathesim.stability.learning.tried_cuts import read_cuts
+    from lathesim.stability.tried_cuts import read_cuts
 
     return [(cut.speed, cut.width, cut.stable) for cut in read_cuts(path)]
 
@@ -130,7 +130,7 @@ def _as_json(found: StabilityMap, cut: Cut, band: Band | None, cuts: list[tuple[
 
 
 def _table(found: StabilityMap, cut: Cut, edges: Any) -> None:
-    from lathesim.stability.limits.frequency_limit import speeds_of
+    from lathesim.stability.frequency_limit import speeds_of
 
     for sentence in found.findings:
         click.echo(f"{sentence[0].upper()}{sentence[1:].rstrip('.')}.")

@@ -11,8 +11,8 @@ import click
 from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
-    from lathesim.stability.tool_point.choose_modes import Estimate, FoundModes
-    from lathesim.stability.tool_point.frequency_response import FrequencyResponse
+    from lathesim.stability.choose_modes import Estimate, FoundModes
+    from lathesim.stability.tool_point import FrequencyResponse
 
 
 @click.command()
@@ -33,9 +33,9 @@ def modes(
     Their number is decided on taps that were not fitted: each hit in turn where the file holds the single hits ('lathesim tap' writes
     them), every second line otherwise. What is written can stand under 'tool_point:' of a lesson.
     """
-    from lathesim.stability.tool_point.choose_modes import find_modes
-    from lathesim.stability.tool_point.frequency_response import within
-    from lathesim.stability.tool_point.read_response import read_response
+    from lathesim.stability.choose_modes import find_modes
+    from lathesim.stability.response_files import read_response
+    from lathesim.stability.tool_point import within
 
     response = read_response(file, quantity, unit)
     if band is not None:

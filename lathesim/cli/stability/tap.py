@@ -11,7 +11,7 @@ import click
 from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
-    from lathesim.stability.tool_point.estimate_response import TapEstimate
+    from lathesim.stability.tap import TapEstimate
 
 
 @click.command()
@@ -35,8 +35,8 @@ def tap(
     """
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import results_folder
-    from lathesim.stability.tool_point.tap_lesson import recorded_tap, tap_lesson
-    from lathesim.stability.tool_point.write_response import write_response
+    from lathesim.stability.response_files import write_response
+    from lathesim.stability.tap_lesson import recorded_tap, tap_lesson
 
     loaded = load_lesson(lesson)
     found = recorded_tap(recording) if recording is not None else tap_lesson(loaded, loaded.settings.seed if seed is None else seed, hits)

@@ -17,12 +17,12 @@ from textual.widgets import Button, Label, Static
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
-from lathesim.stability.limits.frequency_limit import speeds_of
-from lathesim.stability.limits.lesson_cut import cut_of
-from lathesim.stability.limits.lobes import stability_map
-from lathesim.stability.tool_point.choose_modes import FoundModes, find_modes
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse
-from lathesim.stability.tool_point.tap_lesson import tap_lesson
+from lathesim.stability.choose_modes import FoundModes, find_modes
+from lathesim.stability.frequency_limit import speeds_of
+from lathesim.stability.lesson_cut import cut_of
+from lathesim.stability.lobes import stability_map
+from lathesim.stability.tap_lesson import tap_lesson
+from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.tui.drawing.curves import Line
 from lathesim.tui.widgets.time_plot import TimePlot
 
@@ -65,8 +65,7 @@ def _response(lesson: Lesson) -> tuple[FrequencyResponse, str, str, int | None]:
     """Return the response of a tool point, the command that gives it, how it was found, and the number of modes where it is known."""
     entry = lesson.settings.tool_point
     if entry is not None and entry.assembly is not None:
-        from lathesim.stability.assembly.assembly_file import load_assembly
-        from lathesim.stability.assembly.tip_response import tip_response
+        from lathesim.stability.assembly_file import load_assembly, tip_response
 
         path = lesson.path.parent / entry.assembly
         loaded = load_assembly(path)
@@ -77,7 +76,7 @@ def _response(lesson: Lesson) -> tuple[FrequencyResponse, str, str, int | None]:
         parts = "1 part" if len(loaded.beams) == 1 else f"{len(loaded.beams)} parts put together"
         return tip, f"lathesim couple {entry.assembly}", f"{loaded.title}: {parts}.", max(1, peaks)
     if entry is not None and entry.response is not None:
-        from lathesim.stability.tool_point.read_response import read_response
+        from lathesim.stability.response_files import read_response
 
         measured = read_response(lesson.path.parent / entry.response.file, entry.response.quantity, entry.response.unit)
         return (

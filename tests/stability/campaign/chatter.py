@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import LatheSimError
-from lathesim.stability.chatter.diagnose_cut import diagnose_cut
-from lathesim.stability.chatter.first_sign import difference_sizes, first_sign
-from lathesim.stability.chatter.recorded_cut import RecordedCut, cutting_stretch
+from lathesim.stability.diagnose_cut import diagnose_cut, difference_sizes, first_sign
+from lathesim.stability.recorded_cut import RecordedCut, cutting_stretch
 from tests.stability.campaign.results import collected
 from tests.stability.campaign.rig_cuts import KINDS, Recording, recording
 

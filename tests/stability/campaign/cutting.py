@@ -12,17 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.stability.assembly.assembly_file import Assembly, Base, Joint
-from lathesim.stability.assembly.beams import Material, cylinder
-from lathesim.stability.assembly.tip_response import base_share
-from lathesim.stability.limits.frequency_limit import limit_at, smallest_limit
-from lathesim.stability.limits.growth import rig
-from lathesim.stability.limits.time_limit import time_limit
-from lathesim.stability.tool_point.choose_modes import find_modes
-from lathesim.stability.tool_point.frequency_response import FrequencyResponse
-from lathesim.stability.tool_point.modes import ToolPoint
-from lathesim.stability.tool_point.tap import TapSettings
-from lathesim.stability.tool_point.tap_lesson import tap_until_good
+from lathesim.stability.assembly_file import Assembly, Base, Joint, base_share
+from lathesim.stability.beams import Material, cylinder
+from lathesim.stability.choose_modes import find_modes
+from lathesim.stability.frequency_limit import limit_at, smallest_limit
+from lathesim.stability.growth import rig, time_limit
+from lathesim.stability.tap import TapSettings
+from lathesim.stability.tap_lesson import tap_until_good
+from lathesim.stability.tool_point import FrequencyResponse, ToolPoint
 from tests.stability.campaign.results import collected
 
 FREQUENCY = np.linspace(100.0, 4000.0, 3901)

@@ -16,14 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.stability.learning.adequacy import adequacy
-from lathesim.stability.learning.belief import Belief, Prior, begin, learn
-from lathesim.stability.learning.comparators import gaussian_process, network, stable_by
-from lathesim.stability.learning.learned_map import limits_after
-from lathesim.stability.learning.next_cut import Range, best_stable, next_cut
-from lathesim.stability.learning.tried_cuts import TriedCut
-from lathesim.stability.limits.frequency_limit import limit_at
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.belief import Belief, Prior, begin, learn
+from lathesim.stability.frequency_limit import limit_at
+from lathesim.stability.learned_map import adequacy, gaussian_process, limits_after, network, stable_by
+from lathesim.stability.next_cut import Range, best_stable, next_cut
+from lathesim.stability.tool_point import Mode, ToolPoint
+from lathesim.stability.tried_cuts import TriedCut
 from tests.stability.campaign.results import collected
 
 PRIOR = Prior(np.log([100.0, 0.05, 0.01]), np.array([0.1, 0.3, math.hypot(0.2, 0.2)]))

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.stability.learning.comparators import network, stable_by
-from lathesim.stability.limits.frequency_limit import limit_at
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
+from lathesim.stability.frequency_limit import limit_at
+from lathesim.stability.learned_map import network, stable_by
+from lathesim.stability.tool_point import Mode, ToolPoint
 from tests.stability.campaign.results import collected
 
 _TOOL = ToolPoint((Mode(math.sqrt(1e6 / 2.5) / (2.0 * math.pi), 315.0 / (2.0 * math.sqrt(2.5e6)), 1e6),), (math.cos(math.radians(70.0)),))

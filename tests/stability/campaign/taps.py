@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.stability.tool_point.choose_modes import find_modes
-from lathesim.stability.tool_point.estimate_response import judged_hits
-from lathesim.stability.tool_point.modes import Mode, ToolPoint
-from lathesim.stability.tool_point.tap import TapSettings, tap
-from lathesim.stability.tool_point.tap_lesson import tap_until_good
+from lathesim.stability.choose_modes import find_modes
+from lathesim.stability.tap import TapSettings, judged_hits, tap
+from lathesim.stability.tap_lesson import tap_until_good
+from lathesim.stability.tool_point import Mode, ToolPoint
 from tests.stability.campaign.results import collected
 
 THREE = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7), Mode(1180.0, 0.012, 9e7)), (1.0, 1.0, 1.0))

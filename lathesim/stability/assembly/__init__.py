@@ -1,1 +1,0 @@
-"""Receptance coupling: beams and joints to the tip of an assembly."""

@@ -1,1 +1,0 @@
-"""Chatter told from other vibration in a recording."""

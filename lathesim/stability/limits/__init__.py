@@ -1,1 +1,0 @@
-"""Limits of the chip width, by three methods that share no code."""

@@ -1,1 +1,0 @@
-"""The tool point: its modes, its measured response, and the tap test that finds them."""
