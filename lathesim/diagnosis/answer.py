@@ -13,7 +13,6 @@ from lathesim.diagnosis.discovery.generated_plugin import plugin_text
 from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.search import Found
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
 from lathesim.diagnosis.location.operating_conditions import resting
@@ -41,7 +40,7 @@ from lathesim.diagnosis.records.diagnosis import (
 )
 from lathesim.diagnosis.records.discovered import Discovered
 from lathesim.diagnosis.records.ranked_effect import RankedEffect
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located
 from lathesim.diagnosis.reporting.explanations import explanations_of
@@ -70,7 +69,7 @@ class _Outcome:
     """What the answer is drawn from: the recordings, what was found, the lesson's own simulation, what is missing, what was decided."""
 
     prepared: Prepared
-    found: SearchResult
+    found: Found
     own: Compared
     evidence: Evidence
     baseline: dict[str, BaselineValue]
@@ -90,7 +89,7 @@ class _Outcome:
         return not any(doubt.clear for doubt in self.doubts) and not self.laws
 
 
-def describe(study: Study, prepared: Prepared, explained: Found, found: SearchResult, values: Estimates) -> Diagnosis:
+def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) -> Diagnosis:
     """Return the answer: effects ranked, what is left put to the flexible explanation, the verdict, and all of it in words."""
     question, (experiment, validation), method = prepared.question, prepared.experiments, study.method
     study.progress("simulating the lesson before and after")
@@ -100,7 +99,7 @@ def describe(study: Study, prepared: Prepared, explained: Found, found: SearchRe
     own = _own_simulation(validation, found, before, reported_fit)
     evidence = gather(experiment, validation, found, own, method=method)
     counts = coarse_counts(prepared.experiments, found.model.candidates, method=method)
-    effects_found = _ranked(study, explained, counts)
+    effects_found = _ranked(study, found, counts)
     taken = removed_share(validation, before, reported_fit)
     study.progress("asking whether what is left could be predicted")
     doubted = doubts(study, found.model)
@@ -143,16 +142,16 @@ def _sides(outcome: _Outcome, ranked: Sequence[RankedEffect]) -> list[str]:
     return [told for host in hosts if (told := assumed_sides(outcome.prepared.question.machine.assembly, host))]
 
 
-def _own_simulation(validation: Experiment, found: SearchResult, before: Fitted, reported_fit: Fitted) -> Compared:
+def _own_simulation(validation: Experiment, found: Found, before: Fitted, reported_fit: Fitted) -> Compared:
     """Return how far the lesson's own simulation is off, before and after; before, the controller is as the lesson says."""
     as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
     return compared(validation, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
 
 
-def _ranked(study: Study, explained: Found, counts: Sequence[tuple[Candidate, Estimate]]) -> list[RankedEffect]:
+def _ranked(study: Study, found: Found, counts: Sequence[tuple[Candidate, Estimate]]) -> list[RankedEffect]:
     """Return the effects that were found, ranked, and then those whose size was read off a count of the recordings."""
     return [
-        *ranked(study, explained),
+        *ranked(study, found),
         *[RankedEffect(candidate, 1.0, (), np.nan) for candidate, _ in counts],
     ]
 
@@ -226,7 +225,7 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
     )
 
 
-def _there_before(found: SearchResult) -> list[str]:
+def _there_before(found: Found) -> list[str]:
     """Return the effects of the model that a recording from before a change shows too, with their places."""
     return [f"{one.name} at {one.at}" for one in found.model.candidates if one.part in found.there_before]
 
@@ -262,7 +261,7 @@ def recording_fault(question: Question, faults: Sequence[Finding], findings: tup
     )
 
 
-def _values_moved(study: Study, found: SearchResult, given: dict[str, float]) -> bool:
+def _values_moved(study: Study, found: Found, given: dict[str, float]) -> bool:
     """Return whether other values of the uncertain parameters predict the recordings much better than the given ones do."""
     experiment = study.estimation
     constant = {name: given[name] for name in experiment.machine.uncertain}
@@ -271,12 +270,12 @@ def _values_moved(study: Study, found: SearchResult, given: dict[str, float]) ->
     return is_clear(moved, study.method) and moved.share > study.method.share_of_all
 
 
-def _not_of_the_lesson(experiment: Experiment, found: SearchResult) -> list[Free]:
+def _not_of_the_lesson(experiment: Experiment, found: Found) -> list[Free]:
     """Return what is free in the baseline beside the lesson's uncertain values: how a recording starts."""
     return [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
 
 
-def _baseline(experiment: Experiment, found: SearchResult, values: Estimates) -> dict[str, BaselineValue]:
+def _baseline(experiment: Experiment, found: Found, values: Estimates) -> dict[str, BaselineValue]:
     result = {}
     for item in found.baseline.fitted.free:
         if item.name not in experiment.machine.uncertain:

@@ -16,9 +16,8 @@ from lathesim.diagnosis.preparation import Prepared, prepare
 from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.recording_checks.checks import against_model, of_a_slow_log, with_a_wrong_unit
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.verdict.added_signals import agrees, with_added_signals
-from lathesim.diagnosis.verdict.outcome import as_search_result
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
 from lathesim.identification.execution.budget import Progress
@@ -45,8 +44,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
     study = with_possible_sizes(Study(prepared.experiment, prepared.validation, question.method, progress, prepared.before))
     progress("fitting the lesson as it stands")
-    explained = explain(study)
-    found = replace(as_search_result(study, explained), controller=prepared.controller)
+    found = replace(explain(study), controller=prepared.controller)
     if not found.model.candidates and (
         faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None)
     ):
@@ -56,7 +54,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     implausible = bool(deviations(found.model.fitted).max(initial=0.0) > IMPLAUSIBLE)
     if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=implausible):
         return recording_fault(prepared.question, faults, prepared.findings, began)
-    answer = describe(replace(study, progress=progress), prepared, explained, found, values)
+    answer = describe(replace(study, progress=progress), prepared, found, values)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
@@ -67,7 +65,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     return replace(answer, wall_time=spent, complete=complete)
 
 
-def _untried(prepared: Prepared, found: SearchResult) -> tuple[str, ...]:
+def _untried(prepared: Prepared, found: Found) -> tuple[str, ...]:
     """Return the candidates that a search which was stopped had not fitted."""
     if found.complete:
         return ()

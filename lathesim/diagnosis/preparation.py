@@ -22,7 +22,7 @@ from lathesim.diagnosis.recording_checks.controller_value import controller_valu
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
 from lathesim.diagnosis.records.controller_value import ControllerValue
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
@@ -157,7 +157,7 @@ def as_given(experiment: Experiment) -> dict[str, float]:
     return {item.name: item.given for item in baseline_free(experiment.machine)}
 
 
-def as_measured(experiment: Experiment, found: SearchResult) -> Fitted:
+def as_measured(experiment: Experiment, found: Found) -> Fitted:
     """Return the values as the lesson has them, with the start of the recording fitted."""
     constant = {item.name: item.given for item in found.baseline.fitted.free if item.name in experiment.machine.uncertain}
     starts = experiment.start_states(experiment.sensed.plan)
@@ -169,7 +169,7 @@ def slow_log(question: Question) -> bool:
     return any(finding.kind in ("coarse", "interpolated") for finding in question.fitted.findings)
 
 
-def other_laws(question: Question, found: SearchResult, experiment: Experiment, validation: Experiment) -> list[AnotherLaw]:
+def other_laws(question: Question, found: Found, experiment: Experiment, validation: Experiment) -> list[AnotherLaw]:
     """Return the controllers that have another law; a slower log, or a reading that is late, makes another one of the lesson's own."""
     if slow_log(question) or any(candidate.effect.identification.delay for candidate in found.model.candidates):
         return []

@@ -6,7 +6,6 @@ same. What is compiled ahead is not measured. Runs are a multiple of 16, but for
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import statistics
 import subprocess
@@ -21,12 +20,12 @@ import numpy as np
 
 from lathesim.cli.speed.bench_rows import Tell, cpu_seconds, measured_on, measured_on_line, seconds_text
 from lathesim.cli.writing import Result
-from lathesim.engine.assembly import FloatArray, Wire
+from lathesim.engine.assembly import FloatArray
 from lathesim.engine.fusing.lane_text import LANES
 from lathesim.engine.running import batch, lanes
 from lathesim.engine.running.batch import Batch
-from lathesim.engine.wiring import Plan, wire
-from tests.benchmarks.servo_axis import RECORDED, SECONDS, VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
+from lathesim.engine.wiring import Plan
+from tests.benchmarks.servo_axis import VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
 
 ALONE = 12
 """Runs that are made one by one."""
@@ -157,7 +156,7 @@ def _command_works(quick: bool) -> list[Work]:
         ("01_contour_error", "x_controller.proportional", "max_contour_error"),
     )
     found = [_sweep(*given, _in_lanes(1000 // share)) for given in sweeps]
-    return [*found, _emulation(_in_lanes(5000 // share)), _replicates()]
+    return [*found, _emulation(_in_lanes(5000 // share))]
 
 
 def _in_lanes(runs: int) -> int:
@@ -196,29 +195,6 @@ def _emulation(runs: int) -> Work:
     names = [item.name for item in free_values(lesson, prepared.plan, (), 4.0)]
     replica = Replica([Setting("G1", prepared.machinery, ("x_axis.position", "y_axis.position"), np.arange(0.0, 25.0, 0.1))], names)
     return Work(f"{runs} runs of the emulation of G1", 5.0, spread(prepared.plan, names, runs), replica.readings)
-
-
-def _replicates() -> Work:
-    """Return replicates of a recording of the axis with stick-slip, with as many steps as a diagnosis takes."""
-    from lathesim.effects.friction import CoulombFriction
-    from lathesim.engine.running.run import run
-    from lathesim.identification.replay.experiment import Machine, build_experiments
-    from lathesim.identification.replay.replicates import replicates
-
-    sticking, sound = servo_plan("stick-slip").assembly, servo_plan().assembly
-    record = run(wire(dataclasses.replace(sticking, record=(*RECORDED, "source.reference"))), duration=SECONDS, engine="compiled")
-    driven = "x_controller.reference"
-    parts = tuple(part for part in sound.parts if part.name != "source")
-    wires = tuple(item if item.target != driven else Wire(driven, constant=0.0) for item in sound.wires)
-    machine = Machine(dataclasses.replace(sound, parts=parts, wires=wires, record=None), (driven,), RECORDED, {}, {})
-    recording = record.with_channel(driven, "m", record["source.reference"])
-    (experiment,) = build_experiments(machine, [("servo", recording)], [CoulombFriction])
-    found = next(item for item in experiment.candidates if item.at == "x_axis")
-
-    def repeat(values: FloatArray) -> None:
-        replicates(experiment, [found], dict.fromkeys(found.parameters, 20.0), [], len(values), finer=4.0)
-
-    return Work("50 replicates", 5.0, np.zeros((50, 0)), repeat)
 
 
 def _against_c(rounds: int) -> LaneFigure:

@@ -21,8 +21,7 @@ from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import STANDARD
-from lathesim.diagnosis.records.search import SearchResult
-from lathesim.diagnosis.verdict.outcome import as_search_result
+from lathesim.diagnosis.records.search import Found
 from lathesim.effects.drive_errors import TorqueRipple
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction
@@ -146,10 +145,9 @@ def study(estimation: Experiment, validation: Experiment) -> Study:
     return Study(estimation, validation, STANDARD, lambda text: None)
 
 
-def searched(estimation: Experiment, validation: Experiment) -> SearchResult:
+def searched(estimation: Experiment, validation: Experiment) -> Found:
     """Return what a search of two recordings finds."""
-    asked = study(estimation, validation)
-    return as_search_result(asked, explain(asked))
+    return explain(study(estimation, validation))
 
 
 LESSON = """\

@@ -39,7 +39,7 @@ def test_a_traced_diagnosis_gives_the_same_answer() -> None:
         answer["wall_time_s"] = None
     assert plain == told
     asked = {name for name, one in noted.items() if one.times_below or one.times_above}
-    assert {"explaining.errors", "largest_size", "share_of_all", "verdict.law_error"} <= asked
+    assert {"explaining.errors", "largest_size", "share_of_all", "verdict.within_laws"} <= asked
 
 
 def case_of(folder: Path, name: str, statistic: float, verdict: str) -> Path:

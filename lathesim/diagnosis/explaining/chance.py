@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from lathesim.diagnosis.explaining.density import Gain
 from lathesim.diagnosis.method import Method
+from lathesim.diagnosis.records.search import Gain
 
 
 def due(method: Method, parameters: int = 0) -> float:

@@ -17,11 +17,11 @@ Left out: the correlation of blocks, and the uncertainty of the shared filter.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, rfft
 
+from lathesim.diagnosis.records.search import Gain
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.noise.noise_model import NoiseModel, taper
 from lathesim.identification.records.fit import Fitted
@@ -31,20 +31,6 @@ BLOCKS = 24
 _LEAST_POWER = 1e-24
 _WORSE = 10.0
 """Nats a sample below which an explanation is worse by any amount."""
-
-
-@dataclass(frozen=True)
-class Gain:
-    """By how much a recording is likelier under one explanation than under another [nats], with one standard error."""
-
-    nats: float
-    error: float
-    share: float = 0.0
-    """Share of the error's power that is gone, in the channel where it is largest."""
-
-    def surely(self, errors: float) -> float:
-        """Return the gain less so many standard errors [nats]."""
-        return self.nats - errors * self.error
 
 
 def gain(better: Fitted, other: Fitted, *, full_band: bool) -> Gain:

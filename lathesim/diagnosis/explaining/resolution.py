@@ -7,9 +7,10 @@ from collections.abc import Sequence
 
 from lathesim.diagnosis.explaining.chance import due, is_clear, unresolved
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import Tried, over
+from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explanations.lacking_force import lacking
 from lathesim.diagnosis.location.missing_share import missing_share
+from lathesim.diagnosis.records.search import Tried
 from lathesim.identification.records.model import Model
 from lathesim.identification.signal.analysis import root_mean_square
 

@@ -8,7 +8,7 @@ put in the place of effects, and each effect is left out once: what it is worth 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,47 +18,17 @@ from lathesim.diagnosis.explaining.plausible import is_plausible
 from lathesim.diagnosis.explaining.resolution import as_good, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import Tried, modelled, over, settled_trial, tried, without
+from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, without
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations, released
 from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.screened import Screened
+from lathesim.diagnosis.records.search import Found, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import until
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import baseline_free
-
-
-@dataclass(frozen=True)
-class Found:
-    """What a search has found: the lesson with its values refitted, the explanation that predicts best, and everything that was fitted.
-
-    ``values`` is the lesson with values further off than it holds possible, where that predicts as well as any effect. By the part of an
-    effect of the model, ``worth`` is what it is worth beside the others, and ``rivals`` are what predicts as well in its place.
-    ``there_before`` are parts of effects that a recording from before a change shows too.
-    """
-
-    baseline: Model
-    model: Model
-    values: Model | None = None
-    tried: tuple[Tried, ...] = ()
-    worth: dict[str, Tried] = field(default_factory=dict)
-    rivals: dict[str, tuple[Tried, ...]] = field(default_factory=dict)
-    there_before: frozenset[str] = frozenset()
-    history: tuple[Step, ...] = ()
-    complete: bool = False
-
-    def changed(self, move: str, one: Tried, why: str, went: Sequence[Candidate] = ()) -> Found:
-        """Return the search with the model of a trial, and the step noted."""
-        came_in = () if went and one.candidate in went else (one.name,)
-        left = tuple(f"{candidate.name} at {candidate.at}" for candidate in went)
-        step = Step(move, came_in, left, one.fitted.nats, one.predicted.nats, why)
-        return replace(self, model=one.model, worth={}, rivals={}, history=(*self.history, step))
-
-    def having_tried(self, trials: Sequence[Tried]) -> Found:
-        """Return the search with further trials."""
-        return replace(self, tried=(*self.tried, *trials))
 
 
 def explain(study: Study) -> Found:

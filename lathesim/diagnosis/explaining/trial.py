@@ -3,40 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from lathesim.diagnosis.explaining.chance import due
-from lathesim.diagnosis.explaining.density import Gain, gain
+from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.starts import starts
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.screened import Screened
+from lathesim.diagnosis.records.search import Gain, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import ROUGH, fit
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.records.model import Model, is_full_band
-
-
-@dataclass(frozen=True)
-class Tried:
-    """A candidate on top of a model, or in the place of one of its effects, with what it gains on both recordings."""
-
-    candidate: Candidate
-    before: Model
-    model: Model
-    fitted: Gain
-    predicted: Gain
-
-    @property
-    def name(self) -> str:
-        """What was tried, and where."""
-        return f"{self.candidate.name} at {self.candidate.at}"
-
-    @property
-    def parameters(self) -> int:
-        """How many values were fitted that are not nothing by themselves."""
-        return len(self.candidate.parameters) - len(self.candidate.spare)
 
 
 def modelled(study: Study, candidates: tuple[Candidate, ...], fitted: Fitted) -> Model:

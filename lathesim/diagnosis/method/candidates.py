@@ -12,12 +12,6 @@ class CandidateLimits:
     """Limits of which candidates are tried, and where a search begins."""
 
     # which waves and limits are effects
-    longest_wave: Limit = Limit(3.0, "ways of the recording", "a wavelength above this is a constant or a slope")
-    longest_wave_of_force: Limit = Limit(
-        1.0, "ways of the recording",
-        "a wavelength of a force above this is a constant or a slope: a motor ripples at least once on the way",
-    )  # fmt: skip
-    several_repeat: Limit = Limit(3.0, "periods", "each of several waves tried at once must repeat this often")
     most_lost: Limit = Limit(0.3, "share of speed", "the largest load may cost at most this share of the largest speed")
 
     # where a search begins: no answer depends on these but by what is found from there

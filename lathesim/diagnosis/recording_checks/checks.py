@@ -20,7 +20,7 @@ from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import mapped_
 from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found
 from lathesim.identification.machine.roles import closes_a_loop
 from lathesim.identification.replay.controller_rate import MOST
 from lathesim.identification.replay.experiment import Experiment, Machine
@@ -68,7 +68,7 @@ def against_commands(
     return tuple(one for experiment in experiments for one in found_by(checks, [(experiment, given)], method))
 
 
-def against_model(experiments: Sequence[Experiment], found: SearchResult, method: Method, *, two_files: bool) -> tuple[Finding, ...]:
+def against_model(experiments: Sequence[Experiment], found: Found, method: Method, *, two_files: bool) -> tuple[Finding, ...]:
     """Return the first finding that the recordings do not fit the model that was found: another machine, or a change midway."""
     experiment, validation = experiments
     if two_files and (stranger := fault("another machine", another_machine(found.model, experiment, validation, method=method))):
@@ -78,14 +78,13 @@ def against_model(experiments: Sequence[Experiment], found: SearchResult, method
     return first_found(checks, judged, method)[:1]
 
 
-def with_a_wrong_unit(found: SearchResult, values: Mapping[str, float], method: Method, *, implausible: bool) -> tuple[Finding, ...]:
+def with_a_wrong_unit(found: Found, values: Mapping[str, float], method: Method, *, implausible: bool) -> tuple[Finding, ...]:
     """Return the finding that an effect which explains most is the factor of a mistaken unit.
 
     Beside implausible values of the lesson, or other effects, a factor on a reading makes up for those, and is not asked about.
     """
     credible = [] if found.far_off or implausible or len(found.model.candidates) > 1 else found.model.candidates
-    worth = {candidate.part: found.trial_of(candidate) for candidate in credible}
-    most = [one for one in credible if (trial := worth[one.part]) is not None and trial.share > method.shared.larger_part]
+    most = [one for one in credible if (worth := found.worth.get(one.part)) and worth.predicted.share > method.shared.larger_part]
     return fault("unit", wrong_unit(most, values, method=method))
 
 

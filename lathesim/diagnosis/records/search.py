@@ -1,34 +1,96 @@
-"""What a search has found, as the answer is drawn from it."""
+"""What a search has tried and found."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 from lathesim.diagnosis.records.controller_value import ControllerValue
 from lathesim.diagnosis.records.history import Step
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Model, Trial
+from lathesim.identification.records.model import Model
+from lathesim.identification.replay.experiment import POSSIBLE
 
 
 @dataclass(frozen=True)
-class SearchResult:
-    """The outcome of a search, as far as it has come: the lesson with its values refitted, the model that predicts best, all trials.
+class Gain:
+    """By how much a recording is likelier under one explanation than under another [nats], with one standard error."""
 
-    ``trials`` are, by the part of an effect of the model, what it is worth beside the others and what predicts as well in its place.
-    ``there_before`` are parts of effects that a recording from before a change shows too. ``jointly_off`` are values of the lesson that are
-    further off than it holds possible, the furthest first; ``controller`` is a value of a controller that is another one.
+    nats: float
+    error: float
+    share: float = 0.0
+    """Share of the error's power that is gone, in the channel where it is largest."""
+
+    def surely(self, errors: float) -> float:
+        """Return the gain less so many standard errors [nats]."""
+        return self.nats - errors * self.error
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate on top of a model, or in the place of one of its effects, with what it gains on both recordings."""
+
+    candidate: Candidate
+    before: Model
+    model: Model
+    fitted: Gain
+    predicted: Gain
+
+    @property
+    def name(self) -> str:
+        """What was tried, and where."""
+        return f"{self.candidate.name} at {self.candidate.at}"
+
+    @property
+    def parameters(self) -> int:
+        """How many values were fitted that are not nothing by themselves."""
+        return len(self.candidate.parameters) - len(self.candidate.spare)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search has found: the lesson with its values refitted, the explanation that predicts best, and everything that was fitted.
+
+    ``values`` is the lesson with values further off than it holds possible, where that predicts as well as any effect. By the part of an
+    effect of the model, ``worth`` is what it is worth beside the others, and ``rivals`` are what predicts as well in its place.
+    ``there_before`` are parts of effects that a recording from before a change shows too; ``controller`` is a value of a controller that
+    is another one. ``complete`` says that the search was not stopped.
     """
 
     baseline: Model
     model: Model
-    trials: Mapping[str, Sequence[Trial]] = field(default_factory=dict)
-    tried: Sequence[Trial] = ()
+    values: Model | None = None
+    tried: tuple[Tried, ...] = ()
+    worth: dict[str, Tried] = field(default_factory=dict)
+    rivals: dict[str, tuple[Tried, ...]] = field(default_factory=dict)
     there_before: frozenset[str] = frozenset()
-    jointly_off: tuple[str, ...] = ()
     controller: ControllerValue | None = None
     history: tuple[Step, ...] = ()
     complete: bool = False
+
+    def changed(self, move: str, one: Tried, why: str, went: Sequence[Candidate] = ()) -> Found:
+        """Return the search with the model of a trial, and the step noted."""
+        came_in = () if went and one.candidate in went else (one.name,)
+        left = tuple(f"{candidate.name} at {candidate.at}" for candidate in went)
+        step = Step(move, came_in, left, one.fitted.nats, one.predicted.nats, why)
+        return replace(self, model=one.model, worth={}, rivals={}, history=(*self.history, step))
+
+    def having_tried(self, trials: Sequence[Tried]) -> Found:
+        """Return the search with further trials."""
+        return replace(self, tried=(*self.tried, *trials))
+
+    @property
+    def jointly_off(self) -> tuple[str, ...]:
+        """The values that are further off than the lesson holds possible, the furthest first; none where other values do not explain."""
+        if self.values is None:
+            return ()
+        fitted = self.model.fitted
+        off = {
+            one.name: abs(value - one.given) / one.uncertainty
+            for value, one in zip(fitted.values, fitted.free, strict=True)
+            if one.given and 0.0 < one.uncertainty < float("inf")
+        }
+        return tuple(sorted((name for name, away in off.items() if away > POSSIBLE), key=lambda name: -off[name]))
 
     @property
     def far_off(self) -> tuple[str, ...]:
@@ -39,10 +101,6 @@ class SearchResult:
     def values_off(self) -> tuple[str, ...]:
         """The value of the lesson that is further off than it holds possible: a controller's, which is sure, comes first."""
         return (self.controller.name,) if self.controller else self.far_off
-
-    def trial_of(self, candidate: Candidate) -> Trial | None:
-        """Return what an effect of the model is worth beside the others; none where that is not known."""
-        return next((trial for trial in self.trials.get(candidate.part, ()) if trial.candidate.part == candidate.part), None)
 
     def holds(self, candidate: Candidate) -> bool:
         """Return whether an effect is in the model."""

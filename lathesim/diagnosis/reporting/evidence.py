@@ -12,14 +12,14 @@ from lathesim.diagnosis.location.missing_force import places
 from lathesim.diagnosis.location.missing_share import missing_signals
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, VariableBar
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found, Tried
 from lathesim.diagnosis.reporting.explanations import best_of_each
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Model, Trial
+from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import Experiment
 
 
-def gather(experiment: Experiment, validation: Experiment, found: SearchResult, own: Compared, method: Method = STANDARD) -> Evidence:
+def gather(experiment: Experiment, validation: Experiment, found: Found, own: Compared, method: Method = STANDARD) -> Evidence:
     """Return what the report draws, on the validation recording."""
     before, after = found.baseline, found.model
     return Evidence(
@@ -27,26 +27,26 @@ def gather(experiment: Experiment, validation: Experiment, found: SearchResult, 
         missing=missing_signals(validation, before, after, method=method),
         traces=tuple(_traces(validation, own)),
         wires=_wires(validation),
-        tried=tuple((_name(one.candidate), one.gain, one.validation_gain) for one in best_of_each(found.tried)),
+        tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found.tried)),
         runners_up=tuple(runners_up(found)),
     )
 
 
-def runners_up(found: SearchResult) -> Iterator[tuple[str, str, float]]:
+def runners_up(found: Found) -> Iterator[tuple[str, str, float]]:
     """Return for each effect the next best of what was tried in its place, beside the same other effects: gains of other rounds, with
     more or less of the error explained already, are none to hold it against."""
     names = {_name(candidate) for candidate in found.model.candidates}
     for candidate in found.model.candidates:
-        own = next((trial for trial in found.trials.get(candidate.part, ()) if trial.candidate.part == candidate.part), None)
+        own = found.worth.get(candidate.part)
         if own is not None:
             beside = _beside(own)
-            rivals = [trial for trial in found.tried if _beside(trial) == beside and _name(trial.candidate) not in names]
-            best = max((trial for trial in rivals if np.isfinite(trial.validation_gain)), key=_gains, default=None)
+            rivals = [trial for trial in found.tried if _beside(trial) == beside and trial.name not in names]
+            best = max((trial for trial in rivals if np.isfinite(trial.predicted.nats)), key=_gains, default=None)
             if best is not None:
-                yield _name(candidate), _name(best.candidate), own.validation_gain - best.validation_gain
+                yield _name(candidate), best.name, own.predicted.nats - best.predicted.nats
 
 
-def _beside(trial: Trial) -> set[str]:
+def _beside(trial: Tried) -> set[str]:
     return {candidate.part for candidate in trial.model.candidates if candidate.part != trial.candidate.part}
 
 
@@ -54,8 +54,8 @@ def _name(candidate: Candidate) -> str:
     return f"{candidate.name} at {candidate.at}"
 
 
-def _gains(trial: Trial) -> tuple[float, float]:
-    return trial.validation_gain, trial.gain
+def _gains(trial: Tried) -> tuple[float, float]:
+    return trial.predicted.nats, trial.fitted.nats
 
 
 def _bars(experiment: Experiment, validation: Experiment, before: Model, after: Model, method: Method = STANDARD) -> list[VariableBar]:
@@ -82,7 +82,7 @@ def _wires(experiment: Experiment) -> tuple[tuple[str, str], ...]:
     return tuple(dict.fromkeys(pairs))
 
 
-def located(validation: Experiment, found: SearchResult, evidence: Evidence, *, named: bool, method: Method = STANDARD) -> Location:
+def located(validation: Experiment, found: Found, evidence: Evidence, *, named: bool, method: Method = STANDARD) -> Location:
     """Return where the mismatch sits: the hosts of what is named, else the parts in which the replay finds it."""
     worst = places(validation, found.baseline.validation_fit)
     hosts = [candidate.at.partition(".")[0] for candidate in found.model.candidates] if named else []

@@ -7,14 +7,14 @@ from collections.abc import Iterable
 
 from lathesim.analysis.text_table import text_table
 from lathesim.diagnosis.explaining.chance import due, is_clear
-from lathesim.diagnosis.explaining.density import Gain, gain
+from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found, Tried
 from lathesim.diagnosis.reporting.number_text import NOTHING, number, plain
 from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Trial, is_full_band
+from lathesim.identification.records.model import is_full_band
 
 HEAD = ("explanation", "kind", "gain", "error", "chance", "kept", "why")
 LEGEND = (
@@ -25,7 +25,7 @@ LEGEND = (
 LESSON = "the lesson, its uncertain values refitted"
 
 
-def explanations_of(found: SearchResult, method: Method = STANDARD) -> tuple[Explanation, ...]:
+def explanations_of(found: Found, method: Method = STANDARD) -> tuple[Explanation, ...]:
     """Return the explanations of a search: the lesson, the model that was found, and every effect that was fitted."""
     model = found.model
     rows = [Explanation(LESSON, "", "lesson", 0.0, 0.0, 0.0, not model.candidates, "every gain is counted from here")]
@@ -36,35 +36,35 @@ def explanations_of(found: SearchResult, method: Method = STANDARD) -> tuple[Exp
     return (*rows, *sorted((_of_trial(trial, found, method) for trial in best_of_each(found.tried)), key=lambda one: -one.gain))
 
 
-def _of_trial(trial: Trial, found: SearchResult, method: Method) -> Explanation:
+def _of_trial(trial: Tried, found: Found, method: Method) -> Explanation:
     candidate, kept = trial.candidate, found.holds(trial.candidate)
     reason = _why_kept(candidate, found) if kept else _why_not(trial, method)
     chance = due(method, len(candidate.parameters))
-    return Explanation(candidate.name, candidate.at, "effect", trial.validation_gain, trial.validation_error, chance, kept, reason)
+    return Explanation(candidate.name, candidate.at, "effect", trial.predicted.nats, trial.predicted.error, chance, kept, reason)
 
 
-def _why_not(trial: Trial, method: Method) -> str:
+def _why_not(trial: Tried, method: Method) -> str:
     """Return what speaks against a trial, the weightiest first."""
-    if trial.gain <= due(method):
+    if trial.fitted.nats <= due(method):
         return "gains too little on the recording that is fitted to be judged"
-    if trial.validation_gain <= 0.0:
+    if trial.predicted.nats <= 0.0:
         return "predicts the held-out data worse"
-    if not is_clear(Gain(trial.validation_gain, trial.validation_error), method, len(trial.candidate.parameters)):
+    if not is_clear(trial.predicted, method, len(trial.candidate.parameters)):
         return "gains no more than chance may"
     return "another explanation of the same error predicts as well or better, or is simpler"
 
 
-def best_of_each(tried: Iterable[Trial]) -> list[Trial]:
+def best_of_each(tried: Iterable[Tried]) -> list[Tried]:
     """Return of every candidate that was tried in several ways or rounds the trial that predicts best."""
-    best: dict[str, Trial] = {}
+    best: dict[str, Tried] = {}
     for trial in tried:
-        name = _text(trial.candidate)
-        if name not in best or (trial.validation_gain, trial.gain) > (best[name].validation_gain, best[name].gain):
-            best[name] = trial
+        other = best.get(trial.name)
+        if other is None or (trial.predicted.nats, trial.fitted.nats) > (other.predicted.nats, other.fitted.nats):
+            best[trial.name] = trial
     return list(best.values())
 
 
-def _why_kept(candidate: Candidate, found: SearchResult) -> str:
+def _why_kept(candidate: Candidate, found: Found) -> str:
     steps = (step.why for step in found.history if _text(candidate) in step.came_in)
     return next(steps, "") or "it predicts better than what was tried in its place"
 

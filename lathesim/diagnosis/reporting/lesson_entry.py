@@ -11,7 +11,7 @@ from lathesim.component import Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.reporting.effect_report import declared_in
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
@@ -61,7 +61,7 @@ def without_undetermined(
     effects: Sequence[FoundEffect],
     candidates: Sequence[Candidate],
     validation: Experiment,
-    found: SearchResult,
+    found: Found,
     values: Mapping[str, float],
     method: Method = STANDARD,
 ) -> list[FoundEffect]:
@@ -95,7 +95,7 @@ def _is_not_missed(
     names: Sequence[str],
     candidate: Candidate,
     validation: Experiment,
-    found: SearchResult,
+    found: Found,
     values: Mapping[str, float],
     method: Method = STANDARD,
 ) -> bool:
@@ -110,12 +110,12 @@ def _is_not_missed(
     return bool(np.all(sizes[1] <= method.shared.hardly_more * sizes[0]))
 
 
-def _residual_sizes(validation: Experiment, found: SearchResult, values: Mapping[str, float]) -> np.ndarray:
+def _residual_sizes(validation: Experiment, found: Found, values: Mapping[str, float]) -> np.ndarray:
     fitted = on_validation(validation, found, values)
     return np.asarray(np.sqrt(np.mean(fitted.residual**2, axis=1)))
 
 
-def on_validation(validation: Experiment, found: SearchResult, values: Mapping[str, float]) -> Fitted:
+def on_validation(validation: Experiment, found: Found, values: Mapping[str, float]) -> Fitted:
     """Fit what belongs to the validation recording beside given values: its start, its phases."""
     judged = found.model.validation_fit
     own = {item.name for item in begun_anew(validation, found.model.candidates)}

@@ -15,7 +15,7 @@ import numpy as np
 from lathesim.component import Output
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.ranked_effect import RankedEffect
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.batch import Batch
@@ -42,11 +42,11 @@ class DecidingChannel:
         return f"Not isolable with these channels: record {self.channel} too, where the explanations differ by {self.apart:.0%}."
 
 
-def deciding_channel(experiment: Experiment, found: SearchResult, item: RankedEffect, method: Method) -> DecidingChannel | None:
+def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, method: Method) -> DecidingChannel | None:
     """Return the channel, the easiest to log, that tells an effect from all it is tied with; none where nothing is tied, or none does."""
-    chosen = found.trial_of(item.candidate)
+    chosen = found.worth.get(item.candidate.part)
     tied = {candidate.part for candidate in item.tied}
-    rivals = [trial.model.fitted for trial in found.trials.get(item.candidate.part, ()) if trial.candidate.part in tied]
+    rivals = [trial.model.fitted for trial in found.rivals.get(item.candidate.part, ()) if trial.candidate.part in tied]
     channels = _recordable(experiment)
     if chosen is None or not rivals or not channels:
         return None

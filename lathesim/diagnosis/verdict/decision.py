@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.diagnosis.explaining.search import Found
 from lathesim.diagnosis.records.diagnosis import VERDICTS, FoundEffect, Verdict, listed
 from lathesim.diagnosis.verdict.doubt import Doubt
-from lathesim.identification.replay.experiment import POSSIBLE
 
 
 @dataclass(frozen=True)
@@ -33,19 +31,6 @@ def decided(named: bool, doubts: Sequence[Doubt], *, tied: bool, values_differ: 
     if values_differ:
         return Decided("parameters_only", "other values of the lesson predict best")
     return Decided("no_mismatch", "no explanation predicts better than the lesson")
-
-
-def far_off(found: Found) -> tuple[str, ...]:
-    """Return the values that are further off than the lesson holds possible, the furthest first; none where other values do not explain."""
-    if found.values is None:
-        return ()
-    fitted = found.model.fitted
-    off = {
-        one.name: abs(value - one.given) / one.uncertainty
-        for value, one in zip(fitted.values, fitted.free, strict=True)
-        if one.given and 0.0 < one.uncertainty < float("inf")
-    }
-    return tuple(sorted((name for name, away in off.items() if away > POSSIBLE), key=lambda name: -off[name]))
 
 
 def sentence_of(verdict: Verdict, effects: Sequence[FoundEffect], off: Sequence[str], *, changed: bool) -> str:

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 from lathesim.diagnosis.explaining.chance import is_clear
-from lathesim.diagnosis.explaining.density import Gain
 from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explanations.of_recording import of_channels
+from lathesim.diagnosis.records.search import Gain
 from lathesim.identification.records.model import Model
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.diagnosis.explaining.chance import unresolved
-from lathesim.diagnosis.explaining.search import Found
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.ranked_effect import RankedEffect
+from lathesim.diagnosis.records.search import Found
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.noise.noise_model import NoiseModel, carried_over, white_noise
 from lathesim.identification.records.candidate import Candidate

@@ -1,4 +1,4 @@
-"""A model of a recording: the baseline with the effects accepted so far, its scores, and a candidate fitted on top of it."""
+"""A model of a recording: the baseline with the effects accepted so far, and what is said of candidates."""
 
 from __future__ import annotations
 
@@ -22,21 +22,6 @@ class Model:
     def free(self) -> list[Free]:
         """The free parameters, starting where they ended."""
         return with_start(self.fitted)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A candidate fitted on top of a model, with its gains on both recordings [nats].
-
-    ``validation_error`` is the standard error of the second, ``share`` the share of the error's power that is gone there.
-    """
-
-    candidate: Candidate
-    model: Model
-    gain: float
-    validation_gain: float
-    validation_error: float
-    share: float
 
 
 def is_full_band(candidates: Sequence[Candidate]) -> bool:

@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.records.search import SearchResult
+from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.reporting.effect_report import bounded
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, without_undetermined, written
 from lathesim.effects.friction import AsymmetricFriction
@@ -62,20 +62,20 @@ def test_every_effect_of_the_catalogue_is_written_with_units(name: str, registry
     check_units(name, next(part.component for part in assembly.parts if part.name == "it"))
 
 
-def found_with(*effects: type) -> tuple[Experiment, Experiment, SearchResult]:
+def found_with(*effects: type) -> tuple[Experiment, Experiment, Found]:
     """Return a table that rubs, searched with an effect that has more to it than the rubbing."""
     experiment, validation = experiments(recording(Hidden(dry=8.0), seed=1), recording(Hidden(dry=8.0), seed=2), effects=effects)
     return experiment, validation, searched(experiment, validation)
 
 
 @pytest.fixture(scope="module")
-def rubbing() -> tuple[Experiment, Experiment, SearchResult, Candidate]:
+def rubbing() -> tuple[Experiment, Experiment, Found, Candidate]:
     experiment, validation, found = found_with(AsymmetricFriction)
     (candidate,) = found.model.candidates
     return experiment, validation, found, candidate
 
 
-def values_of(found: SearchResult, **changed: float) -> dict[str, float]:
+def values_of(found: Found, **changed: float) -> dict[str, float]:
     (candidate,) = found.model.candidates
     return {**found.model.fitted.by_name, **{f"{candidate.part}.{name}": value for name, value in changed.items()}}
 
@@ -88,7 +88,7 @@ def told(level: Interval, difference: Interval, *undetermined: str) -> FoundEffe
 SURE, NOTHING = Interval(8.0, "N", 7.9, 8.1), Interval(0.004, "N/(m/s)", -4.0, 4.8)
 
 
-def test_what_is_not_determined_and_not_missed_is_left_out(rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+def test_what_is_not_determined_and_not_missed_is_left_out(rubbing: tuple[Experiment, Experiment, Found, Candidate]) -> None:
     experiment, validation, found, candidate = rubbing
     effect = told(SURE, NOTHING, "viscous_difference")
     (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found, viscous_difference=0.004))
@@ -97,7 +97,7 @@ def test_what_is_not_determined_and_not_missed_is_left_out(rubbing: tuple[Experi
     assert entry == {"effect": "AsymmetricFriction", "at": "x_axis", "level": "8 N", "asymmetry": "0"}
 
 
-def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Experiment, Experiment, Found, Candidate]) -> None:
     _, validation, found, candidate = rubbing
     effect = told(Interval(8.0, "N", -1.0, 17.0), Interval(40.0, "N/(m/s)", 30.0, 50.0), "level")
     (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found))
@@ -113,14 +113,14 @@ def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Experimen
     ],
     ids=["all determined", "surely not nothing", "nothing would remain"],
 )
-def test_an_effect_keeps_what_makes_it_felt(effect: FoundEffect, rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+def test_an_effect_keeps_what_makes_it_felt(effect: FoundEffect, rubbing: tuple[Experiment, Experiment, Found, Candidate]) -> None:
     _, validation, found, candidate = rubbing
     (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found))
     assert left.left_out == ()
 
 
 def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(
-    rubbing: tuple[Experiment, Experiment, SearchResult, Candidate],
+    rubbing: tuple[Experiment, Experiment, Found, Candidate],
 ) -> None:
     """Left out of the line, a level would be what the effect has where nobody names one."""
     experiment, _, found, candidate = rubbing
@@ -141,7 +141,7 @@ def test_intervals_end_where_the_declaration_does() -> None:
     assert bounded(Interval(0.5, "N", -0.4, 1.4), free) == Interval(0.5, "N", -0.4, 1.4)
 
 
-def test_a_fit_is_not_touched_by_what_is_written(rubbing: tuple[Experiment, Experiment, SearchResult, Candidate]) -> None:
+def test_a_fit_is_not_touched_by_what_is_written(rubbing: tuple[Experiment, Experiment, Found, Candidate]) -> None:
     experiment, validation, found, candidate = rubbing
     before = found.model.validation_fit.values.copy()
     without_undetermined([told(SURE, NOTHING, "viscous_difference")], [candidate], validation, found, values_of(found))
