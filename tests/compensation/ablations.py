@@ -16,9 +16,9 @@ from pathlib import Path
 
 from lathesim.analysis.register import stock_metrics
 from lathesim.cli.main import run_command_line
-from lathesim.compensation.learning.laps import course_of
-from lathesim.compensation.learning.learn import learn
-from lathesim.compensation.learning.response import learning_filter
+from lathesim.compensation.lap_response import learning_filter
+from lathesim.compensation.laps import course_of
+from lathesim.compensation.learn import learn
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
-from lathesim.compensation.learning.laps import course_of
-from lathesim.compensation.learning.learn import Learning, learn
-from lathesim.compensation.learning.response import learning_filter, path_frame
+from lathesim.compensation.lap_response import learning_filter, path_frame
+from lathesim.compensation.laps import course_of
+from lathesim.compensation.learn import Learning, learn
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry

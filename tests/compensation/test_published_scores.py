@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.analysis.register import stock_metrics
-from lathesim.compensation.training.score import SCORES, total
+from lathesim.compensation.training_question import SCORES, total
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry

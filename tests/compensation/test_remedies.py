@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
-from lathesim.compensation.path_program import program_text
-from lathesim.compensation.remedying.planning import BUILDERS
-from lathesim.compensation.remedying.repairs import REPAIRS
+from lathesim.compensation.planning import BUILDERS, REPAIRS
+from lathesim.compensation.recorded_lap import program_text
 from lathesim.effects.structure_remedies import residual_of_shaper
 from lathesim.effects.table_remedies import interpolated, residual_of_table
 from lathesim.lessons.lesson import lesson_from_text, load_lesson

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.compensation.remedying.bench import Diagnosed, Line
+from lathesim.compensation.diagnosed_machine import Diagnosed, Line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
 

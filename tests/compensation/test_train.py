@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
-from lathesim.compensation.training.methods import METHODS
-from lathesim.compensation.training.network import Shape
-from lathesim.compensation.training.question import Question, question_of
-from lathesim.compensation.training.score import SCORES
-from lathesim.compensation.training.train import train
+from lathesim.compensation.train import METHODS, train
+from lathesim.compensation.training_question import SCORES, Question, Shape, question_of
 from lathesim.components.predictive_controllers import regulated
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare

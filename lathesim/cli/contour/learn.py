@@ -16,8 +16,8 @@ from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
-    from lathesim.compensation.learning.learn import Learning
-    from lathesim.compensation.learning.recorded_lap import Outlook
+    from lathesim.compensation.learn import Learning
+    from lathesim.compensation.recorded_lap import Outlook
 
 NO_BETTER = 0.97
 """Largest ratio of the floor to the error of a lap at which a further lap is worth its time (assumed)."""
@@ -61,10 +61,10 @@ def learn(
     before, and says what the floor is: of the converter, of the encoder, or of what is not the same in each lap.
     """
     from lathesim.cli.working import working
-    from lathesim.compensation.learning.laps import course_of
-    from lathesim.compensation.learning.learn import learn as from_lap_to_lap
-    from lathesim.compensation.learning.learned_lesson import write_learned
-    from lathesim.compensation.learning.response import learning_filter
+    from lathesim.compensation.lap_response import learning_filter
+    from lathesim.compensation.laps import course_of
+    from lathesim.compensation.learn import learn as from_lap_to_lap
+    from lathesim.compensation.learn import write_learned
     from lathesim.errors import WriteError
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import keep_read_lesson, results_folder
@@ -84,7 +84,7 @@ def learn(
         own = course if model is None else course_of(prepare(loaded, registry, model, overrides), what)
         chosen = learning_filter(own, filtered=not without_filter)
         if recording is not None:
-            from lathesim.compensation.learning.recorded_lap import next_lap
+            from lathesim.compensation.recorded_lap import next_lap
 
             files, outlook = next_lap(prepared, course, chosen, recording, registry, out or results_folder(loaded, recording))
             click.echo(f"{_promised(outlook)} See {', '.join(map(str, files))}")

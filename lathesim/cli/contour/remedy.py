@@ -15,8 +15,8 @@ from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
-    from lathesim.compensation.remedying.loop_gains import LoopGain
-    from lathesim.compensation.remedying.remedy import Answer
+    from lathesim.compensation.loop_gains import LoopGain
+    from lathesim.compensation.remedying import Answer
 
 
 @click.command()
@@ -50,10 +50,10 @@ def remedy(
     records a concealed machine anew with the remedies in, and 'lathesim compare' holds the promise against the result.
     """
     from lathesim.cli.working import working
-    from lathesim.compensation.remedying.diagnosis_file import read_diagnosis
-    from lathesim.compensation.remedying.remedy import remedy as compensate
-    from lathesim.compensation.remedying.written import as_json as told_as_json
-    from lathesim.compensation.remedying.written import write_answer, write_lesson
+    from lathesim.compensation.diagnosis_file import read_diagnosis
+    from lathesim.compensation.remedying import remedy as compensate
+    from lathesim.compensation.written_remedy import as_json as told_as_json
+    from lathesim.compensation.written_remedy import write_answer, write_lesson
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import keep_read_lesson
 
@@ -66,12 +66,12 @@ def remedy(
         answer = compensate(loaded, registry, found, Path(trials), variant=variant, margin=not without_margin, seed=seed, tell=tell)
         files = write_lesson(answer, out)
         if form == "program":
-            from lathesim.compensation.remedying.closed_control import write_program
+            from lathesim.compensation.closed_control import write_program
 
             tell("mirroring the path")
             files += write_program(answer, out)
         if form == "table":
-            from lathesim.compensation.remedying.control_table import write_control_table
+            from lathesim.compensation.written_remedy import write_control_table
 
             files.append(write_control_table(answer, out))
     data = told_as_json(answer, lesson, [file.name for file in files], time.perf_counter() - began)
@@ -84,7 +84,7 @@ def remedy(
 
 def _tell(answer: Answer, files: list[Path], lasted: float) -> None:
     from lathesim.analysis.display_unit import shown_with_unit
-    from lathesim.compensation.remedying.promise import RECORDED
+    from lathesim.compensation.promise import RECORDED
 
     if answer.nothing:
         click.echo(f"{answer.nothing}\nThe lesson is written as it was. See {', '.join(map(str, files))}")

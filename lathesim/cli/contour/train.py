@@ -52,11 +52,9 @@ def train(
     All starts are told. The best is judged in each variant with the lesson's own steps, beside the regulator whose weights are zero.
     """
     from lathesim.cli.working import working
-    from lathesim.compensation.training.methods import method_named
-    from lathesim.compensation.training.network import Shape
-    from lathesim.compensation.training.question import question_of
-    from lathesim.compensation.training.score import score_named
-    from lathesim.compensation.training.train import train as search
+    from lathesim.compensation.train import method_named
+    from lathesim.compensation.train import train as search
+    from lathesim.compensation.training_question import Shape, question_of, score_named
     from lathesim.components.predictive_controllers import NeuralRegulator
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.part_tables import write_table

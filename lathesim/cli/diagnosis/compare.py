@@ -13,7 +13,7 @@ from lathesim.cli.registry import open_registry, plugins_option
 from lathesim.whole_file import make_folder
 
 if TYPE_CHECKING:
-    from lathesim.compensation.remedying.promise_check import Kept
+    from lathesim.compensation.written_remedy import Kept
     from lathesim.diagnosis.comparison.compare import Comparison
     from lathesim.lessons.lesson import Lesson
     from lathesim.plugins import Registry
@@ -79,7 +79,7 @@ def compare(
 
 def _promises(lesson: Lesson, recording: Path, registry: Registry) -> list[Kept]:
     """Return what a remedied lesson promised, held against the recording; nothing where no promise stands beside it."""
-    from lathesim.compensation.remedying.promise_check import kept_promises, promise_beside
+    from lathesim.compensation.written_remedy import kept_promises, promise_beside
 
     promise = promise_beside(lesson)
     return kept_promises(lesson, recording, registry, promise) if promise is not None else []

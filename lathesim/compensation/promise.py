@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.compensation.remedying.bench import Bench
+from lathesim.compensation.diagnosed_machine import Bench
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.position_loops import resolution_of
 from lathesim.limit import Limit

@@ -1,4 +1,4 @@
-"""The largest gain of a position loop before it is unstable, from the frequency response of the lesson's own sampled loop."""
+"""The largest gain of a position loop, with the effects that make it late and without them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from typing import cast
 
 import numpy as np
 
-from lathesim.compensation.learning.laps import Course
+from lathesim.compensation.diagnosed_machine import Diagnosed
+from lathesim.compensation.laps import LATE, Course, course_of
 from lathesim.engine.assembly import FloatArray
+from lathesim.lessons.lesson import lesson_from_text
+from lathesim.lessons.simulate import prepare
 
 _PULSE = 0.1
 """Size of the pulse that a loop is excited by [V]: far above a level of the finest converter, far below what limits one."""
@@ -93,3 +96,26 @@ def _margin(controller: str, answer: FloatArray, period: float) -> LargestGain |
     behind = float(samples @ answer)
     gain = 1.0 / (period * behind) if behind > _SETTLED_RAMP else np.inf
     return LargestGain(controller, min(factors), gain)
+
+
+@dataclass(frozen=True)
+class LoopGain:
+    """The gain of the loop of ``controller``, opened at its command [1/s]: as it is, the largest, and that without the effects."""
+
+    controller: str
+    gain: float
+    largest: float
+    largest_without: float | None
+
+
+def loop_gains(diagnosed: Diagnosed) -> tuple[LoopGain, ...]:
+    """Return the gains of the loops whose largest gain a diagnosed effect changes; none where no effect makes a loop late."""
+    if not any(entry["effect"] in {effect.__name__ for effect in LATE} for entry in diagnosed.effects):
+        return ()
+    lesson = lesson_from_text(diagnosed.text((), {}, diagnosed.folder), diagnosed.folder / "lesson.yaml")
+    course = course_of(prepare(lesson, diagnosed.registry), "voltage")
+    told = []
+    for late, without in zip(largest_gains(course), largest_gains(course, late=False), strict=True):
+        if late is not None and (without is None or abs(late.factor - without.factor) > 1e-6 * without.factor):
+            told.append(LoopGain(late.controller, late.gain, late.largest, without.largest if without is not None else None))
+    return tuple(told)

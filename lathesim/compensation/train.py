@@ -1,4 +1,4 @@
-"""The searches for weights: steepest descent, Adam, least squares, evolution. Each is a function of a question and a start."""
+"""Training: several starts by any of the searches for weights, and the best one judged beside no regulator at all."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.compensation.training.question import Question
-from lathesim.compensation.training.score import AsScored
+from lathesim.compensation.training_question import AsScored, Question
 from lathesim.engine.assembly import FloatArray
-from lathesim.errors import LessonError, nearest
+from lathesim.errors import LessonError, SimulationError, nearest
 from lathesim.identification.estimation.fit import fit
 
-Tell = Callable[[int, float], None]
+ReportStep = Callable[[int, float], None]
 _SAME = 1e-7
 """Share by which a score must still fall; below it a search is done."""
 _WORST = 1e6
@@ -37,17 +36,17 @@ class Trained:
         return not math.isfinite(self.score)
 
 
-def descent(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+def descent(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Follow the gradient downhill; a step that makes it worse is halved, one that helps grows by a half."""
     return _stepping(question, start, rounds, tell, adam=False)
 
 
-def adam(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+def adam(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Follow the gradient with momentum and a scale for each weight (Kingma, Ba, Adam, 2015, algorithm 1), steps of 0.03 that shrink."""
     return _stepping(question, start, rounds, tell, adam=True)
 
 
-def _stepping(question: Question, start: FloatArray, rounds: int, tell: Tell, *, adam: bool) -> Trained:
+def _stepping(question: Question, start: FloatArray, rounds: int, tell: ReportStep, *, adam: bool) -> Trained:
     vector, best, least = start.copy(), start.copy(), math.inf
     mean, square, step = np.zeros_like(start), np.zeros_like(start), 1.0
     way: list[float] = []
@@ -72,7 +71,7 @@ def _stepping(question: Question, start: FloatArray, rounds: int, tell: Tell, *,
     return Trained(best, least, rounds, tuple(way))
 
 
-def least_squares(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+def least_squares(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Fit the weights: the traces of the score by least squares, divided by their sizes (:class:`AsScored`)."""
     way: list[float] = []
 
@@ -86,7 +85,7 @@ def least_squares(question: Question, start: FloatArray, rounds: int, tell: Tell
     return Trained(found.values, found.cost, len(way), tuple(way))
 
 
-def evolution(question: Question, start: FloatArray, rounds: int, tell: Tell) -> Trained:
+def evolution(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Draw, score and move a cloud of weights (CMA-ES of the package ``cma``): no gradient, for scores that jump."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the package, about plots that nobody makes
@@ -109,7 +108,7 @@ def evolution(question: Question, start: FloatArray, rounds: int, tell: Tell) ->
 class Method:
     """A search and how many rounds it takes where nobody says."""
 
-    search: Callable[[Question, FloatArray, int, Tell], Trained]
+    search: Callable[[Question, FloatArray, int, ReportStep], Trained]
     rounds: int
 
 
@@ -127,3 +126,53 @@ def method_named(name: str) -> Method:
     if name not in METHODS:
         raise LessonError(f"there is no method '{name}'.", remedy=nearest(name, METHODS) or f"Methods: {', '.join(METHODS)}.")
     return METHODS[name]
+
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Training:
+    """All starts, the best of them, and its score in each situation with the lesson's own steps beside that of the zero regulator."""
+
+    starts: tuple[Trained, ...]
+    best: Trained
+    scores: dict[str, float]
+    zero: dict[str, float]
+    table: FloatArray
+
+
+def train(
+    question: Question,
+    method: Method,
+    *,
+    starts: int,
+    rounds: int | None,
+    seed: int,
+    judged: Question | None = None,
+    tell: Tell = lambda text: None,
+) -> Training:
+    """Search from several starts and return all of them with the best, judged in the situations of ``judged``, else in its own.
+
+    Raises :class:`SimulationError` where every start diverges.
+    """
+    rng = np.random.default_rng([seed, 3])
+    wanted = rounds or method.rounds
+    ended = []
+    for number in range(starts):
+
+        def told(turn: int, score: float, number: int = number) -> None:
+            tell(f"start {number + 1} of {starts}, round {turn} of {wanted}: score {score:.4g}")
+
+        ended.append(method.search(question, question.shape.start(rng), wanted, told))
+    finite = [item for item in ended if not item.diverged]
+    if not finite:
+        raise SimulationError(
+            f"the training diverges from all {starts} starts.", remedy="Lower the regulator's gain, or start anew with another --seed."
+        )
+    best = min(finite, key=lambda item: item.score)
+    judging = judged or question
+    exact = judging.scores([best.vector, np.zeros_like(best.vector)], exact=True)
+    scores = dict(zip(judging.situations, map(float, exact[0]), strict=True))
+    zero = dict(zip(judging.situations, map(float, exact[1]), strict=True))
+    return Training(tuple(ended), best, scores, zero, question.shape.table(best.vector))

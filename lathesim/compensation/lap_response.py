@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lathesim.compensation.learning.laps import Course
+from lathesim.compensation.laps import Course
 from lathesim.engine.assembly import FloatArray
 
 ComplexArray = NDArray[np.complex128]

@@ -9,15 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.compensation.remedying.bench import Bench, Diagnosed, Line
-from lathesim.compensation.remedying.diagnosis_file import Found, Named
-from lathesim.compensation.remedying.draws import draws_of
-from lathesim.compensation.remedying.loop_gains import LoopGain, loop_gains
-from lathesim.compensation.remedying.merging import merged
-from lathesim.compensation.remedying.planning import Axis, Sized, axes_of, remedies_for, sized_effects
-from lathesim.compensation.remedying.promise import DRAWS, Size, noise_of, promised
-from lathesim.compensation.remedying.repairs import repair_of
-from lathesim.compensation.remedying.tuning import deviation, tuned, with_values
+from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, Line, draws_of
+from lathesim.compensation.diagnosis_file import Found, Named
+from lathesim.compensation.loop_gains import LoopGain, loop_gains
+from lathesim.compensation.planning import Axis, Sized, axes_of, remedies_for, repair_of, sized_effects
+from lathesim.compensation.promise import DRAWS, Size, noise_of, promised
+from lathesim.compensation.tuning import deviation, merged, tuned, with_values
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.compensation.learning.laps import Course, course_of
-from lathesim.compensation.learning.response import learning_filter
-from lathesim.compensation.path_program import program_text
-from lathesim.compensation.remedying.planning import BUILDERS
-from lathesim.compensation.remedying.remedy import Answer
+from lathesim.compensation.lap_response import learning_filter
+from lathesim.compensation.laps import Course, course_of
+from lathesim.compensation.planning import BUILDERS
+from lathesim.compensation.recorded_lap import program_text
+from lathesim.compensation.remedying import Answer
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.run import run

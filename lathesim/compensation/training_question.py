@@ -1,4 +1,4 @@
-"""A lesson as a question of training: one plan, the table to be found, and the situations it is scored in."""
+"""The weights of a small network: the table of a NeuralRegulator, and the vector a search moves."""
 
 from __future__ import annotations
 
@@ -10,18 +10,140 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.compensation.training.network import Shape
-from lathesim.compensation.training.score import AsScored, Score, total
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.running.batch import Batch, Reduce
 from lathesim.engine.wiring import wire
-from lathesim.errors import LessonError, WiringError
-from lathesim.identification.estimation.fit import Problem
+from lathesim.errors import LessonError, WiringError, nearest
+from lathesim.identification.estimation.fit import Problem, Weighting
 from lathesim.identification.records.fit import Free
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
+
+INPUTS, OUTPUTS, COLUMNS = 3, 2, 7
+FIRST_RANGE = 0.1
+"""Weights and biases begin evenly within this much of zero (as published)."""
+MOST_HIDDEN = 64
+"""Hidden neurons of a network that a control computes within a sample, and whose weights a search can find (assumed)."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A network with no or one hidden layer: ``hidden`` neurons, 0 for none."""
+
+    hidden: int
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.hidden <= MOST_HIDDEN:
+            weights = self.hidden * (INPUTS + 1 + OUTPUTS) + OUTPUTS
+            fact = f"a network with {self.hidden} hidden neurons has {weights} weights, too many to be found or computed in a sample."
+            raise LessonError(fact, remedy=f"Use 0 to {MOST_HIDDEN} hidden neurons.")
+
+    @property
+    def weights(self) -> int:
+        """How many numbers a search moves."""
+        return self.hidden * (INPUTS + 1 + OUTPUTS) + OUTPUTS if self.hidden else OUTPUTS * (INPUTS + 1)
+
+    def table(self, vector: FloatArray) -> FloatArray:
+        """Return the table of a NeuralRegulator for a vector of weights."""
+        rows = np.zeros((self.hidden + OUTPUTS, COLUMNS))
+        rows[self.hidden :, 0] = 1.0
+        if self.hidden:
+            rows[: self.hidden, 1:] = vector[:-OUTPUTS].reshape(self.hidden, -1)
+            rows[self.hidden :, 1] = vector[-OUTPUTS:]
+        else:
+            rows[:, 1 : 2 + INPUTS] = vector.reshape(OUTPUTS, -1)
+        return rows
+
+    def start(self, rng: np.random.Generator) -> FloatArray:
+        """Return weights to begin with."""
+        return rng.uniform(-FIRST_RANGE, FIRST_RANGE, self.weights)
+
+
+_TINY = 1e-15
+
+
+@dataclass(frozen=True)
+class Score:
+    """A sum of sizes of channels:  score = sum of weight times size(channel).
+
+    ``channels`` holds the ending of a channel's name with its weight; ``size`` is "rms" or "largest".
+    """
+
+    name: str
+    doc: str
+    channels: tuple[tuple[str, float], ...]
+    size: str = "rms"
+
+
+SCORES = {
+    score.name: score
+    for score in (
+        Score(
+            "seed",
+            "rms contour error [m] + 0.001 rms speed error [m^2/s^2], as published",
+            ((".contour_error", 1.0), (".speed_error", 1e-3)),
+        ),
+        Score("contour", "rms contour error [m]", ((".contour_error", 1.0),)),
+        Score("largest", "largest contour error [m]", ((".contour_error", 1.0),), "largest"),
+        Score("even", "rms contour error [m] + 0.1 rms speed error [m^2/s^2]", ((".contour_error", 1.0), (".speed_error", 0.1))),
+    )
+}
+"""The scores, by name."""
+
+
+def score_named(name: str) -> Score:
+    """Return a score; :class:`LessonError` with the nearest name where there is none."""
+    if name not in SCORES:
+        raise LessonError(f"there is no score '{name}'.", remedy=nearest(name, SCORES) or f"Scores: {', '.join(SCORES)}.")
+    return SCORES[name]
+
+
+def size_of(values: FloatArray, how: str) -> float:
+    """Return the size of a channel: root mean square, or the largest magnitude."""
+    if not np.all(np.isfinite(values)):
+        return float("inf")
+    return float(np.max(np.abs(values))) if how == "largest" else float(np.sqrt(np.mean(values * values)))
+
+
+def total(score: Score, traces: Sequence[FloatArray]) -> float:
+    """Return the score of one run from the traces of its channels."""
+    return sum(weight * size_of(trace, score.size) for (_, weight), trace in zip(score.channels, traces, strict=True))
+
+
+@dataclass(frozen=True)
+class AsScored(Weighting):
+    """Traces, shape (situations, channels, samples), as they count: the squares add up to the mean score over the situations.
+
+        rms = sum_k (x_k / sqrt(N rms))^2,    largest = (x_l / sqrt(|x_l|))^2 at its sample l
+
+    Divided by the sizes at one place, their slopes are those of the score there; the second derivatives of the traces are left out.
+    """
+
+    score: Score
+
+    def power(self, residual: FloatArray) -> float:
+        """Return the mean score; infinity where a run diverged."""
+        return float(np.mean([total(self.score, traces) for traces in residual]))
+
+    def white(self, residual: FloatArray) -> FloatArray:
+        """Return the traces divided by the roots of their sizes, shape (numbers,)."""
+        return np.asarray(self.white_slopes(residual[None], residual)[:, 0])
+
+    def white_slopes(self, slopes: FloatArray, residual: FloatArray) -> FloatArray:
+        """Return slopes of traces divided by the roots of the sizes at ``residual``, shape (numbers, weights)."""
+        rows = []
+        for situation, traces in enumerate(residual):
+            for channel, (_, weight) in enumerate(self.score.channels):
+                trace, changes = traces[channel], slopes[:, situation, channel]
+                size = max(size_of(trace, self.score.size), _TINY)
+                if self.score.size == "largest":
+                    place = int(np.argmax(np.abs(trace)))
+                    trace, changes = trace[place : place + 1], changes[:, place : place + 1]
+                rows.append(changes * math.sqrt(weight / (trace.size * size * len(residual))))
+        return np.concatenate(rows, axis=1).T
+
 
 WEIGHTS = "weights"
 """Name of the table that holds the weights of a regulator."""

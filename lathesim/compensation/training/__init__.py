@@ -1,1 +1,0 @@
-"""Neural regulators: weights as numbers, the score, and the searches for them."""

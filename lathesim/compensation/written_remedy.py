@@ -1,0 +1,218 @@
+"""What is written of a remedy: lesson, JSON, the table of common controls; and its promise held against a recording."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lathesim.compensation.diagnosed_machine import Line
+from lathesim.compensation.promise import RECORDED
+from lathesim.compensation.remedying import Answer
+from lathesim.effects.effect import Effect
+from lathesim.effects.remedy import Remedy
+from lathesim.engine.running.run import run
+from lathesim.engine.wiring import wire
+from lathesim.errors import LessonError
+from lathesim.identification.machine.position_loops import loops_of
+from lathesim.json_text import parsed_json
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.recording_mapping import mapping_of
+from lathesim.lessons.simulate import prepare
+from lathesim.plugins import Registry
+from lathesim.recordings.mapping import map_recording
+from lathesim.recordings.reading import read_recording
+from lathesim.whole_file import make_folder, write_text
+
+TABLE_FILE = "control_table.txt"
+_MOST_ROWS = 400
+
+
+def write_control_table(answer: Answer, folder: Path) -> Path:
+    """Write what is to be typed into a control; return the file."""
+    lines = ["Compensation of axes, in mm, um, mm/min, V and ms. Signs: positive towards the positive direction of the axis.", ""]
+    if answer.nothing:
+        lines.append(answer.nothing)
+    for line in answer.lines:
+        axis = next((item.loop.axis for item in answer.axes if item.loop.controller == line.at), line.at)
+        lines += [f"{axis}: against {', '.join(line.answers)}", *_of(line, answer), ""]
+    lines += [f"{item.effect} at {item.at}: {item.why}." for item in answer.not_mended]
+    file = folder / TABLE_FILE
+    write_text(file, "\n".join(lines) + "\n")
+    return file
+
+
+def _of(line: Line, answer: Answer) -> list[str]:
+    value = {name: number * line.share if name in line.one_sided else number for name, number in line.values.items()}
+    if line.remedy == "BacklashShift":
+        return [f"  play                    {1e6 * value['width']:10.3f} um", f"  taken up within         {1e3 * value['spread']:10.3f} ms"]
+    if line.remedy == "FrictionFeedforward":
+        rows = [
+            f"  friction pulse          {1e3 * value.get('level', 0.0):10.3f} mV",
+            f"  lead                    {1e3 * value.get('lead', 0.0):10.3f} ms",
+        ]
+        return rows + _over_acceleration(line, value, answer)
+    if line.remedy in ("PitchTable", "AcrossTable"):
+        columns, points = next(iter(line.tables.values()))
+        step = max(1, len(points) // _MOST_ROWS)
+        head = "  " + "".join(f"{name + (' [mm]' if place == 0 else ' [um]'):>16}" for place, name in enumerate(columns))
+        return [head, *["  " + f"{1e3 * row[0]:16.4f}" + "".join(f"{-1e6 * error:16.4f}" for error in row[1:]) for row in points[::step]]]
+    return [f"  {name:<24}{number:.8g} {answer.bench.units(line.name)[name] if answer.bench else ''}" for name, number in value.items()]
+
+
+def _over_acceleration(line: Line, value: dict[str, float], answer: Answer) -> list[str]:
+    """Return the size of the friction pulse over the acceleration at reversal, as quadrant compensation asks for it."""
+    rows = ["  acceleration at reversal [mm/s^2]      pulse [mV]"]
+    lag = value.get("inner", 0.0)
+    for acceleration in (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0):
+        speed = 1e-3 * acceleration * max(lag, 1e-4)
+        size = value.get("level", 0.0)
+        if value.get("excess"):
+            size += value["excess"] * math.exp(-((speed / value["stribeck_velocity"]) ** value.get("shape", 1.0)))
+        rows.append(f"  {acceleration:30.0f}{1e3 * size:18.3f}")
+    return rows
+
+
+SCHEMA = "lathesim-remedy/1"
+ANSWER_FILE = "remedy.json"
+
+
+def write_lesson(answer: Answer, folder: Path) -> list[Path]:
+    """Write the lesson with its remedies (and without the effects, which the machine has by itself), its tables, and the answer."""
+    make_folder(folder)
+    bench = answer.bench
+    units = {line.name: bench.units(line.name) for line in answer.lines} if bench is not None else {}
+    text = answer.diagnosed.text(answer.lines, units, folder, with_effects=False)
+    lesson = folder / "lesson.yaml"
+    write_text(lesson, text)
+    return [lesson, *[folder / f"{line.name}_{name}.csv" for line in answer.lines for name in line.tables]]
+
+
+def as_json(answer: Answer, lesson: str, files: list[str], wall_time: float) -> dict[str, Any]:
+    """Return the answer as JSON of schema lathesim-remedy/1."""
+    return {
+        "schema": SCHEMA,
+        "lesson": lesson,
+        "nothing_to_mend": answer.nothing or None,
+        "remedies": [
+            {
+                "remedy": line.remedy,
+                "at": line.at,
+                "answers": list(line.answers),
+                "share": line.share,
+                "parameters": {name: {"value": value, "unit": answer.bench.units(line.name)[name]} for name, value in line.values.items()},
+                "tables": [f"{line.name}_{name}.csv" for name in line.tables],
+                "limits": list(_class(answer, line).limits),
+                "cannot": _class(answer, line).cannot,
+            }
+            for line in answer.lines
+            if answer.bench is not None
+        ],
+        "not_mended": [{"effect": item.effect, "at": item.at, "why": item.why} for item in answer.not_mended],
+        "loop_gains_per_s": [
+            {
+                "controller": item.controller,
+                "gain": _number(item.gain),
+                "largest": _number(item.largest),
+                "largest_without_effect": _number(item.largest_without) if item.largest_without is not None else None,
+            }
+            for item in answer.gains
+        ],
+        "cautions": list(answer.cautions),
+        "better_in_share_of_draws": answer.better_in if answer.lines else None,
+        "promise": {
+            size.name: {
+                "unit": size.unit,
+                "before": _number(size.before),
+                "after": _number(size.after),
+                "low": _number(size.low),
+                "high": _number(size.high),
+                "removed_share": _number(size.removed),
+            }
+            for size in answer.promise
+        },
+        "files": files,
+        "wall_time_s": round(wall_time, 2),
+    }
+
+
+def _class(answer: Answer, line: Line) -> Any:
+    return answer.diagnosed.registry.remedies[line.remedy]
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.8g}") if math.isfinite(value) else None
+
+
+def write_answer(data: dict[str, Any], folder: Path) -> Path:
+    """Write the answer beside the lesson, where compare and conceal --again find it."""
+    file = folder / ANSWER_FILE
+    write_text(file, json.dumps(data, indent=2) + "\n")
+    return file
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A promise and its result [``unit``]."""
+
+    name: str
+    unit: str
+    before: float
+    low: float
+    high: float
+    result: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the result lies in the promised interval."""
+        return self.low <= self.result <= self.high
+
+    @property
+    def told(self) -> str:
+        """One word for the result."""
+        if self.holds:
+            return "as promised"
+        return "better than promised" if self.result < self.low else "worse than promised: diagnose this recording anew"
+
+
+def promise_beside(lesson: Lesson) -> dict[str, Any] | None:
+    """Return the promise that stands beside a remedied lesson, or none; :class:`LessonError` where the file is something else."""
+    file = lesson.path.parent / ANSWER_FILE
+    if not file.is_file():
+        return None
+    try:
+        data = parsed_json(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        raise LessonError("the promise is no JSON file.", place=str(file), remedy="Write it with 'lathesim remedy'.") from None
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise LessonError(f"the promise has not the schema {SCHEMA}.", place=str(file), remedy="Write it with 'lathesim remedy'.")
+    return data
+
+
+def kept_promises(lesson: Lesson, recording: Path, registry: Registry, promise: dict[str, Any]) -> list[Kept]:
+    """Return each promise that the recording can tell: the deviation of the tables from where the sound machine has them."""
+    prepared = prepare(lesson, registry)
+    machinery = prepared.machinery
+    record = map_recording(read_recording(recording, registry.readers.values()), mapping_of(lesson, machinery)).record
+    neutral = {
+        f"{part.name}.{name}": value
+        for part in machinery.parts
+        if issubclass(part.component, (Effect, Remedy))
+        for name, value in part.component.neutral.items()
+    }
+    sound = run(wire(replace(machinery, record=None)), duration=prepared.duration, seed=prepared.case.seed, overrides=neutral)
+    found = []
+    for loop in loops_of(machinery):
+        if loop.table not in record:
+            continue
+        off = record[loop.table] - np.interp(record.time, sound.time, sound[loop.table])
+        results = {"rms_deviation": float(np.sqrt(np.mean(off * off))), "largest_deviation": float(np.max(np.abs(off)))}
+        for kind, result in results.items():
+            item = promise["promise"].get(f"{RECORDED}{kind} of {loop.table}")
+            if isinstance(item, dict) and item.get("low") is not None and item.get("high") is not None:
+                found.append(Kept(f"{kind} of {loop.table}", str(item["unit"]), item["before"], item["low"], item["high"], result))
+    return found
