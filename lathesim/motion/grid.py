@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.motion.axis_limits import AxisLimits
-from lathesim.motion.curve import Curve
-from lathesim.motion.joint_path import FloatArray
+from lathesim.motion.joint_path import Curve, FloatArray
 
 _LEAST_OF_A_PIECE = 8
 """Segments from one stop to the next at least: with one the axes would have no room to move."""

@@ -1,4 +1,4 @@
-"""A path given as poses of the tool, turned into a path of the axes; and the speed of the tip along a path of the axes."""
+"""A path given as poses of the tool, the speed of the tip, and how far it is from its path between samples."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from lathesim.errors import nearest
 from lathesim.motion.grid import ToolSpeed
-from lathesim.motion.joint_path import FloatArray, JointPath, MotionError
-from lathesim.motion.kinematics import Chain, Poses, inverse, tip_speed
+from lathesim.motion.joint_path import Curve, FloatArray, JointPath, MotionError
+from lathesim.motion.kinematics import Chain, Poses, forward, inverse, tip_speed
 
 _POINT = ("x", "y", "z")
 _DIRECTION = ("i", "j", "k")
@@ -54,3 +54,21 @@ def tool_speed_of(path: JointPath, chain: Chain | None) -> ToolSpeed:
         return tip_speed(known, positions[:, order], slopes[:, order])
 
     return seen_from_the_part
+
+
+_SHARES = (0.25, 0.5, 0.75)
+
+
+def path_error(chain: Chain, curve: Curve) -> FloatArray:
+    """Return the distance [m] of the tip from the straight line between the tips of neighbouring samples, the largest of each span."""
+    tips = forward(chain, curve.at(curve.knots)).points
+    ways = np.diff(tips, axis=0)
+    lengths = np.maximum(np.sum(ways * ways, axis=1), 1e-300)
+    spans = np.arange(len(ways))
+    worst = np.zeros(len(ways))
+    for share in _SHARES:
+        joints = curve.derivative(0, spans, share * np.diff(curve.knots))
+        away = forward(chain, joints).points - tips[:-1]
+        along = np.clip(np.sum(away * ways, axis=1) / lengths, 0.0, 1.0)
+        worst = np.maximum(worst, np.linalg.norm(away - along[:, None] * ways, axis=1))
+    return worst

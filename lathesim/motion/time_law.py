@@ -1,12 +1,15 @@
-"""When the axes are where on their path: s(t) as pieces of polynomials, each exact."""
+"""A path with its times: s(t) as pieces of polynomials, each exact, and the set-points sampled from it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from lathesim.motion.joint_path import FloatArray
+from lathesim.motion.joint_path import Curve, FloatArray, JointPath
+from lathesim.record import Channel, Record
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,3 +119,82 @@ def joined(laws: list[TimeLaw]) -> TimeLaw:
         for name in ("place", "speed", "acceleration", "jerk")
     ]
     return TimeLaw(np.concatenate(time), *columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """A path with its times: ``curve`` q(s) and ``law`` s(t)."""
+
+    path: JointPath
+    curve: Curve
+    law: TimeLaw
+
+    @property
+    def duration(self) -> float:
+        """Return how long the motion lasts [s]."""
+        return self.law.duration
+
+    def at(self, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return positions, velocities, accelerations and jerks of the axes at instants [s], each (instants, axes)."""
+        return motion_at(self.curve, self.law, time)
+
+
+def motion_at(curve: Curve, law: TimeLaw, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return q and its first three derivatives by t: q' s', q' s'' + q'' s'^2, q' s''' + 3 q'' s' s'' + q''' s'^3."""
+    s, v, a, j = (rate[:, None] for rate in law.at(np.asarray(time, dtype=np.float64)))
+    spans = np.clip(np.searchsorted(curve.knots, s[:, 0], side="right") - 1, 0, max(0, len(curve.knots) - 2))
+    if len(curve.stops) > 2:
+        # s at a retraction may be rounded to either side of it; which of the two directions is meant is known from the time
+        piece = np.clip(np.searchsorted(curve.knots[curve.stops], law.going_through(time), side="right") - 1, 0, len(curve.stops) - 2)
+        spans = np.clip(spans, curve.stops[piece], curve.stops[piece + 1] - 1)
+    offsets = s[:, 0] - curve.knots[spans]
+    q, q1, q2, q3 = (curve.derivative(order, spans, offsets) for order in range(4))
+    return q, q1 * v, q1 * a + q2 * v * v, q1 * j + 3.0 * q2 * v * a + q3 * v**3
+
+
+_BLOCK = 16384
+_ORDERS = (("position", ""), ("velocity", "/s"), ("acceleration", "/s^2"))
+
+
+def sample_times(duration: float, period: float) -> FloatArray:
+    """Return the instants k period from 0 up to the first at or after ``duration``; the last shows the axes at rest."""
+    count = int(np.ceil(duration / period - 1e-9)) + 1
+    return np.arange(count, dtype=np.float64) * period
+
+
+def set_points(timing: Timing, period: float) -> Record:
+    """Return positions, velocities and accelerations of the axes at every servo period [s], as channels ``x.position`` and so on."""
+    time = sample_times(timing.duration, period)
+    columns = timing.at(time)
+    channels = {
+        channel.name: Channel(channel.name, channel.unit, columns[place % 3][:, place // 3], channel.description)
+        for place, channel in enumerate(_channels(timing))
+    }
+    return Record(time, channels, _meta(timing, period))
+
+
+def save_set_points(timing: Timing, period: float, path: str | Path, more: Mapping[str, str | float | int] | None = None) -> int:
+    """Write the set-points block by block, so that memory stays bounded; return their number."""
+    from lathesim.record_writer import RecordWriter
+
+    time = sample_times(timing.duration, period)
+    with RecordWriter(path, _channels(timing), block=min(len(time), _BLOCK)) as writer:
+        for begin in range(0, len(time), _BLOCK):
+            here = time[begin : begin + _BLOCK]
+            columns = timing.at(here)
+            writer.write(here, [columns[place % 3][:, place // 3] for place in range(3 * len(timing.path.names))])
+        writer.finish({**_meta(timing, period), **(more or {})})
+    return len(time)
+
+
+def _channels(timing: Timing) -> list[Channel]:
+    empty = np.zeros(0)
+    return [
+        Channel(f"{name}.{order}", f"{unit}{per}", empty, f"{order} of the axis {name}")
+        for name, unit in zip(timing.path.names, timing.path.units, strict=True)
+        for order, per in _ORDERS
+    ]
+
+
+def _meta(timing: Timing, period: float) -> dict[str, str | float | int]:
+    return {"sample_period": period, "status": "complete", "duration": timing.duration, "kind": "set-points"}

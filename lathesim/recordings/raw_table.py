@@ -1,8 +1,8 @@
-"""What a reader finds in a file: named columns of numbers as they stand there, with the units the file tells, and nothing made up."""
+"""What a reader finds in a file: named columns of numbers as they stand there, with the units the file gives; and what a reader is."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -134,3 +134,20 @@ def as_table(
         )
     columns = {name: np.ascontiguousarray(values, dtype=np.float64) for name, values in named.items()}
     return RawTable(columns, {name: units.get(name, "") for name in columns}, path, notes, dict(constants))
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Reads one kind of file.
+
+    ``suffixes`` are the endings such files usually have, lower case with the dot. ``reads`` looks into a file, whatever its ending, and
+    says whether it is of this kind, without raising. ``read`` gives its columns and raises :class:`RecordingError` in one sentence.
+    ``rows`` counts the rows of a file that takes long to read, quickly: no fewer than it has.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    description: str
+    reads: Callable[[Path], bool]
+    read: Callable[[Path], RawTable]
+    rows: Callable[[Path], int] | None = None

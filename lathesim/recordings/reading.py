@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from lathesim.errors import RecordingError, nearest
-from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.reader import Reader
+from lathesim.recordings.raw_table import RawTable, Reader
 
 MOST_COMPARED = 1_000_000
 """Largest number of samples of a comparison or a fit: a few runs take 20 s and 0.7 GB."""

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from lathesim.recordings.formats import delimited_text, halsampler, hdf5_file, labview, long_table, matlab, matlab73, own_record
-from lathesim.recordings.reader import Reader
+from lathesim.recordings.binary_files import HDF5_READER, MATLAB73_READER, MATLAB_READER, RECORD_READER
+from lathesim.recordings.delimited_text import HALSAMPLER_READER, TEXT_READER
+from lathesim.recordings.labview import LABVIEW_READER
+from lathesim.recordings.long_table import LONG_TABLE_READER
+from lathesim.recordings.raw_table import Reader
 
 
 def stock_readers() -> list[Reader]:
     """Return every stock reader, the most particular first."""
     return [
-        own_record.READER,
-        matlab73.READER,
-        hdf5_file.READER,
-        matlab.READER,
-        labview.READER,
-        long_table.READER,
-        halsampler.READER,
-        delimited_text.READER,
+        RECORD_READER,
+        MATLAB73_READER,
+        HDF5_READER,
+        MATLAB_READER,
+        LABVIEW_READER,
+        LONG_TABLE_READER,
+        HALSAMPLER_READER,
+        TEXT_READER,
     ]

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from lathesim.identification.replay import loading
-from lathesim.recordings import raw_table
-from lathesim.recordings.formats import delimited_text
+from lathesim.recordings import delimited_text, raw_table
 from tests.cli.command import call
 
 LESSON = """\

@@ -11,8 +11,7 @@ from scipy.sparse import csr_matrix, vstack
 
 from lathesim.motion.axis_limits import AxisLimits
 from lathesim.motion.joint_path import FloatArray, JointPath
-from lathesim.motion.kinematics import Poses, inverse
-from lathesim.motion.machine_chains import CHAINS
+from lathesim.motion.kinematics import CHAINS, Poses, inverse
 
 FIVE = AxisLimits([0.04] * 3 + [np.deg2rad(60.0)] * 2, [0.2] * 3 + [10.0] * 2, [4.0] * 3 + [200.0] * 2)
 """40 mm/s, 200 mm/s2, 4 m/s3; 60 deg/s, 10 rad/s2, 200 rad/s3."""

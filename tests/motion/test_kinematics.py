@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lathesim.motion.curve import fit_curve
-from lathesim.motion.joint_path import MotionError
-from lathesim.motion.kinematics import Poses, branches, forward, inverse, tip_speed
-from lathesim.motion.machine_chains import CHAINS, chain_from
-from lathesim.motion.path_error import path_error
+from lathesim.motion.joint_path import MotionError, fit_curve
+from lathesim.motion.kinematics import CHAINS, Poses, branches, chain_from, forward, inverse, tip_speed
+from lathesim.motion.pose_path import path_error
 
 TRUNNION = CHAINS["trunnion"]
 

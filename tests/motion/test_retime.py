@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lathesim.motion.axis_limits import AxisLimits
 from lathesim.motion.retime import retime
-from lathesim.motion.timing import Timing
+from lathesim.motion.time_law import Timing
 from tests.motion.paths import FIVE, by_linear_program, helix, line, path_of, random_path, same_limits
 
 PERIOD = 1e-3

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.recordings.faults.known_factors import known_factor
-from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.reading import read_recording
+from lathesim.recordings.recorded_channel import known_factor
+from lathesim.recordings.recording_faults import recording_faults
 from lathesim.recordings.register import stock_readers
 from tests.shared_data import SHARED, needs_shared
 

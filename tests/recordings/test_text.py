@@ -147,7 +147,7 @@ def test_every_digit_is_kept(tmp_path: Path) -> None:
 def test_pieces_of_a_long_file_join_without_a_seam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = "t,x,word\n" + "".join(f"{row},{-row * 0.25},{'a' if row % 7 else ''}\n" for row in range(3000))
     whole = read(tmp_path, text)
-    monkeypatch.setattr("lathesim.recordings.formats.text_chunks.CHUNK", 1000)
+    monkeypatch.setattr("lathesim.recordings.number_rows.CHUNK", 1000)
     for ends in ("\n", "\r\n", "\r"):
         pieces = read(tmp_path, text.replace("\n", ends))
         assert np.array_equal(pieces.columns["t"], np.arange(3000.0))

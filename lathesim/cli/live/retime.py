@@ -13,7 +13,7 @@ from lathesim.cli.output_path import OutputPath
 if TYPE_CHECKING:
     from lathesim.motion.axis_limits import AxisLimits
     from lathesim.motion.kinematics import Chain
-    from lathesim.motion.timing import Timing
+    from lathesim.motion.time_law import Timing
 
 
 @click.command()
@@ -40,8 +40,8 @@ def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance
     """
     from lathesim.errors import LatheSimError
     from lathesim.motion.joint_path import read_joint_path
-    from lathesim.motion.kept_free import elastic_rate
-    from lathesim.motion.set_points import save_set_points
+    from lathesim.motion.retime import elastic_rate
+    from lathesim.motion.time_law import save_set_points
     from lathesim.units import quantity
 
     seconds = quantity(period, "s")
@@ -85,7 +85,7 @@ def timed(
     from lathesim.lessons.yaml_source import read_source
     from lathesim.motion.axis_limits import limits_from
     from lathesim.motion.joint_path import MotionError
-    from lathesim.motion.machine_chains import chain_from
+    from lathesim.motion.kinematics import chain_from
     from lathesim.motion.pose_path import joints_of, tool_speed_of
     from lathesim.motion.retime import retime as retimed
 
@@ -108,7 +108,7 @@ def timed(
 def _result(timing: Timing, limits: AxisLimits, chain: Chain | None, place: Path, count: int) -> dict[str, Any]:
     import numpy as np
 
-    from lathesim.motion.path_error import path_error
+    from lathesim.motion.pose_path import path_error
 
     steps = np.diff(timing.law.time)
     time = np.concatenate([timing.law.time[:-1] + share * steps for share in (1e-9, 0.5, 1 - 1e-9)]) if len(steps) else np.zeros(1)

@@ -20,8 +20,7 @@ def effects(name: str | None, plugin_folders: tuple[Path, ...]) -> None:
     """List the effects that can be inserted in a lesson, or show the page of one: equation, fingerprint, confusions, experiment."""
     from typing import cast
 
-    from lathesim.manual.component_page import component_page, first_sentence
-    from lathesim.manual.effect_notes import effect_notes
+    from lathesim.manual.component_page import component_page, effect_notes, first_sentence
 
     registry = open_registry(plugin_folders)
     if name is not None:

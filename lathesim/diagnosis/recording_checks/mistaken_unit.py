@@ -12,7 +12,7 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.closed_loop import SETTLING
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal.analysis import root_mean_square
-from lathesim.recordings.faults.known_factors import known_factor
+from lathesim.recordings.recorded_channel import known_factor
 
 
 def in_another_unit(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:

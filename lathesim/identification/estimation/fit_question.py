@@ -15,9 +15,9 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
-from lathesim.recordings.faults.recording_faults import recording_faults
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.reading import MOST_COMPARED
+from lathesim.recordings.recording_faults import recording_faults
 
 
 @dataclass(frozen=True, eq=False)

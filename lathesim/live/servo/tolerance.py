@@ -15,8 +15,7 @@ from lathesim.motion.axis_limits import AxisLimits
 from lathesim.motion.kinematics import Chain
 from lathesim.motion.pose_path import tool_speed_of
 from lathesim.motion.retime import retime
-from lathesim.motion.set_points import sample_times
-from lathesim.motion.timing import Timing
+from lathesim.motion.time_law import Timing, sample_times
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 

@@ -249,8 +249,7 @@ class DetectiveScreen(WorkbenchScreen):
     def _look_at_effect(self, event: OptionList.OptionHighlighted) -> None:
         from typing import Any, cast
 
-        from lathesim.manual.component_page import component_page
-        from lathesim.manual.effect_notes import effect_notes
+        from lathesim.manual.component_page import component_page, effect_notes
 
         registry = self.workbench.registry
         effect = registry.effect(self._effects[event.option_index])

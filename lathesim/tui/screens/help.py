@@ -111,8 +111,7 @@ class HelpScreen(WorkbenchScreen):
         self.show_command()
 
     def _part_page(self, kind: str, name: str) -> str:
-        from lathesim.manual.component_page import component_page
-        from lathesim.manual.effect_notes import effect_notes
+        from lathesim.manual.component_page import component_page, effect_notes
 
         registry = self.workbench.registry
         item = registry.effect(name) if kind == EFFECT else registry.component(name)

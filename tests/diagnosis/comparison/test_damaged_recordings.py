@@ -14,7 +14,7 @@ from lathesim.diagnosis.comparison.compare_text import comparison_lines
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import Registry, load_registry
-from lathesim.recordings.formats import hdf5_file
+from lathesim.recordings import binary_files
 
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 1e-3
@@ -103,7 +103,7 @@ def compared(lesson: Lesson, registry: Registry, file: Path, cases: range) -> Co
 
 
 def test_damaged_numbers_make_no_fault(lesson: Lesson, registry: Registry, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hdf5_file, "refuse_deadly_file", lambda path, script: None)  # the file itself is sound
+    monkeypatch.setattr(binary_files, "refuse_deadly_file", lambda path, script: None)  # the file itself is sound
     ended = compared(lesson, registry, tmp_path / "run.h5", range(10, 20))
     assert ended["compared"] > 3
 
@@ -112,6 +112,6 @@ def test_damaged_numbers_make_no_fault(lesson: Lesson, registry: Registry, tmp_p
 def test_a_thousand_recordings_of_damaged_numbers_make_no_fault(
     lesson: Lesson, registry: Registry, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(hdf5_file, "refuse_deadly_file", lambda path, script: None)
+    monkeypatch.setattr(binary_files, "refuse_deadly_file", lambda path, script: None)
     ended = compared(lesson, registry, tmp_path / "run.h5", range(20, 1020))
     assert ended["compared"] > 300 and ended["refused"] > 100

@@ -25,7 +25,7 @@ from lathesim.identification.replay.experiment import Experiment, build_experime
 from lathesim.identification.replay.initial_state import line_of
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.signal.analysis import root_mean_square
-from lathesim.recordings.faults.known_factors import known_factor
+from lathesim.recordings.recorded_channel import known_factor
 
 _SPEEDS = ("m/s", "rad/s")
 _ANGLES = {1.0: "radians", 0.5 / math.pi: "turns", 180.0 / math.pi: "degrees"}

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lathesim.recordings.faults.recorded_channel import RecordedChannel
-from lathesim.recordings.faults.time_shift import motion_shift, shifted_channels
+from lathesim.recordings.channel_offsets import motion_shift, shifted_channels
+from lathesim.recordings.recorded_channel import RecordedChannel
 
 SAMPLES = np.arange(4000.0)
 

@@ -13,10 +13,8 @@ import numpy as np
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
-from lathesim.recordings.formats.number_rows import RowFormat, RowParser
-from lathesim.recordings.formats.text_chunks import chunks, count_lines, head_lines
-from lathesim.recordings.raw_table import MOST_VALUES, RawTable, as_table, plain_unit, refuse_size, unique_names
-from lathesim.recordings.reader import Reader
+from lathesim.recordings.number_rows import RowFormat, RowParser, chunks, count_lines, head_lines
+from lathesim.recordings.raw_table import MOST_VALUES, RawTable, Reader, as_table, plain_unit, refuse_size, unique_names
 
 _END = "***End_of_Header***"
 _DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "space": " "}
@@ -172,4 +170,4 @@ def _number(text: str, otherwise: float) -> float:
         return otherwise
 
 
-READER = Reader("LabVIEW measurement", (".lvm",), "LabVIEW measurement", reads_lvm, read_lvm, count_lines)
+LABVIEW_READER = Reader("LabVIEW measurement", (".lvm",), "LabVIEW measurement", reads_lvm, read_lvm, count_lines)

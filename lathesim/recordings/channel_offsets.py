@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.record import FloatArray
-from lathesim.recordings.faults.common_motion import MOTION_UNITS, Pair, rate
-from lathesim.recordings.faults.recorded_channel import RecordedChannel
 from lathesim.recordings.finding import Finding
+from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, rate
 
 _LATE = 4
 """Samples by which a command may lag the measurement it is made from."""

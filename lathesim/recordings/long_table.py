@@ -13,10 +13,8 @@ import numpy as np
 
 from lathesim.record import FloatArray
 from lathesim.recordings.finding import counted
-from lathesim.recordings.formats.number_rows import NUMBER
-from lathesim.recordings.formats.text_chunks import chunks, count_lines, head_lines
-from lathesim.recordings.raw_table import RawTable, as_table, refuse_size
-from lathesim.recordings.reader import Reader
+from lathesim.recordings.number_rows import NUMBER, chunks, count_lines, head_lines
+from lathesim.recordings.raw_table import RawTable, Reader, as_table, refuse_size
 
 _BETWEEN = rb"[ \t]*[,;\t ][ \t]*"
 _NAME = rb'^[ \t]*"?([A-Za-z_][^\s,;"]*)"?'
@@ -96,4 +94,6 @@ def _at(at: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
     return found
 
 
-READER = Reader("values by name", (".csv", ".txt", ".log"), "table of numbers in text", reads_long_table, read_long_table, count_lines)
+LONG_TABLE_READER = Reader(
+    "values by name", (".csv", ".txt", ".log"), "table of numbers in text", reads_long_table, read_long_table, count_lines
+)

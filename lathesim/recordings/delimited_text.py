@@ -1,14 +1,18 @@
-"""How a text table is written, found from its first lines: what separates cells, which comma is meant, where names and units stand."""
+"""Text tables: CSV in any of its forms, and the lines that LinuxCNC's ``halsampler`` prints."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
-from lathesim.recordings.formats.number_rows import NUMBER, STAMP, RowFormat
-from lathesim.recordings.raw_table import is_unit, plain_unit, split_unit, unique_names
+import numpy as np
+
+from lathesim.record import FloatArray
+from lathesim.recordings.number_rows import NUMBER, STAMP, NumberRows, RowFormat, count_lines, head_lines, read_rows
+from lathesim.recordings.raw_table import RawTable, Reader, as_table, is_unit, plain_unit, split_unit, unique_names
 
 _NUMBER = re.compile(NUMBER)
 _VALUE = re.compile(r"[+-]?[\d.,]+([-:/.]\d+)*$|\d+([-:/.]\d+)+([ T]|$)")
@@ -198,3 +202,102 @@ def _unit_cell(text: str) -> str:
 
 _LABELS = ("unit", "units", "einheit")
 """Words that introduce a row of units and are no units."""
+
+
+def reads_text(path: Path) -> bool:
+    """Return whether a file is text with a table of numbers in it."""
+    return find_layout(head_lines(path)) is not None
+
+
+def read_text(path: Path) -> RawTable:
+    """Read a text table. Columns of text are left out; files without names get ``column_1``, ``column_2`` and so on."""
+    layout = find_layout(head_lines(path))
+    if layout is None:
+        return as_table(path, {}, {}, (), {})
+    used = [cell for cell, numeric in enumerate(layout.numeric) if numeric]
+    if not used:
+        return as_table(path, {}, {}, (), {})
+    rows = read_rows(path, layout.form, used, layout.skip)
+    notes = told(rows, [layout.names[cell] for cell in used])
+    dropped = [name for name, numeric in zip(layout.names, layout.numeric, strict=True) if not numeric and not name.startswith("column_")]
+    if dropped:
+        notes.append(f"left out, no numbers in them: {', '.join(dropped)}")
+    columns: dict[str, FloatArray] = {}
+    for cell, values in zip(used, rows.values, strict=True):
+        if len(values) and np.isnan(values).all() and layout.names[cell].startswith("column_"):
+            continue
+        columns[layout.names[cell]] = values
+    table = as_table(path, columns, dict(zip(layout.names, layout.units, strict=True)), (*_form(layout), *notes), {})
+    others = {other: name for other, cell in layout.other_names.items() if (name := layout.names[cell]) in columns}
+    return replace(table, other_names=others)
+
+
+def told(rows: NumberRows, names: list[str]) -> list[str]:
+    """Return what a person should know of the rows that were read."""
+    notes = []
+    if rows.odd_rows:
+        notes.append(f"{rows.odd_rows} rows have another number of cells, the first is line {rows.first_odd}; they count as missing")
+    if rows.cut_row:
+        notes.append("the last row is cut off and was dropped")
+    count = rows.values.shape[1]
+    notes += [f"{name}: {texts} of {count} cells hold no number" for name, texts in zip(names, rows.texts, strict=True) if texts]
+    return notes
+
+
+def _form(layout: TextLayout) -> list[str]:
+    notes = []
+    if layout.form.decimal_comma:
+        notes.append("numbers are written with a decimal comma")
+    if not layout.named:
+        notes.append("the file names no columns; they are column_1, column_2 and so on")
+    return notes
+
+
+TEXT_READER = Reader(
+    "delimited text", (".csv", ".txt", ".tsv", ".dat", ".asc", ".log"), "table of numbers in text", reads_text, read_text, count_lines
+)
+
+
+def reads_samples(path: Path) -> bool:
+    """Return whether every line is a row of numbers and bits between single blanks, as ``halsampler`` prints them."""
+    lines = [line for line in head_lines(path) if line.strip() and line.strip() != "overrun"][:200]
+    if not lines or any(mark in line for line in lines for mark in ",;\t#%"):
+        return False
+    rows = [line.split() for line in lines]
+    whole = [row for row in rows if len(row) == len(rows[0])]
+    return len(whole) >= len(rows) - 1 and all(is_number(cell) for row in whole for cell in row)
+
+
+def read_samples(path: Path) -> RawTable:
+    """Read the samples. The number of the sample that option ``-t`` puts first is called ``sample``, the rest ``column_2`` and so on.
+
+    A gap in the sample numbers (an overrun) stays visible in ``sample``, which can be mapped as the time, in thread periods.
+    """
+    lines = [line for line in head_lines(path) if line.strip() and line.strip() != "overrun"]
+    width = len(lines[0].split())
+    rows = read_rows(path, RowFormat("", False, width), range(width), 0)
+    names = [f"column_{place}" for place in range(1, width + 1)]
+    values, notes = rows.values, []
+    lost = rows.odd_rows if width > 1 else 0
+    if width > 1 and values.shape[1] > 1 and _counts(values[0]):
+        names[0] = "sample"
+        values = values[:, np.isfinite(values[0])]
+        missing = int(np.sum(np.diff(values[0]) - 1.0))
+        if missing:
+            notes.append(f"{missing} samples are missing by their numbers (overrun)")
+        lost = 0
+    notes += [note for note in told(rows, names) if lost or "number of cells" not in note]
+    return as_table(path, dict(zip(names, values, strict=True)), {}, tuple(notes), {})
+
+
+def _counts(first: FloatArray) -> bool:
+    known = first[np.isfinite(first)]
+    if len(known) < 2 or not np.array_equal(known, np.floor(known)):
+        return False
+    steps = np.diff(known)
+    return bool(np.all(steps >= 1.0) and np.median(steps) == 1.0)
+
+
+HALSAMPLER_READER = Reader(
+    "LinuxCNC halsampler", (".hal", ".halsampler", ".sampler", ".txt"), "samples of halsampler", reads_samples, read_samples, count_lines
+)

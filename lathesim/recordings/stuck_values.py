@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.recordings.faults.common_motion import MOTION_UNITS, Pair
-from lathesim.recordings.faults.recorded_channel import RecordedChannel, runs_of
 from lathesim.recordings.finding import Finding
+from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, runs_of
 
 _BEFORE = 10
 """Samples before a step in which a motion, differentiated, shows nothing of it yet."""

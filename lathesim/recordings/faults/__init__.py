@@ -1,1 +1,0 @@
-"""Faults of a recording that show in itself, without any simulation."""

@@ -1,1 +1,0 @@
-"""File formats, one reader a file, and what they share."""
