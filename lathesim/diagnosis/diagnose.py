@@ -7,15 +7,19 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from lathesim.diagnosis.answer import describe, recording_fault
+from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.plausible import with_possible_sizes
 from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.preparation import Prepared, prepare
+from lathesim.diagnosis.preparation import Prepared, as_given, prepare, with_other_sign
 from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.recording_checks.checks import against_model, of_a_slow_log, with_a_wrong_unit
+from lathesim.diagnosis.recording_checks.checks import against_model, fault, of_a_slow_log, with_a_wrong_unit
+from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import against_the_machine
 from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.verdict.added_signals import agrees, with_added_signals
 from lathesim.effects.effect import Effect
@@ -42,9 +46,9 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     prepared = prepare(question)
     if prepared.faults:
         return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
-    study = with_possible_sizes(Study(prepared.experiment, prepared.validation, question.method, progress, prepared.before))
     progress("fitting the lesson as it stands")
-    found = replace(explain(study), controller=prepared.controller)
+    study = _study(prepared, progress)
+    prepared, study, found = _with_signs(prepared, study, replace(explain(study), controller=prepared.controller))
     if not found.model.candidates and (
         faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None)
     ):
@@ -55,14 +59,44 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=implausible):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     answer = describe(replace(study, progress=progress), prepared, found, values)
+    if prepared.turned and answer.verdict in ("no_mismatch", "parameters_only"):
+        return recording_fault(prepared.question, fault("sign", " ".join(prepared.turned)), prepared.findings, began)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
     answer = with_added_signals(answer, prepared.added)
     spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
-    answer = replace(answer, validation=prepared.validation_name, findings=prepared.findings, untried=_untried(prepared, found))
+    sentence, findings = " ".join((*prepared.turned, answer.sentence)), (*prepared.findings, *prepared.turned)
+    answer = replace(answer, sentence=sentence, validation=prepared.validation_name, findings=findings, untried=_untried(prepared, found))
     return replace(answer, wall_time=spent, complete=complete)
+
+
+def _study(prepared: Prepared, progress: Progress) -> Study:
+    """Return the recordings of a question as a search takes them."""
+    return with_possible_sizes(Study(prepared.experiment, prepared.validation, prepared.question.method, progress, prepared.before))
+
+
+def _with_signs(prepared: Prepared, study: Study, found: Found) -> tuple[Prepared, Study, Found]:
+    """Return what explains the recordings best, be it with a channel of the other sign.
+
+    A channel that moves against the machine is turned round, and the search is made again: both explanations predict the same recordings.
+    """
+    if prepared.added or not found.complete:
+        return prepared, study, found
+    given = as_given(prepared.experiment)
+    for channel in against_the_machine(prepared.experiments, given, method=study.method):
+        study.progress(f"trying {channel} with the other sign")
+        turned = with_other_sign(prepared, channel)
+        study_of_turned = _study(turned, study.progress)
+        other = explain(study_of_turned)
+        fitted, predicted = over(study, other.model, found.model)
+        if other.complete and is_clear(fitted, study.method) and is_clear(predicted, study.method):
+            why = f"{channel} with the other sign predicts better by {predicted.nats:.0f} nats"
+            step = Step("other sign", (), (), fitted.nats, predicted.nats, why)
+            prepared, study = turned, study_of_turned
+            found = replace(other, controller=prepared.controller, history=(step, *other.history))
+    return prepared, study, found
 
 
 def _untried(prepared: Prepared, found: Found) -> tuple[str, ...]:

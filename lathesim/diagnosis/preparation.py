@@ -38,7 +38,7 @@ class Prepared:
     ``whole`` is the experiment of the whole file where both recordings are parts of one. ``controller`` is a value that replaces the
     lesson's; ``question`` is the one with that value. With ``faults`` the recordings are not fit to be answered, and there are no
     experiments where the reader found them. ``added`` are signals that nobody recorded and that the experiments know of; ``doubts`` are
-    the faults that there are unless the rest of the machine agrees.
+    the faults that there are unless the rest of the machine agrees. ``turned`` says which channels are read with the other sign.
     """
 
     question: Question
@@ -50,6 +50,7 @@ class Prepared:
     controller: ControllerValue | None = None
     added: tuple[UnrecordedInput, ...] = ()
     doubts: tuple[Finding, ...] = ()
+    turned: tuple[str, ...] = ()
 
     @cached_property
     def before(self) -> Experiment | None:
@@ -134,6 +135,22 @@ def _with_inputs(prepared: Prepared, given: Mapping[str, float], added: Sequence
         question = replace(question, validation=replace(question.validation, record=records[1]))
     experiments, whole, _ = _experiments(question)
     return replace(prepared, question=question, experiments=tuple(experiments), whole=whole, added=tuple(added), doubts=doubts)
+
+
+def with_other_sign(prepared: Prepared, channel: str) -> Prepared:
+    """Return the recordings with a channel of the other sign, and a sentence that says so."""
+    question = prepared.question
+    fitted = _turned(question.fitted, channel)
+    validation, before = (one and _turned(one, channel) for one in (question.validation, question.before))
+    question = replace(question, fitted=fitted, validation=validation, before=before)
+    experiments, whole, _ = _experiments(question)
+    finding = f"{channel} is recorded with the other sign. Write scale: -1 for its column."
+    return replace(prepared, question=question, experiments=tuple(experiments), whole=whole, turned=(*prepared.turned, finding))
+
+
+def _turned(recorded: Recorded, channel: str) -> Recorded:
+    column = recorded.record.channels[channel]
+    return replace(recorded, record=recorded.record.with_channel(channel, column.unit, -column.values, column.description))
 
 
 def _experiments(question: Question) -> tuple[list[Experiment], Experiment | None, str]:

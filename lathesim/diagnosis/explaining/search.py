@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.explaining.chance import is_clear
+from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.earlier import was_there_before
 from lathesim.diagnosis.explaining.plausible import is_plausible
 from lathesim.diagnosis.explaining.resolution import as_good, significant, simplest
@@ -82,11 +82,16 @@ def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:
 def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
     """Yield the search with effects added as long as one predicts better, and without those that a later one made needless."""
     while len(found.model.candidates) < study.method.most_effects:
-        trials = rounds.on(found.model)
+        model = found.model
+        trials = rounds.on(model)
         found = found.having_tried(trials)
         best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before])
         if best is None:
-            break
+            found = _with_two(study, found, trials, rounds)
+            yield found
+            if found.model is model:
+                break
+            continue
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
         study.progress(f"{best.name} predicts better by {best.predicted.nats:.0f} nats")
@@ -97,6 +102,32 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             if not significant(_worth(study, found.model, candidate, left), study):
                 found = _dropped(study, found, candidate, left)
                 yield found
+
+
+def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Rounds) -> Found:
+    """Return the search with two effects more, where neither is clear without the other; as it was where there are none.
+
+    What one effect leaves makes the gain of the other uncertain. The first explains the larger part of what is left, though not surely.
+    """
+    larger = study.method.shared.larger_part
+    near = [one for one in trials if min(one.fitted.share, one.predicted.share) > larger and is_clear(one.fitted, study.method)]
+    near = [one for one in near if one.predicted.nats > due(study.method, one.parameters)]
+    if not near or len(found.model.candidates) + 2 > study.method.most_effects:
+        return found
+    first = max(near, key=lambda one: one.predicted.nats)
+    study.progress(f"{first.name} explains {first.predicted.share:.0%}, though not surely; trying another effect beside it")
+    beside = rounds.on(first.model)
+    second = chosen(study, beside)
+    if second is None:
+        return found.having_tried(beside)
+    both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
+    worth = _worth(study, second.model, first.candidate, without(study, second.model, first.candidate))
+    if not (significant(both, study) and significant(worth, study)):
+        return found.having_tried(beside)
+    why = f"predict better by {both.predicted.nats:.0f} nats together"
+    study.progress(f"{first.name} and {second.name} {why}")
+    step = Step("add", (first.name, second.name), (), both.fitted.nats, both.predicted.nats, why)
+    return replace(found.having_tried(beside), model=second.model, worth={}, rivals={}, history=(*found.history, step))
 
 
 def chosen(study: Study, trials: Sequence[Tried]) -> Tried | None:

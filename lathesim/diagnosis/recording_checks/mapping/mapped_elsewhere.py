@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -145,11 +145,38 @@ def has_other_sign(recorded: FloatArray, made: FloatArray, method: Method = STAN
 
     A place that an open loop integrates drifts. Where a channel stands and how it drifts tells no sign, so a straight line is taken away.
     """
-    from scipy.signal import detrend
-
-    one, other = detrend(recorded), detrend(made)
+    one, other = _motions(recorded, made)
     factor = float(one @ other) / max(float(other @ other), 1e-300)
     return factor < 0.0 and root_mean_square(one - factor * other) < method.shared.left_by_cause * root_mean_square(one)
+
+
+def against_the_machine(experiments: Sequence[Experiment], values: Mapping[str, float], method: Method = STANDARD) -> list[str]:
+    """Return the channels that move against the simulated ones on every recording, the clearest first: they may have the other sign.
+
+    r^2 > dependence and r < 0, with r the correlation of both without a straight line. What the lesson left out may do the same.
+    """
+    found: dict[str, float] = {}
+    for row, name in enumerate(experiments[0].machine.compare):
+        alike = [_correlation(experiment, values, row) for experiment in experiments]
+        if max(alike) < -math.sqrt(method.shared.dependence):
+            found[name] = max(alike)
+    return sorted(found, key=lambda name: found[name])
+
+
+def _correlation(experiment: Experiment, values: Mapping[str, float], row: int) -> float:
+    """Return how alike a recorded channel and the simulated one move, -1 to 1."""
+    recorded = np.nan_to_num(experiment.sensed.recorded[row])
+    simulated = recorded - np.nan_to_num(experiment.sensed.one(values)[row])
+    begin = int(SETTLING * experiment.sensed.samples)
+    one, other = _motions(recorded[begin:], simulated[begin:])
+    return float(one @ other) / max(float(np.linalg.norm(one) * np.linalg.norm(other)), 1e-300)
+
+
+def _motions(*channels: FloatArray) -> list[FloatArray]:
+    """Return channels (samples,) without a straight line each."""
+    from scipy.signal import detrend
+
+    return [detrend(channel) for channel in channels]
 
 
 def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: Method) -> str:
