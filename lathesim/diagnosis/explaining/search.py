@@ -24,6 +24,7 @@ from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import Found, Tried
 from lathesim.engine.assembly import FloatArray
+from lathesim.identification.estimation.estimates import estimates, interval_includes_neutral
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution.budget import until
 from lathesim.identification.records.candidate import Candidate
@@ -147,10 +148,10 @@ def _worth(study: Study, model: Model, candidate: Candidate, left: Model) -> Tri
     return Tried(candidate, left, model, *over(study, model, left))
 
 
-def _dropped(study: Study, found: Found, candidate: Candidate, left: Model) -> Found:
-    study.progress(f"{candidate.name} at {candidate.at} is not needed")
+def _dropped(study: Study, found: Found, candidate: Candidate, left: Model, why: str = "the others predict as well without it") -> Found:
+    study.progress(f"{candidate.name} at {candidate.at} is not needed: {why}")
     lost = Tried(candidate, found.model, left, *over(study, left, found.model))
-    return found.changed("drop", lost, "the others predict as well without it", [candidate])
+    return found.changed("drop", lost, why, [candidate])
 
 
 def _refined(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
@@ -206,7 +207,15 @@ def _neutral(model: Model, candidate: Candidate, rest: tuple[Candidate, ...]) ->
 def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
     """Yield the search with what each effect of the model is worth and its rivals; a better or a simpler rival takes its place."""
     swaps, waiting = 0, list(found.model.candidates)
-    while waiting:
+    while True:
+        if not waiting:
+            doubtful = _undetermined(study, found)
+            if doubtful is None:
+                return
+            found = _dropped(study, found, doubtful.candidate, doubtful.before, "it explains little, and its size may be zero")
+            waiting = list(found.model.candidates)
+            yield found
+            continue
         candidate = waiting.pop(0)
         left = without(study, found.model, candidate)
         worth = _worth(study, found.model, candidate, left)
@@ -228,6 +237,18 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         alike = [one for one in good if not (is_finer(one.candidate, [candidate]) or _is_the_other_sensor(one.candidate, candidate))]
         found = replace(found, worth={**found.worth, candidate.part: worth}, rivals={**found.rivals, candidate.part: tuple(alike)})
         yield found
+
+
+def _undetermined(study: Study, found: Found) -> Tried | None:
+    """Return the effect that is worth least of those that explain the smaller part of what is left without them, and whose size may be zero
+    by both recordings together; none where there is none."""
+    larger = study.method.shared.larger_part
+    small = [one for one in found.worth.values() if min(one.fitted.share, one.predicted.share) < larger]
+    if not small:
+        return None
+    values = estimates(found.model, study.estimation, study.validation, None)
+    unsure = [one for one in small if interval_includes_neutral(one.candidate, values)]
+    return min(unsure, key=lambda one: one.predicted.nats, default=None)
 
 
 def _better(study: Study, model: Model, best: Tried, worth: Tried) -> bool:
