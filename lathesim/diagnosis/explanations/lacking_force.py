@@ -22,7 +22,6 @@ from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushe
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
 
@@ -37,13 +36,10 @@ class Lacking:
     at: str
     unit: str
     values: FloatArray
-    shows: str
-    """What it is: "force", "position", "velocity", or empty."""
-
-    @property
-    def is_force(self) -> bool:
-        """Whether it is a force on a moving part."""
-        return self.shows == "force"
+    is_force: bool = False
+    """Whether it is a force on a moving part."""
+    answers_forces: bool = False
+    """Whether forces that nobody measured change the channel, and another channel shows them better."""
 
 
 def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
@@ -60,16 +56,17 @@ def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
     ]
     at_once = _of_an_effort(experiment, fitted, name)
     if at_once is not None:
-        return Lacking(*at_once[:2], residual / at_once[2], "force")
+        return Lacking(*at_once[:2], residual / at_once[2], is_force=True)
     if not moved or not experiment.sensed.noise_shapes(fitted.by_name)[row].differences:
-        return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, _shown(experiment, name))
+        answers = any(np.any(one[row]) for one, state in zip(responses, states, strict=True) if _pushed(plan, state))
+        return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, answers_forces=answers)
     place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
     rate = undone(residual, responses[place, row] / IMPULSE * experiment.sensed.period)
     part = state.partition(".")[0]
     inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
     effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
     values = -(inertia or 1.0) * _flow_of(plan, state) * rate
-    return Lacking(effort, plan.unit(effort) if inertia else f"{plan.unit(flow)}^2", values, "force")
+    return Lacking(effort, plan.unit(effort) if inertia else f"{plan.unit(flow)}^2", values, is_force=True)
 
 
 def _of_an_effort(experiment: Experiment, fitted: Fitted, channel: str) -> tuple[str, str, float] | None:
@@ -88,15 +85,6 @@ def _of_an_effort(experiment: Experiment, fitted: Fitted, channel: str) -> tuple
         given = component.laws[law](*({**values, effort: force}.get(name, 0.0) for name in component.arguments[law]))
         told.append(given[component.output_laws()[law].index(item)] if isinstance(given, tuple) else given)
     return (f"{host}.{effort}", plan.unit(f"{host}.{effort}"), told[1] - told[0]) if told[1] != told[0] else None
-
-
-def _shown(experiment: Experiment, channel: str) -> str:
-    """Return what a channel shows of a moving part: its "position", its "velocity", or nothing."""
-    parts = {part.name: part for part in experiment.machine.assembly.parts}
-    wires = {wire.target: wire for wire in experiment.machine.assembly.wires}
-    host, _, item = measured_output(parts, wires, channel).partition(".")
-    ports = parts[host].component.ports
-    return {ports.get("displacement"): "position", ports.get("flow"): "velocity"}.get(item, "")
 
 
 def undone(residual: FloatArray, response: FloatArray, longest: int = 2000, left: float = 1e-3) -> FloatArray:

@@ -19,11 +19,13 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
 
 
-def conditions_of(experiment: Experiment) -> Conditions:
-    """Return what the machine was doing, as its sensors or its references show it, and as the lesson simulates it where neither does."""
+def conditions_of(experiment: Experiment, *, simulated: bool = False) -> Conditions:
+    """Return what the machine was doing, as its sensors or its references show it, and as the lesson simulates it where neither does, or in
+    all.
+    """
     period = experiment.machine.assembly.sample_period
     time = np.asarray(np.arange(len(experiment.record.time)) * period, dtype=np.float64)
-    moved = _moved(experiment)
+    moved = experiment.doing if simulated else _moved(experiment)
     motions, others = [], {}
     for part in experiment.machine.assembly.parts:
         ports = part.component.ports
@@ -71,7 +73,7 @@ def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, 
     """
     doubted = [one for one in fitted.free if one.name in experiment.machine.uncertain]
     here, there = (_with_doubts(one, fit, doubted) for one, fit in ((experiment, fitted), (validation, judged)))
-    moved = conditions_of(experiment), conditions_of(validation)
+    recorded, simulated = (tuple(conditions_of(one, simulated=way) for one in (experiment, validation)) for way in (False, True))
     parts = {part.name: part.component for part in experiment.machine.assembly.parts}
     found = {}
     for row, channel in enumerate(experiment.machine.compare):
@@ -80,6 +82,8 @@ def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, 
         missing, *absorbed = (lacking(experiment, one, row) for one in here)
         other, *also = (lacking(validation, one, row) for one in there)
         step = 0.0 if missing.is_force else _step(experiment, row) / math.sqrt(12.0)
+        # a recorded speed moves with the forces that nobody measured: what answers to these too would go with it
+        moved = simulated if missing.answers_forces else recorded
         conditions, held_out = (
             replace(given, absorbed=_absorbed(given, one, doubts), rings=missing.is_force)
             for given, one, doubts in zip(moved, (missing, other), (absorbed, also), strict=True)

@@ -29,7 +29,7 @@ def asked(hidden):
 def nearest(hidden):
     missing, found = asked(hidden)
     experiment = pair(hidden)[0]
-    return nearest_effects(found, experiment.candidates, conditions_of(experiment), missing.shows)[0]
+    return nearest_effects(found, experiment.candidates, conditions_of(experiment), "force" if missing.is_force else "")[0]
 
 
 def test_a_response_is_undone_whatever_the_residual_drifts_to():
@@ -55,7 +55,7 @@ def test_noise_of_a_place_is_no_longer_most_of_a_force_in_means():
 def test_the_force_that_is_lacking_is_what_was_left_out():
     experiment, fitted = pair(SPRING)[0], baselines(SPRING)[0]
     missing = lacking(experiment, fitted, 0)
-    assert (missing.at, missing.unit, missing.shows) == ("x_axis.disturbance", "N", "force")
+    assert (missing.at, missing.unit, missing.is_force) == ("x_axis.disturbance", "N", True)
     hidden = 400.0 * experiment.record[POSITION]
     means = [np.nanmean(one[: len(one) // 20 * 20].reshape(-1, 20), axis=1) for one in (missing.values, hidden)]
     assert np.corrcoef(*means)[0, 1] > 0.8
@@ -103,6 +103,6 @@ def test_a_current_that_tells_a_force_at_once_is_taken_for_that_force():
     here, there = build_experiments(led, [("fit", records[0]), ("check", records[1])], ())
     fitted, judged = (fit(one.sensed, []) for one in (here, there))
     missing, found = of_channels(here, fitted, there, judged)[CURRENT]
-    assert (missing.at, missing.unit, missing.shows) == ("x_axis.disturbance", "N", "force")
+    assert (missing.at, missing.unit, missing.is_force) == ("x_axis.disturbance", "N", True)
     assert found.terms[0].on in ("sign of velocity", "direction of the last motion")
     assert found.parts[0].size == pytest.approx(3.0, rel=0.1)

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.diagnosis import preparation
 from lathesim.diagnosis.candidates.starting_points import limit_points
+from lathesim.diagnosis.diagnose import ask
+from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.location.missing_force import missing_signal
 from lathesim.effects.drive_errors import CurrentLimit
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import build_experiments
-from lathesim.identification.replay.loading import read_for
+from lathesim.identification.estimation.transfer import transferred
+from lathesim.identification.replay.experiment import baseline_free, build_experiments
+from lathesim.identification.replay.loading import load_case, read_for
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
@@ -131,3 +135,14 @@ def test_a_limit_of_the_current_is_looked_for_below_what_the_command_grows_to(tm
     level = 0.75 * case.rig.torque / physics.torque_constant * physics.resistance / physics.amplifier
     assert float(np.min(np.abs(np.log(points / level)))) < np.log(1.3)
     assert float(points.max()) > 10.0 * level
+
+
+@pytest.mark.slow
+def test_a_current_that_answers_to_an_unknown_load_does_not_go_with_the_speed(tmp_path: Path) -> None:
+    case = next(case for case in schedule(4421, {"sound": 1}) if case.rig.name == "screw_tacho_2k")
+    folder = write_case(case, tmp_path)[0]
+    loaded = load_case(load_lesson(folder / "lesson.yaml"), [folder / "fit.csv", folder / "validate.csv"], load_registry())
+    here, there = preparation.prepare(ask("a sound axis", loaded.machine, loaded.recordings, ())).experiments
+    fitted = fit(here.sensed, [*baseline_free(here.machine), *here.start_states(here.sensed.plan)])
+    _, found = of_channels(here, fitted, there, transferred(there, fitted, ()))["x_drive.current"]
+    assert found.without_lines < 10.0
