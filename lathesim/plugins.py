@@ -50,7 +50,7 @@ class StockParts:
     @hookimpl
     def register_metrics(self) -> list[Any]:
         """Return the stock metrics."""
-        return _stock("lathesim.analysis.register", "stock_metrics")
+        return _stock("lathesim.analysis.metric", "stock_metrics")
 
     @hookimpl
     def register_recording_readers(self) -> list[Any]:

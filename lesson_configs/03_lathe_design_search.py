@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from lathesim.analysis.metrics.metric import Measured
+from lathesim.analysis.metric import Measured
 from lathesim.lessons.grading import judge
 from lathesim.lessons.lesson import find_program, load_lesson
 from lathesim.lessons.simulate import Prepared, prepare

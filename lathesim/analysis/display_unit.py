@@ -6,6 +6,7 @@ Inside the program everything is SI; this is the edge. Powers of ten only, excep
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 _STEPS: dict[str, tuple[tuple[float, str], ...]] = {
     "m": ((1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")),
@@ -58,3 +59,26 @@ def plain_number(value: float, digits: int) -> str:
     """Return a number with so many digits, large ones written out: ``130934`` rather than ``1.309e+05``."""
     text = f"{value:.{digits}g}"
     return f"{value:.0f}" if "e+" in text and abs(value) < 1e9 else text
+
+
+def text_table(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return rows, the first of which is the head, as lines with columns of one width."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]]
+
+
+BESIDE_NOTHING = 10.0
+"""Ratio of missing to acting force from which on almost nothing acts (assumed): the ratio then says nothing about the missing force."""
+
+
+def known_share(share: float) -> float:
+    """Return a share of the acting force, NaN if almost nothing acts."""
+    return share if share < BESIDE_NOTHING else math.nan
+
+
+def still_missing_at(at: str, share: float, digits: int) -> str:
+    """Return the text on the force that is still missing: ``"12.3% of what acts at x_axis.force is still missing"``."""
+    if math.isnan(known_share(share)):
+        return f"something is still missing at {at}, where next to nothing acts"
+    return f"{share:.{digits}%} of what acts at {at} is still missing"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from lathesim.analysis.metrics.circular_test import Circle, circles, circular_deviation, hysteresis
+from lathesim.analysis.circular_test import Circle, circles, circular_deviation, hysteresis
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
 from lathesim.engine.running.run import run

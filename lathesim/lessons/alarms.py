@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metrics.unstable_loop import UNSTABLE
+from lathesim.analysis.failed_run import UNSTABLE
 from lathesim.component import Output, Parameter
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.wiring import Plan

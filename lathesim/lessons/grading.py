@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lathesim.analysis.metrics.metric import Measured, Measurements, measure
-from lathesim.analysis.metrics.unstable_loop import unstable_loop
-from lathesim.analysis.part.nothing_cut import nothing_cut
+from lathesim.analysis.failed_run import nothing_cut, unstable_loop
+from lathesim.analysis.metric import Measured, Measurements, measure
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import find_lesson
 from lathesim.lessons.promises import check_goals

@@ -9,9 +9,8 @@ from itertools import chain
 from pathlib import Path
 from typing import cast
 
-from lathesim.analysis.metrics.metric import Measurements, measure
-from lathesim.analysis.metrics.unstable_loop import unstable_loop
-from lathesim.analysis.part.nothing_cut import nothing_cut
+from lathesim.analysis.failed_run import nothing_cut, unstable_loop
+from lathesim.analysis.metric import Measurements, measure
 from lathesim.engine.running.run import Sink
 from lathesim.errors import SimulationError
 from lathesim.lessons.grading import UNFINISHED, GoalResult, Judgement, judge_run

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from lathesim.analysis.part.nothing_cut import RawStock
+from lathesim.analysis.failed_run import RawStock
 from lathesim.engine.assembly import FloatArray
 from lathesim.lessons.case import Case, Given
 from lathesim.lessons.lesson import Lesson, Machine

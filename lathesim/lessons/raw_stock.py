@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lathesim.analysis.part.nothing_cut import RawStock
+from lathesim.analysis.failed_run import RawStock
 from lathesim.component import Input, Parameter
 from lathesim.engine.wiring import Plan
 

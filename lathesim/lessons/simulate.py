@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lathesim.analysis.metrics.unstable_loop import COMMANDS
+from lathesim.analysis.failed_run import COMMANDS
 from lathesim.component import Parameter, Table
 from lathesim.engine.assembly import Part
 from lathesim.engine.wiring import Plan, wire

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from lathesim.analysis.figures.sweep_figure import SweepAxis, sweep_figure
-from lathesim.analysis.metrics.cost_metrics import COST_METRICS
-from lathesim.analysis.metrics.metric import measure
-from lathesim.analysis.metrics.turning_metrics import METRICS
-from lathesim.analysis.part.surface import roughness_along
+from lathesim.analysis.experiment_figures import SweepAxis, sweep_figure
+from lathesim.analysis.metric import measure
+from lathesim.analysis.turned_part import roughness_along
+from lathesim.analysis.turning_metrics import COST_METRICS, METRICS
 from lathesim.errors import RecordError
 from lathesim.record import Channel, Record
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.analysis.figures import plots
-from lathesim.analysis.figures.figure_file import hold_ticks, write_figure
-from lathesim.analysis.figures.figure_style import dress, new_figure
+from lathesim.analysis import plots
+from lathesim.analysis.figure_style import dress, hold_ticks, new_figure, write_figure
 from tests.analysis.small_record import shoulder
 
 

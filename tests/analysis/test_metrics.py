@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from lathesim.analysis.display_unit import display_unit, shown_with_unit
-from lathesim.analysis.metrics.metric import Metric, MissingChannelError, measure
-from lathesim.analysis.part.part_shape import part_shape
-from lathesim.analysis.register import stock_metrics
+from lathesim.analysis.metric import Metric, MissingChannelError, measure, stock_metrics
+from lathesim.analysis.turned_part import part_shape
 from lathesim.record import Record
 from tests.analysis.small_record import shoulder
 

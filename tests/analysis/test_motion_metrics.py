@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.motion_metrics import reversals
+from lathesim.analysis.turning_metrics import reversals
 
 
 @pytest.mark.parametrize(

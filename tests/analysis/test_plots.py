@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.analysis.figures import plots
-from lathesim.analysis.figures.figure_style import common_unit, label, thinned
+from lathesim.analysis import plots
+from lathesim.analysis.figure_style import common_unit, label, thinned
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from tests.analysis.small_record import shoulder

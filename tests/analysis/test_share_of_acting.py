@@ -2,7 +2,7 @@
 
 import math
 
-from lathesim.analysis.share_of_acting import known_share, still_missing_at
+from lathesim.analysis.display_unit import known_share, still_missing_at
 
 
 def test_what_is_still_missing() -> None:

@@ -100,8 +100,8 @@ def _lines(series: Sequence[Series], gain: float, long: Hour, memory: dict[int, 
 
 
 def _draw(series: Sequence[Series], place: Path) -> Path:
-    from lathesim.analysis.figures.plots import save_figure
-    from lathesim.analysis.figures.scale_plot import scale_figure
+    from lathesim.analysis.experiment_figures import scale_figure
+    from lathesim.analysis.plots import save_figure
 
     make_folder(place.parent)
     save_figure(scale_figure({item.name: (item.sizes, item.seconds, item.slope) for item in series}), place)

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 import pytest
 
-from lathesim.analysis.metrics.metric import measure
+from lathesim.analysis.metric import measure
 from lathesim.cli.main import group
 from lathesim.lessons.grading import judge
 from lathesim.lessons.lesson import lesson_from_text

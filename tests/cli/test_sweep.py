@@ -35,7 +35,7 @@ wires:
 METRIC = '''\
 """How far the table is from where it should be at the end."""
 
-from lathesim.analysis.metrics.metric import Metric, signal
+from lathesim.analysis.metric import Metric, signal
 from lathesim.hookspecs import hookimpl
 
 

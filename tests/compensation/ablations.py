@@ -14,7 +14,7 @@ import re
 import tempfile
 from pathlib import Path
 
-from lathesim.analysis.register import stock_metrics
+from lathesim.analysis.metric import stock_metrics
 from lathesim.cli.main import run_command_line
 from lathesim.compensation.lap_response import learning_filter
 from lathesim.compensation.laps import course_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.circular_test import Circle, circles, circular_deviation, ellipse, hysteresis, quadrant_peaks
+from lathesim.analysis.circular_test import Circle, circles, circular_deviation, ellipse, hysteresis, quadrant_peaks
 from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate

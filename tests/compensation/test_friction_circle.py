@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.circular_test import circles
+from lathesim.analysis.circular_test import circles
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry

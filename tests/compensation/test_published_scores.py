@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.analysis.register import stock_metrics
+from lathesim.analysis.metric import stock_metrics
 from lathesim.compensation.training_question import SCORES, total
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import simulate

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import pytest
 
-from lathesim.analysis.metrics.metric import Measurements, measure
+from lathesim.analysis.metric import Measurements, measure
 from lathesim.errors import SimulationError
 from lathesim.lessons.grading import GoalResult, judge_run
 from lathesim.lessons.lesson import Lesson, load_lesson

@@ -7,7 +7,7 @@ The 8-bit converters make limit cycles, so a single result scatters by 1 % (larg
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.metric import measure
+from lathesim.analysis.metric import measure
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import Registry, load_registry

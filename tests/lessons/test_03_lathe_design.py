@@ -6,7 +6,7 @@ from types import ModuleType
 
 import pytest
 
-from lathesim.analysis.metrics.cost_metrics import weighed
+from lathesim.analysis.turning_metrics import weighed
 from lathesim.components.economy import BASE_COST, axis_cost, encoder_cost, spindle_cost, tachometer_cost
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.shipped import shipped_folder
@@ -116,7 +116,7 @@ def search() -> ModuleType:
 
 @pytest.mark.parametrize("seed", [7, 8, 9])
 def test_the_design_of_the_notes_beats_the_best_published_one_within_all_limits(seed: int, search: ModuleType, runs: Runs) -> None:
-    from lathesim.analysis.metrics.metric import measure
+    from lathesim.analysis.metric import measure
     from lathesim.lessons.grading import judge
     from lathesim.lessons.lesson import find_program
 

@@ -63,7 +63,7 @@ def test_the_force_grows_with_the_feed_to_a_power_below_one(runs: Runs) -> None:
 
 
 def test_the_roughness_is_kept_along_the_finished_part(runs: Runs) -> None:
-    from lathesim.analysis.part.surface import roughness_along
+    from lathesim.analysis.turned_part import roughness_along
 
     surface = roughness_along(runs.record("start"))
     turned = (surface.z > 0.017) & (surface.z < 0.043)

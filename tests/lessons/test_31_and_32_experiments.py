@@ -2,7 +2,7 @@
 
 import pytest
 
-from lathesim.analysis.metrics.metric import measure
+from lathesim.analysis.metric import measure
 from lathesim.lessons.grading import judge
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate

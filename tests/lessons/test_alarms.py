@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.unstable_loop import unstable_loop
+from lathesim.analysis.failed_run import unstable_loop
 from lathesim.errors import LatheSimError, SimulationError
 from lathesim.lessons.grading import UNFINISHED, grade, yardstick
 from lathesim.lessons.kept_run import run_and_keep

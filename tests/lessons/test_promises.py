@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.analysis.metrics.metric import Metric
+from lathesim.analysis.metric import Metric
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.metric import MissingChannelError, NoValueError
-from lathesim.analysis.part.waves import wave_roughness, waves_figure, waves_on_part
+from lathesim.analysis.metric import MissingChannelError, NoValueError
+from lathesim.analysis.turned_part import wave_roughness, waves_figure, waves_on_part
 from lathesim.engine.running.run import run
 from lathesim.record import Record
 from lathesim.stability.growth import rig

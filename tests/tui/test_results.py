@@ -99,7 +99,7 @@ async def test_a_file_that_cannot_be_written_is_told_and_the_rest_goes_on() -> N
 
 async def test_the_saved_figure_is_what_stands_on_the_screen(monkeypatch: pytest.MonkeyPatch) -> None:
     figures: list[Any] = []
-    monkeypatch.setattr("lathesim.analysis.figures.plots.save_figure", lambda figure, name: figures.append(figure))
+    monkeypatch.setattr("lathesim.analysis.plots.save_figure", lambda figure, name: figures.append(figure))
     async with opened() as (app, pilot):
         for variant in ("I", "II"):
             app.workbench.open_lesson("01_contour_error", variant)

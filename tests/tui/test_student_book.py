@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from textual.widgets import OptionList, Static
 
-from lathesim.analysis.metrics.metric import Measured, Measurements
+from lathesim.analysis.metric import Measured, Measurements
 from lathesim.lessons.grading import MISSED, REACHED, UNFINISHED, Judgement, grade_file, judge_run
 from lathesim.lessons.lesson import load_lesson
 from lathesim.tui.model.student_book import StudentBook

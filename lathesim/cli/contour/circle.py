@@ -37,8 +37,8 @@ def circle(
     Unequal gains of the axes cause a slanted ellipse that turns with the direction. Axes that are not square cause a slanted ellipse that
     stays. A wrong scale causes an ellipse along its axis.
     """
+    from lathesim.analysis.circular_test import ellipse, quadrant_peaks
     from lathesim.analysis.display_unit import shown_with_unit
-    from lathesim.analysis.metrics.circular_test import ellipse, quadrant_peaks
     from lathesim.cli.working import working
     from lathesim.compensation.circular_runs import circular_test
     from lathesim.lessons.lesson import load_lesson
@@ -49,8 +49,8 @@ def circle(
     with working(shown=not as_json) as tell:
         test = circular_test(prepared, contributions=not no_contributions, tell=tell)
     if save is not None:
-        from lathesim.analysis.figures.circle_figure import circle_figure
-        from lathesim.analysis.figures.plots import save_figure
+        from lathesim.analysis.path_figures import circle_figure
+        from lathesim.analysis.plots import save_figure
 
         save_figure(circle_figure(f"{loaded.title}{f', {variant}' if variant else ''}", test.ways), save)
     ellipses = {name: ellipse(way) for name, way in test.ways}

@@ -86,7 +86,7 @@ def _promises(lesson: Lesson, recording: Path, registry: Registry) -> list[Kept]
 
 
 def _drawn(comparison: Comparison, path: Path) -> Path:
-    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.plots import save_figure
     from lathesim.diagnosis.comparison.compare_figure import compare_figure
 
     make_folder(path.parent)

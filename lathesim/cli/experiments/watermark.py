@@ -56,8 +56,8 @@ def watermark(
     chosen = tuple(sorted({0.0, *asked}))
     points = frontier(loop, chosen, false_alarm, seed)
     if save is not None:
-        from lathesim.analysis.figures.plots import save_figure
-        from lathesim.analysis.figures.watermark_figure import frontier_figure
+        from lathesim.analysis.experiment_figures import frontier_figure
+        from lathesim.analysis.plots import save_figure
 
         told = [(point.watermark, point.cost, point.delay) for point in points if point.watermark > 0.0]
         save_figure(frontier_figure(told, points[0].cost, false_alarm), save)

@@ -25,8 +25,7 @@ def plot(run: Path, channels: tuple[str, ...], save: Path | None) -> int:
     A part's name alone stands for all its channels. Without --save the figures are left beside the record, and opened where there is a
     screen.
     """
-    from lathesim.analysis.figures.plots import channels_figure, overview_figure, save_figure
-    from lathesim.analysis.figures.run_plots import save_run_plots
+    from lathesim.analysis.plots import channels_figure, overview_figure, save_figure, save_run_plots
     from lathesim.lessons.grading import lesson_title
     from lathesim.record import load
 

@@ -12,7 +12,7 @@ from lathesim.cli.output_path import OutputPath
 from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
-    from lathesim.analysis.metrics.metric import Measurements
+    from lathesim.analysis.metric import Measurements
     from lathesim.cli.lessons.run_tables import Outcome
     from lathesim.lessons.lesson import Lesson
     from lathesim.lessons.simulate import Prepared
@@ -144,7 +144,7 @@ class _Runs:
         if case.recording:
             self.results[-1] |= {"recording": case.recording, "recording_findings": list(self.findings)}
         if not self.no_plots and len(record) > 1:
-            from lathesim.analysis.figures.run_plots import save_run_plots
+            from lathesim.analysis.plots import save_run_plots
 
             self.files += save_run_plots(record, path, f"{self.lesson.title}{f', case {case.case.variant}' if case.case.variant else ''}")
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from lathesim.analysis.display_unit import plain_number, shown_with_unit
-from lathesim.analysis.metrics.metric import NO_VALUE, Measured
+from lathesim.analysis.metric import NO_VALUE, Measured
 from lathesim.lessons.grading import GoalResult
 from lathesim.units import from_si, split_quantity
 

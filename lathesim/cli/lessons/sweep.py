@@ -199,8 +199,8 @@ def _extremes(ranges: Sequence[Range], points: Sequence[tuple[int, ...]], member
 def _draw(path: Path, title: str, ranges: Sequence[Range], members: Members, done: dict[int, Member]) -> None:
     import numpy as np
 
-    from lathesim.analysis.figures.plots import save_figure
-    from lathesim.analysis.figures.sweep_figure import SweepAxis, sweep_figure
+    from lathesim.analysis.experiment_figures import SweepAxis, sweep_figure
+    from lathesim.analysis.plots import save_figure
 
     if len(ranges) > 2:
         click.echo("No plot: more than two ranges are varied.")

@@ -126,8 +126,8 @@ def _write(interpreted: Program, place: Path) -> None:
 
 
 def _draw(interpreted: Program, figure: Path) -> None:
-    from lathesim.analysis.figures.plots import save_figure
-    from lathesim.analysis.figures.program_figure import program_figure
+    from lathesim.analysis.path_figures import program_figure
+    from lathesim.analysis.plots import save_figure
 
     save_figure(program_figure(Path(interpreted.name).name, map(_points, interpreted.moves)), figure)
     click.echo(f"drew {figure}", err=True)

@@ -78,8 +78,8 @@ def _modes(lesson: str | None) -> tuple[float, ...]:
 
 
 def _draw(recording: Path, cut: RecordedCut, found: CutDiagnosis, save: Path) -> None:
-    from lathesim.analysis.figures.plots import save_figure
-    from lathesim.analysis.figures.vibration_figure import vibration_figure
+    from lathesim.analysis.plots import save_figure
+    from lathesim.analysis.stability_figures import vibration_figure
     from lathesim.stability.judge import WORDS
 
     lines = [(line.frequency, line.share) for line in found.vibration.lines]

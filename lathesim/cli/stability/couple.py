@@ -60,8 +60,8 @@ def _tip(loaded: Assembly, asked: Any, as_json: bool, save: Path | None) -> None
     if is_uncertain(loaded):
         band = np.quantile(np.abs(tip_draws(loaded, asked)), [0.025, 0.975], axis=0)
     if save is not None:
-        from lathesim.analysis.figures.plots import save_figure
-        from lathesim.analysis.figures.response_figure import response_figure
+        from lathesim.analysis.plots import save_figure
+        from lathesim.analysis.stability_figures import response_figure
 
         # a peak is narrower than the lines of a table are apart
         fine = np.union1d(asked, np.linspace(asked[0], asked[-1], _LINES_OF_FIGURE))

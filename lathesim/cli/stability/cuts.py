@@ -134,8 +134,8 @@ def _tell(found: LearnedMap) -> None:
 
 
 def _draw(title: str, found: LearnedMap, comparators: bool, save: Path) -> None:
-    from lathesim.analysis.figures.learned_figure import learned_figure
-    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.plots import save_figure
+    from lathesim.analysis.stability_figures import learned_figure
 
     shown = found.grid()
     others = found.comparators() if comparators else {}

@@ -83,8 +83,8 @@ def _tried(path: Path | None) -> list[tuple[float, float, bool | None]]:
 
 
 def _draw(title: str, found: StabilityMap, cut: Cut, edges: Any, cuts: list[tuple[float, float, bool | None]], save: Path) -> None:
-    from lathesim.analysis.figures.lobes_figure import lobes_figure
-    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.plots import save_figure
+    from lathesim.analysis.stability_figures import lobes_figure
 
     figure = lobes_figure(
         title,

@@ -42,8 +42,8 @@ def modes(
         response = within(response, *read_ends("--band", band), str(file))
     found = find_modes(response, count)
     if save is not None:
-        from lathesim.analysis.figures.plots import save_figure
-        from lathesim.analysis.figures.response_figure import response_figure
+        from lathesim.analysis.plots import save_figure
+        from lathesim.analysis.stability_figures import response_figure
 
         figure = response_figure(
             f"Modes of {file.name}",

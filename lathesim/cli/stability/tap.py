@@ -43,8 +43,8 @@ def tap(
     place = out or results_folder(loaded, recording) / "tap.csv"
     write_response(found.response, place)
     if save is not None:
-        from lathesim.analysis.figures.plots import save_figure
-        from lathesim.analysis.figures.response_figure import response_figure
+        from lathesim.analysis.plots import save_figure
+        from lathesim.analysis.stability_figures import response_figure
 
         response = found.response
         save_figure(

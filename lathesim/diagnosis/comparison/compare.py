@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.analysis.share_of_acting import known_share
+from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import missing_signal, places
 from lathesim.diagnosis.location.missing_share import FORCES, missing_share

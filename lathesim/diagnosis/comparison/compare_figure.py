@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.analysis.figures.figure_style import (
+from lathesim.analysis.figure_style import (
     ALERT,
     GRID,
     INK,

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.share_of_acting import known_share
-from lathesim.analysis.text_table import text_table
+from lathesim.analysis.display_unit import known_share, shown_with_unit, text_table
 from lathesim.diagnosis.comparison.compare import Comparison
 from lathesim.diagnosis.location.order_spectrum import Line
 

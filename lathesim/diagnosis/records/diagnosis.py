@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from lathesim.analysis.share_of_acting import known_share
+from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.records.comparison import Explanation, explanation_as_json
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.history import Step

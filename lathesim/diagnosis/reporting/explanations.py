@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from lathesim.analysis.text_table import text_table
+from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.method import STANDARD, Method

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.analysis.figures.figure_style import (
+from lathesim.analysis.figure_style import (
     INK,
     MATERIAL,
     MEASURED,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import lathesim
-from lathesim.analysis.share_of_acting import known_share
+from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal, VariableBar
 from lathesim.diagnosis.reporting.answer_tables import GAIN, before_text, effect_rows

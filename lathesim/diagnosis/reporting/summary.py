@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from lathesim.analysis.share_of_acting import known_share
+from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.location.missing_share import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, MissingSignal, listed

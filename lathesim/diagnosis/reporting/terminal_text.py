@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lathesim.analysis.text_table import text_table
+from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import Diagnosis, with_unit
 from lathesim.diagnosis.reporting.answer_tables import GAIN, Rows, before_text, channel_rows, effect_rows, value_rows

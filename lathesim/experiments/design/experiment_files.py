@@ -140,8 +140,8 @@ def told_lines(found: Designed, foretold: Sequence[Foretold], folder: Path) -> I
 
 def write_experiment(found: Designed, foretold: Sequence[Foretold], folder: Path) -> dict[str, Path]:
     """Write prediction.json and the picture beside program and lesson."""
-    from lathesim.analysis.figures.experiment_figure import experiment_figure
-    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.experiment_figures import experiment_figure
+    from lathesim.analysis.plots import save_figure
 
     places = {"prediction": folder / "prediction.json", "picture": folder / "experiment.png"}
     write_text(places["prediction"], json.dumps(as_json(found, foretold), indent=2))

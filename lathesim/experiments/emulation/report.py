@@ -201,8 +201,8 @@ def _html_table(rows: Sequence[tuple[str, ...]]) -> str:
 
 def write_emulation(found: Emulation, folder: Path) -> dict[str, Path]:
     """Write lesson.yaml, report.html with its picture, and emulation.json into a folder; nothing stays half written."""
-    from lathesim.analysis.figures.emulation_figure import emulation_figure
-    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.experiment_figures import emulation_figure
+    from lathesim.analysis.plots import save_figure
 
     lesson, report = lesson_text(found, folder), report_html(found, "emulation.png")
     told = json.dumps(as_json(found), indent=2)

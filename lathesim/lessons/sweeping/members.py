@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import lathesim
-from lathesim.analysis.metrics.metric import Measurements, measure
+from lathesim.analysis.metric import Measurements, measure
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.fusing.fuse import fuse
 from lathesim.engine.running.batch import Batch

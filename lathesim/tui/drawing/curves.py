@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.analysis.display_unit import display_unit
-from lathesim.analysis.metrics.metric import find_channel
+from lathesim.analysis.metric import find_channel
 from lathesim.record import FloatArray, Record
 
 

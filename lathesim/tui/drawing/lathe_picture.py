@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lathesim.analysis.metrics.metric import find_channel
-from lathesim.analysis.part.nothing_cut import RawStock
+from lathesim.analysis.failed_run import RawStock
+from lathesim.analysis.metric import find_channel
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, trace
 
 if TYPE_CHECKING:
-    from lathesim.analysis.part.waves import Waves
+    from lathesim.analysis.turned_part import Waves
     from lathesim.lessons.simulate import Prepared
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lathesim.analysis.metrics.metric import find_channel
+from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.curves import Line
@@ -48,7 +48,7 @@ def path_lines(runs: list[tuple[str, Record]]) -> list[Line]:
 
 def wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
     """Return the waves that the last turn of each run left around the part: angle [deg] and height [um]."""
-    from lathesim.analysis.part.waves import waves_on_part
+    from lathesim.analysis.turned_part import waves_on_part
 
     lines = []
     for title, record in runs:
@@ -62,7 +62,7 @@ def wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
 
 def surface_lines(runs: list[tuple[str, Record]]) -> list[Line]:
     """Return the roughness along the part of each run: Z [mm] and R_a [um]."""
-    from lathesim.analysis.part.surface import roughness_along
+    from lathesim.analysis.turned_part import roughness_along
 
     lines = []
     for title, record in runs:

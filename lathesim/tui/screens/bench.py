@@ -15,7 +15,7 @@ from textual.widget import Widget
 from textual.widgets import Label, ProgressBar, Select, Static
 
 from lathesim.analysis.display_unit import plain_number
-from lathesim.analysis.metrics.metric import find_channel
+from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve

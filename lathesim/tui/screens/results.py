@@ -17,7 +17,7 @@ from textual.widgets import DataTable, Input, Label, SelectionList, Static
 from textual.widgets.selection_list import Selection
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metrics.metric import Measurements, find_channel, measure
+from lathesim.analysis.metric import Measurements, find_channel, measure
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve
@@ -304,8 +304,8 @@ class ResultsScreen(WorkbenchScreen):
             return
         runs = self._records()
         try:
-            from lathesim.analysis.figures.picture_figure import picture_figure
-            from lathesim.analysis.figures.plots import save_figure
+            from lathesim.analysis.picture_figure import picture_figure
+            from lathesim.analysis.plots import save_figure
 
             save_figure(picture_figure(self.query_one(TimePlot).picture(), figure_title(runs)), name)
         except LatheSimError as error:

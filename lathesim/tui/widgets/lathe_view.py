@@ -75,7 +75,7 @@ class LatheView(Widget):
         """Return the end of the part with its waves, None where the machine cuts none."""
         if self._scene.record is None:
             return None
-        from lathesim.analysis.part.waves import waves_on_part
+        from lathesim.analysis.turned_part import waves_on_part
         from lathesim.tui.drawing.lathe_picture import draw_waves
 
         try:

@@ -11,7 +11,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metrics.metric import find_channel
+from lathesim.analysis.metric import find_channel
 from lathesim.record import Record
 
 NONE = "-"

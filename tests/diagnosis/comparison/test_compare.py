@@ -234,7 +234,7 @@ def test_the_json_holds_it_all(friction: Comparison) -> None:
 
 
 def test_the_figure_shows_channels_bars_and_spectra(friction: Comparison, tmp_path: Path) -> None:
-    from lathesim.analysis.figures.plots import save_figure
+    from lathesim.analysis.plots import save_figure
 
     figure = compare_figure(friction)
     texts = [text.get_text() for panel in figure.get_axes() for text in (panel.title, panel._left_title, *panel.texts)]

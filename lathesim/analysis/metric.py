@@ -1,4 +1,4 @@
-"""What a metric is, and how a set of them is measured on a record."""
+"""What a metric is, how a set of them is measured on a record, and the stock metrics."""
 
 from __future__ import annotations
 
@@ -132,3 +132,11 @@ def signal(record: Record, *wanted: str) -> FloatArray:
     if not len(record):
         raise RecordError("not available: the record is empty")
     return record[name]
+
+
+def stock_metrics() -> dict[str, Metric]:
+    """Return the stock metrics by name, in the order in which they are shown."""
+    from lathesim.analysis.circular_test import CIRCLE_METRICS
+    from lathesim.analysis.turning_metrics import CHATTER_METRICS, COST_METRICS, METRICS, MOTION_METRICS
+
+    return {metric.name: metric for metric in (*METRICS, *COST_METRICS, *CIRCLE_METRICS, *CHATTER_METRICS, *MOTION_METRICS)}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.analysis.metrics.metric import Metric, find_channel, signal
+from lathesim.analysis.metric import Metric, find_channel, signal
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.figures.figure_file import write_figure
-from lathesim.analysis.figures.figure_style import (
+from lathesim.analysis.figure_style import (
     ALERT,
     CONTACT,
     CYCLE,
@@ -32,11 +31,12 @@ from lathesim.analysis.figures.figure_style import (
     new_figure,
     shade,
     thinned,
+    write_figure,
 )
-from lathesim.analysis.metrics.metric import find_channel
-from lathesim.analysis.metrics.turning_metrics import CONTACT as CONTACT_CHANNELS
-from lathesim.analysis.metrics.turning_metrics import CONTOUR_ERROR
-from lathesim.analysis.part.part_shape import part_shape
+from lathesim.analysis.metric import find_channel
+from lathesim.analysis.turned_part import part_shape, surface_figure, waves_figure
+from lathesim.analysis.turning_metrics import CONTACT as CONTACT_CHANNELS
+from lathesim.analysis.turning_metrics import CONTOUR_ERROR
 from lathesim.errors import RecordError, nearest
 from lathesim.record import FloatArray, Record
 from lathesim.whole_file import whole_file
@@ -293,3 +293,34 @@ def _hint(simulated: Record, measured: Record) -> str:
         if hint:
             return f"The recording has '{name}'. {hint}"
     return ""
+
+
+_FIGURES = (
+    ("path", path_figure),
+    ("contour_error", contour_error_figure),
+    ("voltages", voltages_figure),
+    ("surface", surface_figure),
+    ("waves", waves_figure),
+)
+
+
+def save_run_plots(record: Record, beside: Path, title: str) -> list[Path]:
+    """Draw what the record has the channels for, next to the record's file ``beside``, and give the files.
+
+    A machine with none of these channels (a rig that is no lathe) gets one figure of its first channels. Raises :class:`RecordError`
+    where a file cannot be written.
+    """
+    figures = {}
+    for name, draw in _FIGURES:
+        try:
+            figures[name] = draw(record, title)
+        except RecordError:
+            continue
+    if not figures:
+        figures["channels"] = channels_figure(record, list(record)[:8], title)
+    files = []
+    for name, figure in figures.items():
+        path = beside.with_name(f"{beside.stem}_{name}.png")
+        save_figure(figure, path)
+        files.append(path)
+    return files

@@ -7,7 +7,7 @@ import textwrap
 from dataclasses import dataclass
 from typing import Any
 
-from lathesim.analysis.figures.figure_style import INK, QUIET, dress, legend, new_figure
+from lathesim.analysis.figure_style import INK, QUIET, dress, legend, new_figure
 from lathesim.record import FloatArray
 
 _TITLE, _NAMES = 100, 110

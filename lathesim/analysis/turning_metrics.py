@@ -2,13 +2,18 @@
 
 "In contact" are the samples with ``in_contact`` over 0.5: the tool tip is inside the bounds of the raw stock in a block run at feed.
 Integrals are sums over the samples times the sample period, as in J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), Table 1.
+
+Metrics of cost: of a lathe in a design project, and of a part.
+
+They read the channels of the parts LatheDesign and TurningEconomy, where a machine has them.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from lathesim.analysis.metrics.metric import NOTHING_CUT, Metric, NoValueError, find_channel, signal
+from lathesim.analysis.metric import NOTHING_CUT, Metric, NoValueError, find_channel, signal
+from lathesim.analysis.turned_part import wave_roughness
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
@@ -273,4 +278,107 @@ METRICS: tuple[Metric, ...] = (
     Metric("tool_wear", "m", "flank wear at the end", tool_wear, of_cutting=True),
     *_axis_metrics("x"),
     *_axis_metrics("z"),
+)
+
+
+_LEAST_WAY = 1e-7
+"""Way [m] that a reference must go back before that counts as turning round; assumed: less is rounding."""
+
+
+def reversals(reference: FloatArray) -> int:
+    """Return how often a reference [m] (samples,) turns round."""
+    turns, direction, furthest = 0, 0.0, float(reference[0])
+    for place in reference.tolist():
+        way = place - furthest
+        if direction * way > 0.0:
+            furthest = place
+        elif abs(way) >= _LEAST_WAY:
+            # the axis is set moving the first time, which is no reversal
+            turns += direction != 0.0
+            direction, furthest = (1.0 if way > 0.0 else -1.0), place
+    return turns
+
+
+def _of_axis(axis: str) -> Metric:
+    def counted(record: Record) -> float:
+        return float(reversals(signal(record, f"interpolator.{axis}_reference", f".{axis}_reference")))
+
+    return Metric(f"{axis}_reversals", "1", f"how often the reference of the {axis} axis turns round", counted)
+
+
+MOTION_METRICS: tuple[Metric, ...] = (_of_axis("x"), _of_axis("z"))
+
+
+_LAST = 0.25
+"""Share of a run that counts as settled."""
+
+
+def _settled(values: FloatArray) -> FloatArray:
+    return values[len(values) - max(1, int(_LAST * len(values))) :]
+
+
+def chatter_swing(record: Record) -> float:
+    """Return the vibration of the tool at the end of the run, peak to peak [m]."""
+    return float(np.ptp(_settled(signal(record, ".displacement"))))
+
+
+def settled_removal_rate(record: Record) -> float:
+    """Return the volume cut per time at the end of the run [m^3/s]."""
+    return float(np.mean(_settled(signal(record, "cut.removal_rate", ".removal_rate"))))
+
+
+CHATTER_METRICS: tuple[Metric, ...] = (
+    Metric("chatter_swing", "m", "vibration of the tool in the last quarter of the run, peak to peak", chatter_swing),
+    Metric("wave_roughness", "m", "average roughness R_a of the waves around the part, in the last turn", wave_roughness),
+    Metric("settled_removal_rate", "m^3/s", "volume cut per time in the last quarter of the run", settled_removal_rate, of_cutting=True),
+)
+
+
+COST_SCALE = 50000.0
+"""Dollars that count as much as ``TIME_SCALE`` seconds."""
+TIME_SCALE = 5.0
+
+
+def weighed(cost: float, time: float) -> float:
+    """Return the performance index of a lathe of this cost [dollar] and cycle time [s]:  PI = C/50000 + T/5.
+
+    Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (39). The smaller the better.
+    """
+    return cost / COST_SCALE + time / TIME_SCALE
+
+
+def machine_cost(record: Record) -> float:
+    """Return what the lathe costs [dollar]."""
+    return float(signal(record, "design.machine_cost", ".machine_cost")[-1])
+
+
+def performance_index(record: Record) -> float:
+    """Return the index of a design project, from cost and cycle time [1]."""
+    return weighed(machine_cost(record), cycle_time(record))
+
+
+def part_cost(record: Record) -> float:
+    """Return what the part cost, tool changes and edges included [dollar]."""
+    return float(signal(record, "economy.part_cost", ".part_cost")[-1])
+
+
+def time_per_part(record: Record) -> float:
+    """Return the time for the part with its share of tool changes [s]."""
+    return float(signal(record, "economy.time_per_part", ".time_per_part")[-1])
+
+
+def parts_per_edge(record: Record) -> float:
+    """Return how many such parts an edge lasts [1]."""
+    used = float(signal(record, "tool_wear.used_life", ".used_life")[-1])
+    return 1.0 / used if used > 0.0 else float("inf")
+
+
+COST_METRICS: tuple[Metric, ...] = (
+    Metric("machine_cost", "dollar", "what the lathe costs", machine_cost),
+    Metric(
+        "performance_index", "1", "cost/50000 + cycle time/5 s: the index of a design project, the smaller the better", performance_index
+    ),
+    Metric("part_cost", "dollar", "what the part cost, with its share of tool changes and edges", part_cost, of_cutting=True),
+    Metric("time_per_part", "s", "time for the part with its share of tool changes", time_per_part, of_cutting=True),
+    Metric("parts_per_edge", "1", "how many such parts an edge lasts", parts_per_edge, of_cutting=True),
 )

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.analysis.metrics.metric import Metric, measure
-from lathesim.analysis.part.nothing_cut import RawStock, nothing_cut
-from lathesim.analysis.register import stock_metrics
+from lathesim.analysis.failed_run import RawStock, nothing_cut
+from lathesim.analysis.metric import Metric, measure, stock_metrics
 from lathesim.record import Channel, Record
 from tests.analysis.small_record import shoulder
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -102,3 +103,42 @@ def shade(panel: Any, time: FloatArray, inside: Sequence[bool] | np.ndarray[Any,
     begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
         panel.axvspan(time[begin], time[end], color=color, linewidth=0, zorder=0, label=name if number == 0 else None)
+
+
+_DPI = 150
+_COMPRESSION = 2
+"""A quarter larger than the smallest file, and made in a third of the time."""
+
+
+def write_figure(figure: Any, place: Path, form: str) -> None:
+    """Write a figure as "png", "svg" or "pdf"."""
+    if form != "png":
+        figure.savefig(place, dpi=_DPI, format=form)
+        return
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    hold_ticks(figure)
+    dpi = figure.get_dpi()
+    figure.set_dpi(_DPI)
+    try:
+        FigureCanvasAgg(figure).print_png(place, pil_kwargs={"compress_level": _COMPRESSION})
+    finally:
+        figure.set_dpi(dpi)
+
+
+def hold_ticks(figure: Any) -> None:
+    """Keep the ticks of plain axes as they are now; else they are chosen anew some ten times while a figure is laid out and drawn."""
+    from matplotlib.ticker import AutoLocator, FixedFormatter, FixedLocator, ScalarFormatter
+
+    for panel in figure.axes:
+        panel.apply_aspect()
+    for axis in [axis for panel in figure.axes for axis in (panel.xaxis, panel.yaxis)]:
+        formatter = axis.get_major_formatter()
+        if type(axis.get_major_locator()) is not AutoLocator or type(formatter) is not ScalarFormatter:
+            continue
+        low, high = sorted(axis.get_view_interval())
+        places = [place for place in axis.get_majorticklocs() if low <= place <= high]
+        labels = formatter.format_ticks(places)
+        if not formatter.get_offset():
+            axis.set_major_locator(FixedLocator(places))
+            axis.set_major_formatter(FixedFormatter(labels))

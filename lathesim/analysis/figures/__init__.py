@@ -1,1 +1,0 @@
-"""Figures: the only files outside the diagnosis that draw with matplotlib."""

@@ -1,1 +1,0 @@
-"""Metrics: a record in, a number in SI out."""
