@@ -153,6 +153,11 @@ def from_si(value: float, unit: str) -> float:
     return value / si_factor(unit)[0]
 
 
+def in_unit(value: float, unit: str, form: str = ".4g") -> str:
+    """Return an SI value as text in a unit, with its name: ``in_unit(0.0012, "mm", ".3f")`` is ``"1.200 mm"``."""
+    return f"{from_si(value, unit):{form}} {unit}"
+
+
 def split_quantity(text: str) -> tuple[float, str]:
     """Return number and unit of ``"12.5 mm/s"``; the unit is empty where there is none."""
     head, _, tail = text.strip().partition(" ")

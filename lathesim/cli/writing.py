@@ -5,48 +5,42 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import click
-
-Command = TypeVar("Command", bound=Callable[..., Any])
-
-STOPPED = 130
-"""Exit code of work that Ctrl-C ended."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a command found: ``data`` for programs, ``lines`` for a person, and the figure that was drawn of it.
+    """What a command found: ``data`` for programs, ``lines`` for a person, and what draws it.
 
     Values of ``data`` may be numbers, texts, paths, arrays, dataclasses, and mappings and sequences of them. ``lines`` are only made where
-    a person reads them. ``code`` is the exit code.
+    a person reads them, ``figure`` is only called where it is wanted. ``code`` is the exit code.
     """
 
     schema: str
     data: Mapping[str, Any]
     lines: Iterable[str]
-    drawn: Path | None = None
+    figure: Callable[[], Any] | None = None
     code: int = 0
 
 
-def json_option(schema: str) -> Callable[[Command], Command]:
-    """Return the option ``--json`` of a command that writes a result of a schema."""
-    return click.option("--json", "as_json", is_flag=True, help=f"Write the result as JSON (schema {schema}) and nothing else.")
+def write(result: Result, as_json: bool, save: Path | None = None) -> int:
+    """Draw a result to ``save``, write it to the output and return its exit code."""
+    if save is not None and result.figure is not None:
+        from lathesim.analysis.plots import save_figure
 
-
-def write(result: Result, as_json: bool) -> int:
-    """Write a result to the output and return its exit code."""
+        save_figure(result.figure(), save)
     if as_json:
         click.echo(json.dumps(plain({"schema": result.schema, **result.data}), indent=2))
     else:
         for line in result.lines:
             click.echo(line)
-        if result.drawn is not None:
-            click.echo(f"See {result.drawn}")
+        if save is not None and result.figure is not None:
+            click.echo(f"See {save}")
     return result.code
 
 
@@ -65,3 +59,51 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return str(value) if isinstance(value, Path) else value
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: its heading, its width (below 0: written from the left), and how its numbers are written.
+
+    With ``si`` numbers are SI and are written in the unit that stands in the heading, as in ``"width [mm]"``. ``missing`` stands in the
+    place of what is no finite number.
+    """
+
+    heading: str
+    width: int
+    form: str = ""
+    si: bool = False
+    missing: str | None = None
+
+    def cell(self, value: Any) -> str:
+        """Return a value as the text of a cell; texts stay as they are."""
+        text = value if isinstance(value, str) else self._number(value)
+        return text.rjust(self.width) if self.width > 0 else text.ljust(-self.width)
+
+    def _number(self, value: float) -> str:
+        if self.missing is not None and not math.isfinite(value):
+            return self.missing
+        if self.si:
+            from lathesim.units import from_si
+
+            value = from_si(value, self.heading.partition("[")[2].rstrip("]"))
+        return f"{value:{self.form}}"
+
+
+def table(columns: Sequence[Column], rows: Iterable[Sequence[Any]]) -> Iterator[str]:
+    """Yield a table of columns of a given width: the headings, then the rows."""
+    yield "".join(column.cell(column.heading) for column in columns)
+    for row in rows:
+        yield "".join(column.cell(value) for column, value in zip(columns, row, strict=True))
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield rows as columns as wide as their texts, the first row as a heading with a line under it."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    yield from (lines[0], "  ".join("-" * width for width in widths), *lines[1:])
+
+
+def sentence(text: str) -> str:
+    """Return a finding as a sentence: with a capital and a full stop."""
+    return f"{text[0].upper()}{text[1:].rstrip('.')}."

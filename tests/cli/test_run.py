@@ -274,7 +274,7 @@ def test_stopped_in_the_middle_the_record_is_kept(capsys: pytest.CaptureFixture[
 
         yield told
 
-    monkeypatch.setattr("lathesim.cli.run_progress.progress_bar", impatient)
+    monkeypatch.setattr("lathesim.cli.progress.progress_bar", impatient)
     said = call(capsys, "run", "01_contour_error", "--plain", "--no-plots")
     assert said.code == 130
     assert said.err.startswith("Stopped at ")

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.case_options import read_settings, set_option, variant_option
-from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, save_option, set_option, variant_option
+from lathesim.cli.progress import working
+from lathesim.cli.writing import Result, write
+
+if TYPE_CHECKING:
+    from lathesim.analysis.circular_test import Ellipse
+    from lathesim.compensation.circular_runs import CircularTest
 
 
 @click.command()
 @click.argument("lesson")
-@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw both directions, magnified.")
+@save_option("Draw both directions, magnified.")
 @click.option("--no-contributions", is_flag=True, help="Do not leave out one effect after the other.")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-circle/1) and nothing else.")
+@json_option("lathesim-circle/1")
 @variant_option
 @set_option
 @plugins_option
-def circle(
-    lesson: str,
-    save: Path | None,
-    no_contributions: bool,
-    as_json: bool,
-    variant: str | None,
-    settings: tuple[str, ...],
-    plugin_folders: tuple[Path, ...],
-) -> None:
+@grouped(chosen=ChosenLesson)
+def circle(chosen: ChosenLesson, save: Path | None, no_contributions: bool, as_json: bool) -> int:
     """Run the circle of LESSON in both directions and report its roundness, and the share of each effect of the lesson.
 
     The report gives the circular deviation G (two concentric circles hold the path), the hysteresis H (largest difference between the
@@ -37,54 +35,57 @@ def circle(
     Unequal gains of the axes cause a slanted ellipse that turns with the direction. Axes that are not square cause a slanted ellipse that
     stays. A wrong scale causes an ellipse along its axis.
     """
-    from lathesim.analysis.circular_test import ellipse, quadrant_peaks
-    from lathesim.analysis.display_unit import shown_with_unit
-    from lathesim.cli.working import working
+    from lathesim.analysis.circular_test import ellipse
     from lathesim.compensation.circular_runs import circular_test
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
 
-    loaded = load_lesson(lesson)
-    prepared = prepare(loaded, open_registry(plugin_folders), variant, read_settings(settings))
+    title = f"{chosen.loaded.title}{f', {chosen.variant}' if chosen.variant else ''}"
+    prepared = chosen.prepared
     with working(shown=not as_json) as tell:
         test = circular_test(prepared, contributions=not no_contributions, tell=tell)
-    if save is not None:
-        from lathesim.analysis.path_figures import circle_figure
-        from lathesim.analysis.plots import save_figure
 
-        save_figure(circle_figure(f"{loaded.title}{f', {variant}' if variant else ''}", test.ways), save)
+    def figure() -> Any:
+        from lathesim.analysis.path_figures import circle_figure
+
+        return circle_figure(title, test.ways)
+
     ellipses = {name: ellipse(way) for name, way in test.ways}
-    if as_json:
-        result = {
-            "schema": "lathesim-circle/1",
-            "lesson": lesson,
-            "variant": variant,
-            "circular_deviation_m": test.deviation,
-            "hysteresis_m": test.hysteresis,
-            "largest_radial_deviation_m": test.largest,
-            "smallest_radial_deviation_m": test.smallest,
-            "ellipses": {name: {"size_m": found.size, "longest_rad": found.longest} for name, found in ellipses.items()},
-            "quadrants_m": {name: quadrant_peaks(way) for name, way in test.ways},
-            "without": [
-                {"effect": item.effect, "part": item.at, "circular_deviation_m": item.deviation, "hysteresis_m": item.hysteresis}
-                for item in test.contributions
-            ],
-        }
-        click.echo(json.dumps(result, indent=2))
-        return
-    click.echo(f"circular deviation G   {shown_with_unit(test.deviation, 'm')}")
-    click.echo(f"hysteresis H           {shown_with_unit(test.hysteresis, 'm') if test.hysteresis is not None else 'one direction only'}")
-    click.echo(f"radial deviation F     {shown_with_unit(test.smallest, 'm')} to {shown_with_unit(test.largest, 'm')}")
+    data = {"lesson": chosen.lesson, "variant": chosen.variant, **_data(test, ellipses)}
+    return write(Result("lathesim-circle/1", data, _lines(test, ellipses), figure), as_json, save)
+
+
+def _data(test: CircularTest, ellipses: dict[str, Ellipse]) -> dict[str, Any]:
+    from lathesim.analysis.circular_test import quadrant_peaks
+
+    return {
+        "circular_deviation_m": test.deviation,
+        "hysteresis_m": test.hysteresis,
+        "largest_radial_deviation_m": test.largest,
+        "smallest_radial_deviation_m": test.smallest,
+        "ellipses": {name: {"size_m": found.size, "longest_rad": found.longest} for name, found in ellipses.items()},
+        "quadrants_m": {name: quadrant_peaks(way) for name, way in test.ways},
+        "without": [
+            {"effect": item.effect, "part": item.at, "circular_deviation_m": item.deviation, "hysteresis_m": item.hysteresis}
+            for item in test.contributions
+        ],
+    }
+
+
+def _lines(test: CircularTest, ellipses: dict[str, Ellipse]) -> Iterator[str]:
+    from lathesim.analysis.circular_test import quadrant_peaks
+    from lathesim.analysis.display_unit import shown_with_unit
+
+    def shown(value: float) -> str:
+        return shown_with_unit(value, "m")
+
+    yield f"circular deviation G   {shown(test.deviation)}"
+    yield f"hysteresis H           {shown(test.hysteresis) if test.hysteresis is not None else 'one direction only'}"
+    yield f"radial deviation F     {shown(test.smallest)} to {shown(test.largest)}"
     for name, found in ellipses.items():
         longest = f", longest at {math.degrees(found.longest):.0f} deg from +X to +Z" if found.size > 0.0 else ""
-        click.echo(f"ellipse, {name}: {shown_with_unit(found.size, 'm')}{longest}")
+        yield f"ellipse, {name}: {shown(found.size)}{longest}"
     for name, way in test.ways:
-        peaks = ", ".join(
-            f"{place} {shown_with_unit(peak, 'm')}" for place, peak in zip(("+X", "+Z", "-X", "-Z"), quadrant_peaks(way), strict=True)
-        )
-        click.echo(f"quadrants, {name}: {peaks}")
+        peaks = zip(("+X", "+Z", "-X", "-Z"), quadrant_peaks(way), strict=True)
+        yield f"quadrants, {name}: {', '.join(f'{place} {shown(peak)}' for place, peak in peaks)}"
     for item in test.contributions:
-        other = f", H {shown_with_unit(item.hysteresis, 'm')}" if item.hysteresis is not None else ""
-        click.echo(f"without {item.effect} ({item.at}): G {shown_with_unit(item.deviation, 'm')}{other}")
-    if save is not None:
-        click.echo(f"See {save}")
+        other = f", H {shown(item.hysteresis)}" if item.hysteresis is not None else ""
+        yield f"without {item.effect} ({item.at}): G {shown(item.deviation)}{other}"

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import math
 import time
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.case_options import read_settings, set_option, variant_option
+from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, set_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.progress import working
+from lathesim.cli.writing import Column, Result, table, write
 
 if TYPE_CHECKING:
     from lathesim.compensation.learn import Learning
@@ -21,6 +22,16 @@ if TYPE_CHECKING:
 
 NO_BETTER = 0.97
 """Largest ratio of the floor to the error of a lap at which a further lap is worth its time (assumed)."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """What is corrected, which error is learned from, and what the filter follows from."""
+
+    what: str
+    on: str
+    without_filter: bool
+    model: str | None
 
 
 @click.command()
@@ -37,125 +48,100 @@ NO_BETTER = 0.97
     help="A lap of a real machine: write the program of the next one to --out.",
 )
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Write the lesson with what was learned.")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-learning/1) and nothing else.")
+@json_option("lathesim-learning/1")
 @variant_option
 @set_option
 @plugins_option
-def learn(
-    lesson: str,
-    laps: int,
-    what: str,
-    on: str,
-    without_filter: bool,
-    model: str | None,
-    recording: Path | None,
-    out: Path | None,
-    as_json: bool,
-    variant: str | None,
-    settings: tuple[str, ...],
-    plugin_folders: tuple[Path, ...],
-) -> None:
+@grouped(chosen=ChosenLesson, method=Method)
+def learn(chosen: ChosenLesson, method: Method, laps: int, recording: Path | None, out: Path | None, as_json: bool) -> int:
     """Run LESSON lap after lap, each with a correction that the errors of the lap before improve.
 
     The filter follows from the lesson's own frequency response, measured by a pulse. It ends where a lap is no better than the one
     before, and says what the floor is: of the converter, of the encoder, or of what is not the same in each lap.
     """
-    from lathesim.cli.working import working
     from lathesim.compensation.lap_response import learning_filter
     from lathesim.compensation.laps import course_of
     from lathesim.compensation.learn import learn as from_lap_to_lap
     from lathesim.compensation.learn import write_learned
     from lathesim.errors import WriteError
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.results_folder import keep_read_lesson, results_folder
-    from lathesim.lessons.simulate import prepare
+    from lathesim.lessons.results_folder import keep_read_lesson
 
-    loaded = load_lesson(lesson)
-    keep_read_lesson(loaded, out)
-    registry = open_registry(plugin_folders)
-    overrides = read_settings(settings)
-    prepared = prepare(loaded, registry, variant, overrides)
+    keep_read_lesson(chosen.loaded, out)
+    prepared = chosen.prepared
     # a part program changes the reference and cannot change a voltage
-    what = "reference" if recording is not None else what
+    what = "reference" if recording is not None else method.what
     began = time.perf_counter()
     with working(shown=not as_json) as tell:
         course = course_of(prepared, what)
         tell("measuring the frequency response")
-        own = course if model is None else course_of(prepare(loaded, registry, model, overrides), what)
-        chosen = learning_filter(own, filtered=not without_filter)
+        own = course if method.model is None else course_of(chosen.prepared_as(method.model), what)
+        how = learning_filter(own, filtered=not method.without_filter)
         if recording is not None:
             from lathesim.compensation.recorded_lap import next_lap
+            from lathesim.lessons.results_folder import results_folder
 
-            files, outlook = next_lap(prepared, course, chosen, recording, registry, out or results_folder(loaded, recording))
+            files, outlook = next_lap(prepared, course, how, recording, chosen.registry, out or results_folder(chosen.loaded, recording))
             click.echo(f"{_promised(outlook)} See {', '.join(map(str, files))}")
-            return
+            return 0
         if what == "reference":
             # what a level of the converter leaves follows from the answer to a voltage
-            chosen = replace(chosen, answer=learning_filter(course_of(prepared, "voltage")).answer)
-        learning = from_lap_to_lap(course, chosen, laps, on=on, tell=tell)
+            how = replace(how, answer=learning_filter(course_of(prepared, "voltage")).answer)
+        learning = from_lap_to_lap(course, how, laps, on=method.on, tell=tell)
     lasted = time.perf_counter() - began
     written, refused = [], None
     try:
         written = write_learned(prepared, course, learning, out) if out is not None else []
     except WriteError as error:  # the result is printed first
         refused = error
-    if as_json:
-        click.echo(json.dumps(_as_json(lesson, learning, lasted, [str(file) for file in written]), indent=2))
-    else:
-        _tell(learning, lasted, written)
+    data = {"lesson": chosen.lesson, **_data(learning), "files": written, "wall_time_s": round(lasted, 2)}
+    write(Result("lathesim-learning/1", data, _lines(learning, lasted, written)), as_json)
     if refused is not None:
         raise refused
+    return 0
 
 
-def _tell(learning: Learning, lasted: float, written: list[Path]) -> None:
+_LAPS = (
+    Column("lap", 4, "d"), Column("tracking rms [mm]", 20, ".5g", si=True), Column("predicted at most", 20, ".5g", missing="-"),
+    Column("of the lap before", 20, ".3f", missing="-"), Column("largest distance [mm]", 24, ".5g", si=True),
+    Column("its rms [mm]", 16, ".4g", si=True),
+)  # fmt: skip
+
+
+def _lines(learning: Learning, lasted: float, written: list[Path]) -> Iterator[str]:
+    from lathesim.units import from_si
+
     chosen = learning.filter
     bound = f"predicted contraction of a lap at most {chosen.bound:.3f}, " if math.isfinite(chosen.bound) else ""
-    cutoff = f"low-pass at {chosen.cutoff:.3g} Hz" if chosen.cutoff else "no low-pass"
-    click.echo(f"{bound}{cutoff}\n")
-    heads = ("tracking rms [mm]", "predicted at most", "of the lap before", "largest distance [mm]", "its rms [mm]")
-    click.echo(f"{'lap':>4}" + "".join(f"{head:>{width}}" for head, width in zip(heads, (20, 20, 20, 24, 16), strict=True)))
-    for number, lap in enumerate(learning.laps):
-        share = f"{learning.contractions[number - 1]:.3f}" if number else "-"
-        most = learning.predicted[number - 1] if number else math.nan
-        told = f"{1e3 * most:.5g}" if math.isfinite(most) else "-"
-        click.echo(f"{number:>4}{1e3 * lap.rms:>20.5g}{told:>20}{share:>20}{1e3 * lap.largest:>24.5g}{1e3 * lap.rms_contour:>16.4g}")
+    yield f"{bound}{f'low-pass at {chosen.cutoff:.3g} Hz' if chosen.cutoff else 'no low-pass'}\n"
+    most, shares = [math.nan, *(from_si(value, "mm") for value in learning.predicted)], [math.nan, *learning.contractions]
+    laps = zip(learning.laps, most, shares, strict=False)
+    yield from table(_LAPS, [(number, lap.rms, at, share, lap.largest, lap.rms_contour) for number, (lap, at, share) in enumerate(laps)])
     first, best = learning.laps[0], learning.laps[learning.best]
-    click.echo(f"\nIt stops because {learning.why}.")
+    yield f"\nIt stops because {learning.why}."
     times = first.largest / best.largest if best.largest > 0.0 else math.inf
-    click.echo(
-        f"Lap {learning.best} is kept: the largest distance from the path is {times:.3g} times smaller than at first. {lasted:.1f} s."
-    )
+    yield f"Lap {learning.best} is kept: the largest distance from the path is {times:.3g} times smaller than at first. {lasted:.1f} s."
     if written:
-        click.echo(f"See {', '.join(map(str, written))}")
+        yield f"See {', '.join(map(str, written))}"
 
 
 def _promised(outlook: Outlook) -> str:
     """Return the error of a recorded lap, the predicted error of the next lap and the floor, as sentences."""
-    now, following, floor = (f"{1e3 * value:.4g} mm" for value in (outlook.now, outlook.following, outlook.floor))
+    from lathesim.units import in_unit
+
+    now, following, floor = (in_unit(value, "mm") for value in (outlook.now, outlook.following, outlook.floor))
     text = f"The tracking error of this lap is {now} rms; the next one's is predicted to be {following}, "
     text += f"{outlook.following / outlook.now:.2f} of it. No lap is predicted to come below {floor}: that is the floor."
     return text if outlook.floor < NO_BETTER * outlook.now else f"{text} This lap has reached it: nothing is left to learn."
 
 
-def _as_json(lesson: str, learning: Learning, lasted: float, files: list[str]) -> dict[str, object]:
+def _data(learning: Learning) -> dict[str, Any]:
     return {
-        "schema": "lathesim-learning/1",
-        "lesson": lesson,
-        "predicted_contraction": _finite(learning.filter.bound),
+        "predicted_contraction": learning.filter.bound,
         "cutoff_hz": learning.filter.cutoff,
         "floor_m": learning.floor,
-        "laps": [
-            {"rms_m": _finite(lap.rms), "largest_m": _finite(lap.largest), "rms_contour_m": _finite(lap.rms_contour)}
-            for lap in learning.laps
-        ],
-        "predicted_at_most_m": [_finite(value) for value in learning.predicted],
-        "contractions": [_finite(value) for value in learning.contractions],
+        "laps": [{"rms_m": lap.rms, "largest_m": lap.largest, "rms_contour_m": lap.rms_contour} for lap in learning.laps],
+        "predicted_at_most_m": learning.predicted,
+        "contractions": learning.contractions,
         "kept": learning.best,
         "why": learning.why,
-        "files": files,
-        "wall_time_s": round(lasted, 2),
     }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
-import json
 import time
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.progress import working
+from lathesim.cli.writing import Column, Result, table, write
+
+if TYPE_CHECKING:
+    from lathesim.compensation.train import Training
+
+_SCORES = (Column("variant", -16), Column("trained", 12, ".4g"), Column("zero regulator", 16, ".4g"))
+
+
+@dataclass(frozen=True)
+class Search:
+    """How the weights are searched for."""
+
+    method: str
+    hidden: int
+    score: str
+    starts: int
+    rounds: int | None
+    seed: int
 
 
 @click.command()
@@ -31,67 +52,54 @@ from lathesim.cli.registry import open_registry, plugins_option
 @click.option("--starts", type=click.IntRange(1, 100), default=3, show_default=True, help="Searches from other first weights.")
 @click.option("--rounds", type=click.IntRange(1, 100_000), help="Rounds of each search [default: what the method takes].")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Draw the same first weights again.")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-training/1) and nothing else.")
+@json_option("lathesim-training/1")
 @plugins_option
-def train(
-    lesson: str,
-    out: Path,
-    variants: tuple[str, ...],
-    judges: tuple[str, ...],
-    method: str,
-    hidden: int,
-    score: str,
-    starts: int,
-    rounds: int | None,
-    seed: int,
-    as_json: bool,
-    plugin_folders: tuple[Path, ...],
-) -> None:
+@grouped(chosen=ChosenLesson, search=Search)
+def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tuple[str, ...], search: Search, as_json: bool) -> int:
     """Find the weights of LESSON's neural regulator and write them as a table that the lesson can name under 'tables:'.
 
     All starts are told. The best is judged in each variant with the lesson's own steps, beside the regulator whose weights are zero.
     """
-    from lathesim.cli.working import working
     from lathesim.compensation.train import method_named
-    from lathesim.compensation.train import train as search
+    from lathesim.compensation.train import train as trained
     from lathesim.compensation.training_question import Shape, question_of, score_named
     from lathesim.components.predictive_controllers import NeuralRegulator
-    from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.part_tables import write_table
 
-    chosen, shape, wanted = method_named(method), Shape(hidden), score_named(score)
-    loaded, registry = load_lesson(lesson), open_registry(plugin_folders)
+    method, shape, wanted = method_named(search.method), Shape(search.hidden), score_named(search.score)
+    loaded, registry = chosen.loaded, chosen.registry
     question = question_of(loaded, registry, variants, wanted, shape)
     judged = question_of(loaded, registry, tuple(dict.fromkeys((*variants, *judges))), wanted, shape) if judges else None
     began = time.perf_counter()
     with working(shown=not as_json) as tell:
-        training = search(question, chosen, starts=starts, rounds=rounds, seed=seed, judged=judged, tell=tell)
+        training = trained(question, method, starts=search.starts, rounds=search.rounds, seed=search.seed, judged=judged, tell=tell)
     lasted = time.perf_counter() - began
-    columns = NeuralRegulator.declarations["weights"].columns  # type: ignore[attr-defined]
-    if as_json:
-        result = {
-            "schema": "lathesim-training/1",
-            "lesson": lesson,
-            "method": method,
-            "score": score,
-            "weights": shape.weights,
-            "starts": [{"score": item.score if not item.diverged else None, "rounds": item.rounds} for item in training.starts],
-            "scores": training.scores,
-            "zero_regulator": training.zero,
-            "file": str(out),
-            "wall_time_s": round(lasted, 2),
-        }
-        click.echo(json.dumps(result, indent=2))
-        write_table(out, columns, training.table)
-        return
+    data = {
+        "lesson": chosen.lesson,
+        "method": search.method,
+        "score": search.score,
+        "weights": shape.weights,
+        "starts": [{"score": item.score if not item.diverged else None, "rounds": item.rounds} for item in training.starts],
+        "scores": training.scores,
+        "zero_regulator": training.zero,
+        "file": out,
+        "wall_time_s": round(lasted, 2),
+    }
+    code = write(Result("lathesim-training/1", data, _lines(training)), as_json)
+    write_table(out, NeuralRegulator.declarations["weights"].columns, training.table)  # type: ignore[attr-defined]
+    if not as_json:
+        click.echo(
+            f"\n{shape.weights} weights, {lasted:.1f} s. See {out}; a lesson names it as 'tables: {{{question.table}: {out.name}}}'."
+        )
+    return code
+
+
+def _lines(training: Training) -> Iterator[str]:
     for number, item in enumerate(training.starts, start=1):
         told = "diverged" if item.diverged else f"score {item.score:.4g}"
-        click.echo(f"start {number}: {told} after {item.rounds} rounds")
-    click.echo(f"\n{'variant':<16}{'trained':>12}{'zero regulator':>16}")
-    for name, value in training.scores.items():
-        click.echo(f"{name:<16}{value:>12.4g}{training.zero[name]:>16.4g}")
+        yield f"start {number}: {told} after {item.rounds} rounds"
+    yield ""
+    yield from table(_SCORES, [(name, value, training.zero[name]) for name, value in training.scores.items()])
     worse = [name for name, value in training.scores.items() if value > training.zero[name]]
     if worse:
-        click.echo(f"\nWith weights of zero, the tangent speed alone, {', '.join(worse)} scores better than what was trained.")
-    write_table(out, columns, training.table)
-    click.echo(f"\n{shape.weights} weights, {lasted:.1f} s. See {out}; a lesson names it as 'tables: {{{question.table}: {out.name}}}'.")
+        yield f"\nWith weights of zero, the tangent speed alone, {', '.join(worse)} scores better than what was trained."

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import variant_option
+from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.writing import Result, write
 from lathesim.whole_file import make_folder
 
 if TYPE_CHECKING:
@@ -23,13 +24,12 @@ if TYPE_CHECKING:
 @click.argument("lesson")
 @click.argument("recording", type=click.Path(path_type=Path))
 @variant_option
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-compare/1) and nothing else.")
+@json_option("lathesim-compare/1")
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where the figure goes [default: lathesim_runs/LESSON/].")
 @click.option("--no-plots", is_flag=True, help="Draw no figure.")
 @plugins_option
-def compare(
-    lesson: str, recording: Path, variant: str | None, as_json: bool, out: Path | None, no_plots: bool, plugin_folders: tuple[Path, ...]
-) -> None:
+@grouped(chosen=ChosenLesson)
+def compare(chosen: ChosenLesson, recording: Path, as_json: bool, out: Path | None, no_plots: bool) -> int:
     """Hold RECORDING against the simulation of LESSON.
 
     The lesson says in 'recordings:' what the columns mean. Told are the residual of each channel over the floor (what the recording cannot
@@ -37,44 +37,34 @@ def compare(
     lines of the residual in Hz and along the way of the parts. Nothing is fitted but the start. Where LESSON was written by 'lathesim
     remedy', its promise is held against the result.
     """
-    import json
     import os
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from lathesim.analysis.display_unit import shown_with_unit
-    from lathesim.diagnosis.comparison.compare import as_json as json_of
+    from lathesim.diagnosis.comparison.compare import as_json as as_json_of
     from lathesim.diagnosis.comparison.compare import compare as compared
     from lathesim.diagnosis.comparison.compare import load_recording
-    from lathesim.diagnosis.comparison.compare_text import comparison_lines
-    from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import results_folder
 
-    registry = open_registry(plugin_folders)
-    loaded = load_lesson(lesson)
-    comparison = compared(loaded.name, *load_recording(loaded, recording, registry, variant))
+    registry, loaded = chosen.registry, chosen.loaded
+    comparison = compared(loaded.name, *load_recording(loaded, recording, registry, chosen.variant))
     kept = _promises(loaded, recording, registry)
-    folder = out or results_folder(loaded, recording, variant=variant)
+    folder = out or results_folder(loaded, recording, variant=chosen.variant)
     figure = None if no_plots else _drawn(comparison, folder / f"{recording.stem}_compared.png")
-    if as_json:
-        click.echo(
-            json.dumps(
-                {
-                    **json_of(comparison),
-                    "figure": str(figure) if figure else None,
-                    "promises": [vars(item) | {"holds": item.holds} for item in kept],
-                },
-                indent=2,
-            )
-        )
-        return
-    for line in comparison_lines(comparison):
-        click.echo(line)
+    data = {**as_json_of(comparison), "figure": figure, "promises": [vars(item) | {"holds": item.holds} for item in kept]}
+    return write(Result("lathesim-compare/1", data, _lines(comparison, kept, figure)), as_json)
+
+
+def _lines(comparison: Comparison, kept: Sequence[Kept], figure: Path | None) -> Iterator[str]:
+    from lathesim.analysis.display_unit import shown_with_unit
+    from lathesim.diagnosis.comparison.compare_text import comparison_lines
+
+    yield from comparison_lines(comparison)
     for item in kept:
         sizes = [shown_with_unit(value, item.unit) for value in (item.before, item.low, item.high, item.result)]
-        click.echo(f"{item.name}: {sizes[0]} before, promised {sizes[1]} to {sizes[2]}, now {sizes[3]}: {item.told}")
+        yield f"{item.name}: {sizes[0]} before, promised {sizes[1]} to {sizes[2]}, now {sizes[3]}: {item.told}"
     if figure is not None:
-        click.echo(f"\nSee {figure}")
+        yield f"\nSee {figure}"
 
 
 def _promises(lesson: Lesson, recording: Path, registry: Registry) -> list[Kept]:

@@ -2,16 +2,34 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING
 
 import click
 
+from lathesim.cli.options import grouped, plugins_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.registry import open_registry
+
+if TYPE_CHECKING:
+    pass
 
 VALIDATION = "validation"
 """Variant of a lesson that is the situation of its second recording."""
+
+
+@dataclass(frozen=True)
+class Hiding:
+    """What is hidden, and how it is recorded."""
+
+    asked: tuple[str, ...]
+    at_random: bool
+    answer: Path | None
+    validate: bool
+    drive: Path | None
+    noise: float
+    seed: int | None
 
 
 @click.command()
@@ -32,19 +50,9 @@ VALIDATION = "validation"
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Draw the same again [default: drawn, and kept in the answer].")
 @plugins_option
+@grouped(hiding=Hiding)
 def conceal(
-    lesson: str | None,
-    again: Path | None,
-    remedied: str | None,
-    asked: tuple[str, ...],
-    at_random: bool,
-    out: Path,
-    answer: Path | None,
-    validate: bool,
-    drive: Path | None,
-    noise: float,
-    seed: int | None,
-    plugin_folders: tuple[Path, ...],
+    lesson: str | None, again: Path | None, remedied: str | None, out: Path, plugin_folders: tuple[Path, ...], hiding: Hiding
 ) -> None:
     """Hide an effect in the machine of LESSON, record it, and seal the answer; or record a concealed machine again, with a remedy.
 
@@ -52,11 +60,9 @@ def conceal(
     behind the recording has other values within what the lesson calls uncertain, noisy sensors, and is run by another integrator with a
     finer step. A class that knows the seed could make the recording again: keep it to yourself.
     """
-    from lathesim.exercises.conceal_case import conceal_case
-    from lathesim.lessons.lesson import load_lesson
-
+    asked = hiding.asked
     if again is not None:
-        if remedied is None or lesson is not None or asked or at_random:
+        if remedied is None or lesson is not None or asked or hiding.at_random:
             raise click.UsageError(
                 "--again takes --lesson and --out, and hides nothing else: conceal --again ANSWER.json --lesson L.yaml --out DIR."
             )
@@ -64,25 +70,31 @@ def conceal(
         return
     if lesson is None or remedied is not None:
         raise click.UsageError("Name the LESSON in whose machine something is hidden; --lesson goes with --again.")
-    if at_random == bool(asked):
+    if hiding.at_random == bool(asked):
         raise click.UsageError("Say what is hidden with --effect, or leave it to --random.")
     if "none" in asked and len(asked) > 1:
         raise click.UsageError("--effect none hides nothing, so it stands alone.")
+    _hide(lesson, hiding, out, plugin_folders)
+
+
+def _hide(lesson: str, hiding: Hiding, out: Path, plugin_folders: tuple[Path, ...]) -> None:
+    """Hide, record and seal, and say where everything is."""
+    from lathesim.exercises.conceal_case import conceal_case
+    from lathesim.exercises.revealed_text import hidden_lines
+    from lathesim.lessons.lesson import load_lesson
+
     registry = open_registry(plugin_folders)
-    concealed, published = conceal_case(
-        load_lesson(lesson),
-        registry,
-        out,
-        answer=answer,
-        asked=[text for text in asked if text != "none"],
-        at_random=at_random,
-        validate=validate,
-        drive=drive,
-        noise=noise,
-        seed=seed,
-        tell=lambda sentence: click.echo(sentence, err=True),
-    )
-    _tell(published.answer, [str(file) for file in published.files], str(published.answer_file), concealed.moves)
+    how = {**vars(hiding), "asked": [text for text in hiding.asked if text != "none"]}
+    concealed, published = conceal_case(load_lesson(lesson), registry, out, tell=lambda text: click.echo(text, err=True), **how)
+    click.echo("Hidden:")
+    for line in hidden_lines(published.answer):
+        click.echo(f"  {line}")
+    for name, floors in concealed.moves.items():
+        click.echo(f"  moves {name} by {floors:.3g} times its noise")
+    if concealed.moves and max(concealed.moves.values()) < 3.0:
+        click.echo("No recorded channel is moved by three times its noise: nobody can find this.", err=True)
+    click.echo(f"For the class: {', '.join(map(str, published.files))}")
+    click.echo(f"The answer, to be kept: {published.answer_file}")
 
 
 def _record_again(answer: Path, lesson: str, out: Path, plugin_folders: tuple[Path, ...]) -> None:
@@ -90,25 +102,12 @@ def _record_again(answer: Path, lesson: str, out: Path, plugin_folders: tuple[Pa
     from lathesim.analysis.display_unit import shown_with_unit
     from lathesim.exercises.again import record_again
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.units import in_unit
 
     result = record_again(answer, load_lesson(lesson), open_registry(plugin_folders), out)
     for name, before in result.before.items():
         told = f"{shown_with_unit(before, 'm')} before, {shown_with_unit(result.after[name], 'm')} after"
         share = result.removed.get(name)
-        removed = f": {100.0 * share:.1f} % of what the hidden effects added is removed" if share is not None else ""
+        removed = f": {in_unit(share, '%', '.1f')} of what the hidden effects added is removed" if share is not None else ""
         click.echo(f"{name} is off the sound machine by {told}{removed}")
     click.echo(f"See {', '.join(map(str, result.files))}")
-
-
-def _tell(answer: object, files: list[str], answer_file: str, moves: object) -> None:
-    from lathesim.exercises.revealed_text import hidden_lines
-
-    click.echo("Hidden:")
-    for line in hidden_lines(cast("dict[str, object]", answer)):
-        click.echo(f"  {line}")
-    for name, floors in cast("dict[str, float]", moves).items():
-        click.echo(f"  moves {name} by {floors:.3g} times its noise")
-    if moves and max(cast("dict[str, float]", moves).values()) < 3.0:
-        click.echo("No recorded channel is moved by three times its noise: nobody can find this.", err=True)
-    click.echo(f"For the class: {', '.join(files)}")
-    click.echo(f"The answer, to be kept: {answer_file}")

@@ -128,7 +128,7 @@ def diagnose(
         else:
             diagnosis = answer(question, tell)
     if design:
-        from lathesim.cli.interrupting import interruptible
+        from lathesim.cli.progress import interruptible
         from lathesim.experiments.design.for_diagnosis import with_designed_program
 
         with interruptible() as stop:

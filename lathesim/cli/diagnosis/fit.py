@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import read_settings, set_option, variant_option
+from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, read_names, set_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.writing import Result, aligned, write
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
@@ -28,12 +29,13 @@ if TYPE_CHECKING:
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which starts these are.")
 @click.option("--closed-loop", "closed", is_flag=True, help="Leave the machine's loops closed, instead of replaying what was recorded.")
 @click.option("--out", type=OutputPath(), metavar="LESSON.yaml", help="Write the lesson with the fitted values.")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-fit/1) and nothing else.")
+@json_option("lathesim-fit/1")
 @variant_option
 @set_option
 @plugins_option
+@grouped(chosen=ChosenLesson)
 def fit(
-    lesson: str,
+    chosen: ChosenLesson,
     recording: Path,
     free: tuple[str, ...],
     starts: int,
@@ -41,36 +43,27 @@ def fit(
     closed: bool,
     out: Path | None,
     as_json: bool,
-    variant: str | None,
-    settings: tuple[str, ...],
-    plugin_folders: tuple[Path, ...],
 ) -> int:
     """Fit parameters of LESSON to RECORDING by least squares, with standard errors, and say what the recording does not determine.
 
     The lesson says in ``recordings:`` what the columns mean. Every part is driven by what was recorded of its inputs, so the controllers
     do not hide a wrong value.
     """
-    import json
     import os
 
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
     from lathesim.identification.estimation.fit_question import ask_fit
-    from lathesim.identification.estimation.multistart import as_json as json_of
+    from lathesim.identification.estimation.multistart import as_json as as_json_of
     from lathesim.identification.estimation.multistart import fit_parameters
-    from lathesim.lessons.lesson import load_lesson
 
-    loaded = load_lesson(lesson)
-    names = [name.strip() for text in free for name in text.split(",") if name.strip()]
-    question = ask_fit(loaded, recording, open_registry(plugin_folders), names, variant, read_settings(settings), closed=closed)
+    loaded, names = chosen.loaded, read_names(free)
+    question = ask_fit(loaded, recording, chosen.registry, names, chosen.variant, chosen.overrides, closed=closed)
     found = fit_parameters(question.misfit, question.free, starts=starts, seed=seed, tell=None if as_json else _progress)
     findings = [str(finding) for finding in question.findings]
-    if as_json:
-        click.echo(json.dumps(json_of(loaded.name, str(recording), found, findings), indent=2))
-    else:
-        for line in fit_lines(found, findings):
-            click.echo(line)
+    data = as_json_of(loaded.name, str(recording), found, findings)
+    write(Result("lathesim-fit/1", data, fit_lines(found, findings)), as_json)
     if out is not None:
         _write(loaded, found, out)
         if not as_json:
@@ -83,23 +76,20 @@ def _progress(done: int, starts: int) -> None:
         click.echo(f"\rStart {done} of {starts}" + ("\n" if done == starts else ""), nl=False, err=True)
 
 
-def fit_lines(found: ParameterFit, findings: list[str]) -> list[str]:
-    """Return the result of a fit as a person reads it."""
+def fit_lines(found: ParameterFit, findings: list[str]) -> Iterator[str]:
+    """Yield the result of a fit as a person reads it."""
     from lathesim.analysis.display_unit import shown_with_unit
 
-    lines = [f"Recording: {text}" for text in findings] + [""] * bool(findings)
+    yield from [f"Recording: {text}" for text in findings] + [""] * bool(findings)
     rows: list[tuple[str, ...]] = [("parameter", "value", "standard error", "unit", "given")]
-    rows += [(item.name, *_value(item), _unit(item), f"{item.given:.6g}") for item in found.parameters]
-    lines += _table(rows)
+    yield from aligned(rows + [(item.name, *_value(item), _unit(item), f"{item.given:.6g}") for item in found.parameters])
     rows = [("channel", "misfit, rms, as given", "fitted", "floor")]
-    rows += [
-        (item.channel, *(shown_with_unit(size, item.unit, 3) for size in (item.before, item.after, item.floor))) for item in found.channels
-    ]
-    lines += ["", *_table(rows), ""]
-    lines += [f"{first} and {second} go together (correlation {rho:+.3f})." for first, second, rho in found.correlated]
-    lines += found.undetermined
-    lines.append(f"{found.agreeing} of {found.starts} starts agree; {found.runs} runs, {found.wall_time:.1f} s.")
-    return lines
+    for item in found.channels:
+        rows.append((item.channel, *(shown_with_unit(size, item.unit, 3) for size in (item.before, item.after, item.floor))))
+    yield from ("", *aligned(rows), "")
+    yield from (f"{first} and {second} go together (correlation {rho:+.3f})." for first, second, rho in found.correlated)
+    yield from found.undetermined
+    yield f"{found.agreeing} of {found.starts} starts agree; {found.runs} runs, {found.wall_time:.1f} s."
 
 
 def _value(item: FittedParameter) -> tuple[str, str]:
@@ -116,12 +106,6 @@ def _unit(item: FittedParameter) -> str:
     """Return the unit without the brackets that stand around what was filled in; nothing for a pure number."""
     unit = re.sub(r"\(+(\w+)\)+", r"\1", item.unit)
     return "" if unit == "1" else unit
-
-
-def _table(rows: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]]
 
 
 def _write(lesson: Lesson, found: ParameterFit, out: Path) -> None:

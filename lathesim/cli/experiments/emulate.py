@@ -53,7 +53,7 @@ def emulate(
     """
     import json
 
-    from lathesim.cli.interrupting import interruptible
+    from lathesim.cli.progress import interruptible
     from lathesim.experiments.emulation.emulation import Question
     from lathesim.experiments.emulation.emulation import emulate as learn
     from lathesim.experiments.emulation.methods import Effort

@@ -70,7 +70,7 @@ def experiment(
     import contextlib
     import json
 
-    from lathesim.cli.interrupting import interruptible
+    from lathesim.cli.progress import interruptible
     from lathesim.errors import LatheSimError, UnitError
     from lathesim.experiments.design.discrimination import Conditions
     from lathesim.experiments.design.experiment import Wish, design_experiment

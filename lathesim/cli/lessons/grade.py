@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.options import plugins_option
+from lathesim.cli.registry import open_registry
+from lathesim.cli.writing import Result, aligned, write
 
 if TYPE_CHECKING:
-    from lathesim.lessons.grading import GoalResult, Grade, Yardstick
+    from lathesim.lessons.grading import GoalResult, Grade
 
 RECORD_ENDINGS = (".h5", ".hdf5")
 
@@ -33,14 +35,11 @@ def grade(files: tuple[str, ...], form: str | None, plugin_folders: tuple[Path, 
     registry = open_registry(plugin_folders)
     given = yardstick(lesson, registry) if lesson is not None else None
     grades = ranked([grade_file(path, registry, given) for path in records])
-    if form == "json":
-        click.echo(_json(grades, given))
-    elif form == "csv":
+    if form == "csv":
         click.echo(_csv(grades), nl=False)
-    elif len(grades) == 1:
-        click.echo(_in_full(grades[0]))
     else:
-        click.echo(_table(grades))
+        data = {"lesson": given.name if given else None, "records": [_data(item) for item in grades]}
+        write(Result("lathesim-grade/1", data, _in_full(grades[0]) if len(grades) == 1 else _lines(grades)), form == "json")
     return int(any(item.result == UNREADABLE for item in grades))
 
 
@@ -53,20 +52,19 @@ def _sorted_out(files: Sequence[str]) -> tuple[str | None, list[Path]]:
     return (None if first_is_record else files[0]), list(dict.fromkeys(records))
 
 
-def _in_full(graded: Grade) -> str:
+def _in_full(graded: Grade) -> Iterator[str]:
     from lathesim.cli.lessons.run_tables import goals_text
 
     case = f", case {_plain(graded.variant)}" if graded.variant else ""
-    lines = [f"{graded.record}: {graded.lesson or 'no lesson'}{case}"]
-    lines += [_plain(note) for note in graded.notes]
+    yield f"{graded.record}: {graded.lesson or 'no lesson'}{case}"
+    yield from map(_plain, graded.notes)
     if graded.goals:
-        lines += ["", goals_text(graded.goals), ""]
-        lines.append(f"{graded.met} of {len(graded.goals)} goals met: {graded.result}.")
-    return "\n".join(lines)
+        yield f"\n{goals_text(graded.goals)}\n"
+        yield f"{graded.met} of {len(graded.goals)} goals met: {graded.result}."
 
 
-def _table(grades: Sequence[Grade]) -> str:
-    from lathesim.cli.lessons.run_tables import aligned, words
+def _lines(grades: Sequence[Grade]) -> Iterator[str]:
+    from lathesim.cli.lessons.run_tables import words
     from lathesim.lessons.grading import REACHED
 
     names = _goal_columns(grades)
@@ -76,8 +74,8 @@ def _table(grades: Sequence[Grade]) -> str:
         cells = [_shown(found.get(name)) for name in names]
         count = f"{item.met} of {len(item.goals)}" if item.goals else "-"
         rows.append((item.record, item.lesson, item.result, count, *cells, _plain(" ".join(item.notes))))
-    best = sum(item.result == REACHED for item in grades)
-    return f"{aligned(rows)}\n\n{best} of {len(grades)} records meet all goals."
+    yield from aligned(rows)
+    yield f"\n{sum(item.result == REACHED for item in grades)} of {len(grades)} records meet all goals."
 
 
 def _shown(goal: GoalResult | None) -> str:
@@ -105,14 +103,7 @@ def _csv(grades: Sequence[Grade]) -> str:
     return text.getvalue()
 
 
-def _json(grades: Sequence[Grade], given: Yardstick | None) -> str:
-    import json
-
-    result: dict[str, Any] = {"schema": "lathesim-grade/1", "lesson": given.name if given else None}
-    return json.dumps({**result, "records": [_as_json(item) for item in grades]}, indent=2)
-
-
-def _as_json(graded: Grade) -> dict[str, Any]:
+def _data(graded: Grade) -> dict[str, Any]:
     return {
         "record": graded.record,
         "lesson": graded.lesson,
@@ -125,16 +116,16 @@ def _as_json(graded: Grade) -> dict[str, Any]:
                 "metric": goal.metric,
                 "sense": goal.sense,
                 "limit": goal.limit,
-                "value": None if goal.value != goal.value else goal.value,
+                "value": goal.value,
                 "unit": goal.unit or "1",
-                "missed_by": None if goal.over != goal.over else goal.over,
+                "missed_by": goal.over,
                 "met": goal.met,
                 "hint": goal.hint if not goal.met else "",
                 "reason": goal.reason,
             }
             for goal in graded.goals
         ],
-        "notes": list(graded.notes),
+        "notes": graded.notes,
     }
 
 

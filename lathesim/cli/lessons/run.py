@@ -2,24 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.case_options import find_program_file, program_option, read_settings, set_option, variant_option
+from lathesim.cli.options import (
+    STOPPED,
+    ChosenLesson,
+    grouped,
+    json_option,
+    plugins_option,
+    program_option,
+    set_option,
+    variant_option,
+)  # fmt: skip
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from lathesim.analysis.metric import Measurements
     from lathesim.cli.lessons.run_tables import Outcome
-    from lathesim.lessons.lesson import Lesson
     from lathesim.lessons.simulate import Prepared
-    from lathesim.plugins import Registry
     from lathesim.record import Record
 
-STOPPED = 130
+
+@dataclass(frozen=True)
+class RunOptions:
+    """How the cases are run, and what is written of them."""
+
+    as_json: bool
+    engine: str | None
+    seed: int | None
+    no_plots: bool
 
 
 @click.command()
@@ -30,48 +45,31 @@ STOPPED = 130
 @click.option("--recording", type=click.Path(path_type=Path), metavar="FILE", help="What drives a lesson with 'recordings: drive:'.")
 @click.option("--seed", type=click.IntRange(min=0), help="Another seed of the noise.")
 @click.option("--out", type=OutputPath(makes_folder=True), metavar="RUN.h5", help="Where the record goes [default: lathesim_runs/LESSON/].")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-run/1) and nothing else.")
+@json_option("lathesim-run/1")
 @click.option("--plain", "engine", flag_value="plain", help="Run in plain Python, without the compiler.")
 @click.option("--compiled", "engine", flag_value="compiled", help="Compile first, however short the run.")
 @click.option("--no-plots", is_flag=True, help="Draw no plots.")
 @plugins_option
-def run(
-    lesson: str,
-    variant: str | None,
-    program: Path | None,
-    settings: tuple[str, ...],
-    recording: Path | None,
-    seed: int | None,
-    out: Path | None,
-    as_json: bool,
-    engine: str | None,
-    no_plots: bool,
-    plugin_folders: tuple[Path, ...],
-) -> int:
+@grouped(chosen=ChosenLesson, how=RunOptions)
+def run(chosen: ChosenLesson, how: RunOptions, recording: Path | None, out: Path | None) -> int:
     """Run LESSON (a file, or the name of a shipped one): a table of results, plots, and a record beside them.
 
     Without --variant all variants of the lesson run, and a table compares them with the published values. With --recording the inputs that
     the lesson names under 'recordings: drive:' are driven by FILE, for as long as it lasts, and the motion starts as it shows; 'lathesim
     compare' holds the same run against it. Ctrl-C ends a run and keeps what was simulated until then (exit code 130).
     """
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
-
-    registry = open_registry(plugin_folders)
-    loaded = load_lesson(lesson)
-    changes = read_settings(settings)
-    file = find_program_file(program, loaded.path.parent)
-    names: list[str | None] = [variant] if variant is not None else list(loaded.variants) or [None]
-    prepared = [prepare(loaded, registry, name, changes, program=file) for name in names]
+    chosen.registry  # noqa: B018 - plug-ins at fault are reported before the lesson is read
+    names: list[str | None] = [chosen.variant] if chosen.variant is not None else list(chosen.loaded.variants) or [None]
+    prepared = [chosen.prepared_as(name) for name in names]
     _tell_odd_programs(prepared)
-    runs = _Runs(loaded, registry, as_json, engine, seed, no_plots)
+    runs = _Runs(chosen, how)
     if recording is not None:
         prepared = [runs.driven(case, recording) for case in prepared]
     for case in prepared:
-        runs.one(case, _record_path(out, case, file, recording, alone=len(prepared) == 1))
+        runs.one(case, _record_path(out, case, chosen.program_file, recording, alone=len(prepared) == 1))
         if runs.stopped:
             break
-    runs.tell()
+    runs.write()
     return STOPPED if runs.stopped else int(runs.failed)
 
 
@@ -92,39 +90,35 @@ def _record_path(out: Path | None, case: Prepared, *read: Path | None, alone: bo
     return out if alone else out.with_name(f"{out.stem}_{case.case.variant}{out.suffix}")
 
 
+@dataclass
 class _Runs:
-    """The runs of one call: each is made, kept, measured and drawn; then all are told."""
+    """The runs of one call: each is made, kept, measured and drawn; then all are written."""
 
-    def __init__(self, lesson: Lesson, registry: Registry, as_json: bool, engine: str | None, seed: int | None, no_plots: bool) -> None:
-        self.lesson = lesson
-        self.registry = registry
-        self.as_json = as_json
-        self.engine = engine
-        self.seed = seed
-        self.no_plots = no_plots
-        self.stopped = False
-        self.failed = False
-        self.outcomes: list[Outcome] = []
-        self.results: list[dict[str, Any]] = []
-        self.files: list[Path] = []
-        self.findings: dict[str, None] = {}
+    chosen: ChosenLesson
+    how: RunOptions
+    stopped: bool = False
+    failed: bool = False
+    outcomes: list[Outcome] = field(default_factory=list)
+    results: list[dict[str, Any]] = field(default_factory=list)
+    files: list[Path] = field(default_factory=list)
+    findings: dict[str, None] = field(default_factory=dict)
 
     def driven(self, case: Prepared, recording: Path) -> Prepared:
         """Return a case driven by a recording, and keep what was found in that."""
         from lathesim.identification.replay.driven_run import driven_by
 
-        found = driven_by(case, recording, self.registry)
+        found = driven_by(case, recording, self.chosen.registry)
         self.findings |= dict.fromkeys(found.findings)
         return found.prepared
 
     def one(self, case: Prepared, path: Path) -> None:
         """Run one case and keep what it gives."""
         from lathesim.cli.lessons.run_tables import Outcome
-        from lathesim.cli.run_progress import progress_bar
+        from lathesim.cli.progress import progress_bar
         from lathesim.lessons.kept_run import run_and_keep
 
-        with progress_bar(case.name, case.expected_time, shown=not self.as_json) as progress:
-            kept = run_and_keep(case, self.registry, path, engine=self.engine, seed=self.seed, progress=progress)
+        with progress_bar(case.name, case.expected_time, shown=not self.how.as_json) as progress:
+            kept = run_and_keep(case, self.chosen.registry, path, engine=self.how.engine, seed=self.how.seed, progress=progress)
         record, measurements = kept.record, kept.measurements
         if kept.failure:
             click.echo(f"{case.name}: {kept.failure} See {path}.", err=True)
@@ -134,23 +128,22 @@ class _Runs:
         if self.stopped:
             last = float(record.time[-1]) if len(record) else 0.0
             click.echo(f"Stopped at {last:.4g} s of simulated time; what was simulated until then is kept in {path}.", err=True)
-        published = {**self.lesson.settings.published, **_published(self.lesson, case)}
+        lesson, variant = self.chosen.loaded, case.case.variant
+        published = {**lesson.settings.published, **(lesson.settings.variants[variant].published if variant else {})}
         without = {name: measurements.skipped[name] for name in measurements.without}
         told = kept.nothing_cut
-        self.outcomes.append(
-            Outcome(case.case.variant or "", measurements.values, published, record.status, list(kept.goals), without, told)
-        )
+        self.outcomes.append(Outcome(variant or "", measurements.values, published, record.status, list(kept.goals), without, told))
         self.results.append(_result(case, record, path, measurements, told))
         if case.recording:
             self.results[-1] |= {"recording": case.recording, "recording_findings": list(self.findings)}
-        if not self.no_plots and len(record) > 1:
+        if not self.how.no_plots and len(record) > 1:
             from lathesim.analysis.plots import save_run_plots
 
-            self.files += save_run_plots(record, path, f"{self.lesson.title}{f', case {case.case.variant}' if case.case.variant else ''}")
+            self.files += save_run_plots(record, path, f"{lesson.title}{f', case {variant}' if variant else ''}")
 
-    def tell(self) -> None:
+    def write(self) -> None:
         """Write the result: JSON, or tables with the goals and where everything is."""
-        if self.as_json:
+        if self.how.as_json:
             click.echo(_json(self.results, self.stopped))
             return
         for finding in self.findings:
@@ -160,7 +153,7 @@ class _Runs:
         from lathesim.cli.lessons.run_tables import case_table, goals_text, nothing_cut_text, variants_table
 
         if len(self.outcomes) > 1:
-            click.echo(variants_table(self.outcomes, {goal.metric for goal in self.lesson.settings.goals}))
+            click.echo(variants_table(self.outcomes, {goal.metric for goal in self.chosen.loaded.settings.goals}))
         elif self.outcomes:
             click.echo(case_table(self.outcomes[0]))
             if self.outcomes[0].goals:
@@ -175,10 +168,6 @@ class _Runs:
 
 def _counted(number: int, what: str) -> str:
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
-
-
-def _published(lesson: Lesson, case: Prepared) -> dict[str, str]:
-    return dict(lesson.settings.variants[case.case.variant].published) if case.case.variant else {}
 
 
 def _result(case: Prepared, record: Record, path: Path, measurements: Measurements, nothing_cut: str) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from lathesim.analysis.display_unit import plain_number, shown_with_unit
 from lathesim.analysis.metric import NO_VALUE, Measured
+from lathesim.cli.writing import aligned
 from lathesim.lessons.grading import GoalResult
 from lathesim.units import from_si, split_quantity
 
@@ -36,7 +37,7 @@ def case_table(outcome: Outcome) -> str:
         published = outcome.published.get(name, "")
         rows.append((words(name), _like(measured, published), *([published] if beside else [])))
     rows += [(words(name), reason, *([outcome.published.get(name, "")] if beside else [])) for name, reason in outcome.without.items()]
-    return aligned(rows)
+    return "\n".join(aligned(rows))
 
 
 def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) -> str:
@@ -59,7 +60,7 @@ def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) ->
         if judged:
             row.append(f"{sum(goal.met for goal in outcome.goals)} of {len(outcome.goals)}" if outcome.status == "complete" else "-")
         rows.append(tuple(row))
-    return aligned(rows)
+    return "\n".join(aligned(rows))
 
 
 def _limit(outcome: Outcome, name: str) -> str:
@@ -92,7 +93,7 @@ def goals_text(results: Sequence[GoalResult]) -> str:
         reached = f"{plain_number(result.value, 5)} {result.unit}".strip() if not math.isnan(result.value) else "-"
         rows.append((words(result.metric), f"{result.sense} {result.limit}", reached, _verdict(result)))
     hints = dict.fromkeys(f"Hint: {result.hint}" for result in results if result.over > 0.0 and result.hint)
-    return "\n".join([aligned(rows), *hints])
+    return "\n".join([*aligned(rows), *hints])
 
 
 def _verdict(result: GoalResult) -> str:
@@ -117,11 +118,3 @@ def _like(measured: Measured, text: str) -> str:
 def words(name: str) -> str:
     """Return the name of a metric as words."""
     return name.replace("_", " ")
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows as columns of text, the first row as a heading."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    lines.insert(1, "  ".join("-" * width for width in widths))
-    return "\n".join(lines)

@@ -9,18 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.case_options import find_program_file, program_option, read_settings, set_option, variant_option
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, program_option, set_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
     from lathesim.lessons.sweeping.members import Member, Members
     from lathesim.lessons.sweeping.ranges import Range
     from lathesim.lessons.sweeping.table import SweepTable
-    from lathesim.plugins import Registry
-
-STOPPED = 130
 
 
 @click.command()
@@ -43,8 +39,9 @@ STOPPED = 130
 @program_option
 @set_option
 @plugins_option
+@grouped(chosen=ChosenLesson)
 def sweep(
-    lesson: str,
+    chosen: ChosenLesson,
     varied: tuple[str, ...],
     metrics: tuple[str, ...],
     out: Path | None,
@@ -52,10 +49,6 @@ def sweep(
     no_plot: bool,
     threads: int | None,
     executor: str | None,
-    variant: str | None,
-    program: Path | None,
-    settings: tuple[str, ...],
-    plugin_folders: tuple[Path, ...],
 ) -> int:
     """Run LESSON over all combinations of the --vary ranges and write one row a run.
 
@@ -63,19 +56,14 @@ def sweep(
     table of another sweep. A run that breaks down has the reason in its row.
     """
     from lathesim.errors import LatheSimError
-    from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import results_folder
-    from lathesim.lessons.simulate import prepare
     from lathesim.lessons.sweeping.members import Members
     from lathesim.lessons.sweeping.ranges import grid, read_range
 
     if executor is not None and not executor.startswith("dask://"):
         raise click.UsageError(f"--executor {executor}: write it as dask://host:port.")
-    registry = open_registry(plugin_folders)
-    loaded = load_lesson(lesson)
-    overrides = read_settings(settings)
-    file = find_program_file(program, loaded.path.parent)
-    prepared = prepare(loaded, registry, variant, overrides, program=file)
+    registry, loaded = chosen.registry, chosen.loaded
+    prepared = chosen.prepared
     ranges = [read_range(text, prepared) for text in varied]
     for item in ranges:
         if item.remark:
@@ -86,20 +74,18 @@ def sweep(
     if not wanted:
         raise LatheSimError("the lesson has no goals.", place=str(loaded.path), remedy="Say what to measure with --metric.")
     members = Members(prepared, names, wanted)
-    table = _table(out or results_folder(loaded, file, variant=variant) / "sweep.csv", prepared, members, ranges, points)
+    place = out or results_folder(loaded, chosen.program_file, variant=chosen.variant) / "sweep.csv"
+    table = _table(place, prepared, members, ranges, points)
     done = table.open()
     there = len(done)
     jobs = [(number, _values(ranges, point)) for number, point in enumerate(points) if number not in done]
-    stopped = False
     try:
         with _progress(prepared.name, len(points), there) as tell:
-            for member in _runs(members, jobs, threads, executor, registry, overrides):
+            for member in _runs(members, jobs, threads, executor, chosen):
                 table.add(member)
                 done[member.number] = member
                 tell()
     except KeyboardInterrupt:
-        stopped = True
-    if stopped:
         click.echo(f"Stopped after {len(done)} of {len(points)} runs; the same command goes on from there.", err=True)
         return STOPPED
     done = dict(sorted(done.items()))
@@ -141,8 +127,7 @@ def _runs(
     jobs: Sequence[tuple[int, tuple[float, ...]]],
     threads: int | None,
     executor: str | None,
-    registry: Registry,
-    overrides: dict[str, str | float],
+    chosen: ChosenLesson,
 ) -> Iterator[Member]:
     from lathesim.lessons.sweeping.executors import run_here, run_on_cluster
 
@@ -152,7 +137,7 @@ def _runs(
         return run_here(members, jobs, threads or 0)
     from lathesim.lessons.sweeping.bundle import pack
 
-    return run_on_cluster(executor, pack(members, overrides, registry.plugins), members.digest, jobs)
+    return run_on_cluster(executor, pack(members, chosen.overrides, chosen.registry.plugins), members.digest, jobs)
 
 
 @contextmanager

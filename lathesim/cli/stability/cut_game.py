@@ -7,11 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.writing import Column, table
 from lathesim.errors import LatheSimError
+from lathesim.units import from_si, in_unit
 
 if TYPE_CHECKING:
     from lathesim.stability.next_cut import ConcealedMachine
     from lathesim.stability.tried_cuts import TriedCut
+
+_SCORES = (
+    Column("", -10), Column("cuts", 6, "d"), Column("rate [rpm*mm]", 16, ".0f"), Column("of the best", 13, ".0%"),
+    Column("tools broken", 14, "d"),
+)  # fmt: skip
 
 
 def play(machine: ConcealedMachine, prior: Any, count: int, risk: float, seed: int) -> None:
@@ -19,14 +26,12 @@ def play(machine: ConcealedMachine, prior: Any, count: int, risk: float, seed: i
     from lathesim.stability.next_cut import program_plays, score
 
     low, high = machine.inside.speeds[0], machine.inside.speeds[-1]
-    click.echo(
-        f"{count} cuts. Type a speed from {low:g} to {high:g} rpm and a width up to {1e3 * machine.inside.widest:g} mm, as: 2500 1.5"
-    )
+    widest = in_unit(machine.inside.widest, "mm", "g")
+    click.echo(f"{count} cuts. Type a speed from {low:g} to {high:g} rpm and a width up to {widest}, as: 2500 1.5")
     cuts: list[TriedCut] = []
-    source = sys.stdin
     while len(cuts) < count:
         click.echo(f"cut {len(cuts) + 1}: ", nl=False)
-        line = source.readline()
+        line = sys.stdin.readline()
         if not line:
             click.echo("")
             break
@@ -38,19 +43,17 @@ def play(machine: ConcealedMachine, prior: Any, count: int, risk: float, seed: i
         cuts.append(cut)
         said = "stable" if cut.stable else f"chatter at {cut.frequency:.1f} Hz, the tool is broken"
         mine = score(machine, cuts)
-        click.echo(f"  {said}; {1e3 * mine.rate:.0f} rpm*mm so far, {mine.broken} tools broken")
+        click.echo(f"  {said}; {from_si(mine.rate, 'mm'):.0f} rpm*mm so far, {mine.broken} tools broken")
     if not cuts:
         click.echo("No cut was made.")
         return
     theirs = program_plays(machine, prior, len(cuts), risk, seed)
-    click.echo(f"\n{'':<10}{'cuts':>6}{'rate [rpm*mm]':>16}{'of the best':>13}{'tools broken':>14}")
-    for name, made in (("you", cuts), ("program", theirs)):
-        found = score(machine, made)
-        click.echo(f"{name:<10}{len(made):>6}{1e3 * found.rate:>16.0f}{100.0 * found.share:>12.0f}%{found.broken:>14}")
-    mode = machine.tool.modes[0]
-    click.echo(
-        f"\nThe machine: {mode.frequency:.1f} Hz, damping {100.0 * mode.damping:.1f} %; possible were {1e3 * machine.best():.0f} rpm*mm."
-    )
+    scores = [(name, len(made), score(machine, made)) for name, made in (("you", cuts), ("program", theirs))]
+    click.echo()
+    for row in table(_SCORES, [(name, made, from_si(found.rate, "mm"), found.share, found.broken) for name, made, found in scores]):
+        click.echo(row)
+    mode, best = machine.tool.modes[0], from_si(machine.best(), "mm")
+    click.echo(f"\nThe machine: {mode.frequency:.1f} Hz, damping {in_unit(mode.damping, '%', '.1f')}; possible were {best:.0f} rpm*mm.")
 
 
 def _read(line: str) -> tuple[float, float]:

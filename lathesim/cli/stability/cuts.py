@@ -2,17 +2,46 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import grouped, json_option, read_range, save_option
+from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:
     from lathesim.stability.learned_map import LearnedMap
+    from lathesim.stability.next_cut import Range
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How many next cuts are proposed, at what risk, at what price of chatter [rpm*mm], and the seed of the particles."""
+
+    count: int
+    risk: float
+    price: float
+    seed: int
+
+
+@dataclass(frozen=True)
+class Inside:
+    """Which speeds are looked at, and the widest chip [mm]."""
+
+    speeds: str
+    widest: float
+
+    def range(self) -> Range:
+        """Return both in SI, speeds in rpm."""
+        import numpy as np
+
+        from lathesim.stability.next_cut import Range
+
+        return Range(np.array(read_range("--speed", self.speeds)), 1e-3 * self.widest)
 
 
 @click.command()
@@ -33,23 +62,20 @@ if TYPE_CHECKING:
     "--play", "game", type=click.IntRange(1, 100), metavar="N", help="A game: choose N cuts on a concealed machine, as the program does."
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Another seed of the particles.")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-cuts/1) and nothing else.")
-@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the map.")
+@json_option("lathesim-cuts/1")
+@save_option("Draw the map.")
+@grouped(wish=Wish, inside=Inside)
 def cuts(
     lesson: str,
     cuts_file: Path | None,
-    count: int,
-    speeds: str,
-    widest: float,
-    risk: float,
-    price: float,
+    wish: Wish,
+    inside: Inside,
     comparators: bool,
     before: Path | None,
     game: int | None,
-    seed: int,
     as_json: bool,
     save: Path | None,
-) -> None:
+) -> int:
     """Learn the stability map of LESSON from the cuts in CUTS.csv, and propose the next one.
 
     CUTS.csv has the columns 'speed [rpm],width [mm],stable' and, where it was recorded, 'frequency [Hz]' of the chatter. The lesson's
@@ -57,42 +83,30 @@ def cuts(
     --prior takes what --json wrote for another overhang as the beginning. With --play a machine drawn by --seed from what is uncertain
     answers your cuts; points are the removal rate reached, a cut that chatters breaks a tool, and the program plays beside.
     """
-    import numpy as np
-
-    from lathesim.cli.stability.lobes import read_range
     from lathesim.lessons.lesson import load_lesson
     from lathesim.stability.learned_map import learned_map
-    from lathesim.stability.next_cut import Range
     from lathesim.stability.tried_cuts import read_cuts
 
-    if not 0.0 < widest < math.inf:
-        raise click.UsageError(f"--widest {widest:g}: give one above 0.")
+    if not 0.0 < inside.widest < math.inf:
+        raise click.UsageError(f"--widest {inside.widest:g}: give one above 0.")
     loaded = load_lesson(lesson)
     tried = read_cuts(cuts_file) if cuts_file is not None else ()
-    inside = Range(np.array(read_range("--speed", speeds)), 1e-3 * widest)
+    within = inside.range()
     if game is not None:
         from lathesim.cli.stability.cut_game import play
         from lathesim.stability.next_cut import concealed_machine
         from lathesim.stability.uncertain_cut import lesson_prior
 
         prior = lesson_prior(loaded).prior
-        play(concealed_machine(prior, inside, seed), prior, game, risk, seed)
-        return
-    found = learned_map(loaded, tried, inside, count, risk=risk, price=1e-3 * price, seed=seed, before=before)
-    if save is not None:
-        _draw(loaded.title, found, comparators, save)
-    if as_json:
-        click.echo(json.dumps(_as_json(found), indent=2))
-        return
-    _tell(found)
-    if save is not None:
-        click.echo(f"See {save}")
+        play(concealed_machine(prior, within, wish.seed), prior, game, wish.risk, wish.seed)
+        return 0
+    found = learned_map(loaded, tried, within, wish.count, risk=wish.risk, price=1e-3 * wish.price, seed=wish.seed, before=before)
+    return write(Result("lathesim-cuts/1", _data(found), _lines(found), lambda: _figure(loaded.title, found, comparators)), as_json, save)
 
 
-def _as_json(found: LearnedMap) -> dict[str, Any]:
+def _data(found: LearnedMap) -> dict[str, Any]:
     best = found.best
     return {
-        "schema": "lathesim-cuts/1",
         "cuts": len(found.belief.cuts),
         "adequate": found.adequacy.good,
         "reason": found.adequacy.reason,
@@ -107,38 +121,36 @@ def _as_json(found: LearnedMap) -> dict[str, Any]:
         ],
         "rows": [
             {"speed_rpm": speed, "low_m": low, "width_m": middle, "high_m": high}
-            for speed, low, middle, high in zip(found.speeds, *found.quantiles.tolist(), strict=True)
+            for speed, low, middle, high in zip(found.speeds, *found.quantiles, strict=True)
         ],
-        "findings": list(found.told),
+        "findings": found.told,
     }
 
 
-def _tell(found: LearnedMap) -> None:
-    for sentence in found.told:
-        click.echo(sentence)
+def _lines(found: LearnedMap) -> Iterator[str]:
+    from lathesim.units import from_si, in_unit
+
+    yield from found.told
     best = found.best
     stable = sum(cut.stable for cut in found.belief.cuts)
-    told = f"; the best {best.speed:.0f} rpm, {1e3 * best.width:.3f} mm" if best else ""
-    click.echo(f"{len(found.belief.cuts)} cuts, {stable} stable{told}")
+    told = f"; the best {best.speed:.0f} rpm, {in_unit(best.width, 'mm', '.3f')}" if best else ""
+    yield f"{len(found.belief.cuts)} cuts, {stable} stable{told}"
     for item in found.parameters:
-        click.echo(f"  {item.name.replace('_', ' '):<34}{item.value:>12.5g} {item.unit:<4} 95 % {item.low:.5g} to {item.high:.5g}")
+        yield f"  {item.name.replace('_', ' '):<34}{item.value:>12.5g} {item.unit:<4} 95 % {item.low:.5g} to {item.high:.5g}"
     if not found.adequacy.good:
-        click.echo(f"\nOne mode does not explain the cuts: {found.adequacy.reason}. The limits are then held below what has chattered.")
+        yield f"\nOne mode does not explain the cuts: {found.adequacy.reason}. The limits are then held below what has chattered."
     if found.proposals:
-        click.echo("\nNext:")
+        yield "\nNext:"
     for cut in found.proposals:
-        click.echo(
-            f"  {cut.speed:.0f} rpm, {1e3 * cut.width:.3f} mm: stable with {100.0 * cut.stable:.0f} %, "
-            f"expected gain {1e3 * cut.gain:.0f} rpm*mm"
-        )
+        stable_with, gain = in_unit(cut.stable, "%", ".0f"), from_si(cut.gain, "mm")
+        yield f"  {cut.speed:.0f} rpm, {in_unit(cut.width, 'mm', '.3f')}: stable with {stable_with}, expected gain {gain:.0f} rpm*mm"
 
 
-def _draw(title: str, found: LearnedMap, comparators: bool, save: Path) -> None:
-    from lathesim.analysis.plots import save_figure
+def _figure(title: str, found: LearnedMap, comparators: bool) -> Any:
     from lathesim.analysis.stability_figures import learned_figure
 
     shown = found.grid()
     others = found.comparators() if comparators else {}
     cuts = [(cut.speed, 1e3 * cut.width, cut.stable) for cut in found.belief.cuts]
     asked = [(cut.speed, 1e3 * cut.width) for cut in found.proposals]
-    save_figure(learned_figure(title, found.speeds, 1e3 * shown.widths, shown.stable, 1e3 * found.quantiles, cuts, asked, others), save)
+    return learned_figure(title, found.speeds, 1e3 * shown.widths, shown.stable, 1e3 * found.quantiles, cuts, asked, others)

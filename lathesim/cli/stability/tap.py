@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.options import json_option, save_option
 from lathesim.cli.output_path import OutputPath
+from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:
     from lathesim.stability.tap import TapEstimate
@@ -22,11 +24,9 @@ if TYPE_CHECKING:
 @click.option(
     "--out", type=OutputPath(makes_folder=True), metavar="F.csv|F.mat|F.uff", help="Where the response goes  [default: lathesim_runs/]."
 )
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-tap/1) and nothing else.")
-@click.option("--save", type=OutputPath(), metavar="F.png", help="Draw the response with its coherence.")
-def tap(
-    lesson: str, recording: Path | None, seed: int | None, hits: int | None, out: Path | None, as_json: bool, save: Path | None
-) -> None:
+@json_option("lathesim-tap/1")
+@save_option("Draw the response with its coherence.")
+def tap(lesson: str, recording: Path | None, seed: int | None, hits: int | None, out: Path | None, as_json: bool, save: Path | None) -> int:
     """Hit the tool point of LESSON with a hammer and estimate its frequency response along the normal.
 
     Double hits and overloads are found, left out and said; another hit is then made in their place. 'tap:' under 'tool_point:' says how it
@@ -42,49 +42,43 @@ def tap(
     found = recorded_tap(recording) if recording is not None else tap_lesson(loaded, loaded.settings.seed if seed is None else seed, hits)
     place = out or results_folder(loaded, recording) / "tap.csv"
     write_response(found.response, place)
-    if save is not None:
-        from lathesim.analysis.plots import save_figure
-        from lathesim.analysis.stability_figures import response_figure
-
-        response = found.response
-        save_figure(
-            response_figure(f"{loaded.title}: tap test", response.frequency, response.receptance_values, coherence=response.coherence), save
-        )
-    if as_json:
-        click.echo(json.dumps(_as_json(found, place), indent=2))
-        return
-    _tell(found, place)
-    if save is not None:
-        click.echo(f"See {save}")
+    result = Result("lathesim-tap/1", _data(found, place), _lines(found, place), lambda: _figure(loaded.title, found))
+    return write(result, as_json, save)
 
 
-def _as_json(found: TapEstimate, place: Path) -> dict[str, Any]:
+def _figure(title: str, found: TapEstimate) -> Any:
+    from lathesim.analysis.stability_figures import response_figure
+
+    response = found.response
+    return response_figure(f"{title}: tap test", response.frequency, response.receptance_values, coherence=response.coherence)
+
+
+def _data(found: TapEstimate, place: Path) -> dict[str, Any]:
     response = found.response
     return {
-        "schema": "lathesim-tap/1",
-        "response": str(place),
+        "response": place,
         "lines": len(response.frequency),
         "highest_frequency_hz": response.highest,
         "window_rate_per_s": response.window_rate,
         "hits": [{"hit": hit.number, "peak_n": hit.peak, "kept": not hit.reason, "reason": hit.reason} for hit in found.hits],
-        "lowest_coherence": None if response.coherence is None else float(response.coherence.min()),
-        "largest_difference_of_h1_and_h2": float(abs(found.by_h2 / response.receptance_values - 1.0).max()),
+        "lowest_coherence": None if response.coherence is None else response.coherence.min(),
+        "largest_difference_of_h1_and_h2": abs(found.by_h2 / response.receptance_values - 1.0).max(),
     }
 
 
-def _tell(found: TapEstimate, place: Path) -> None:
+def _lines(found: TapEstimate, place: Path) -> Iterator[str]:
     import numpy as np
+
+    from lathesim.units import in_unit
 
     response = found.response
     for hit in found.hits:
-        click.echo(f"hit {hit.number}: {hit.peak:.0f} N, " + (f"left out: {hit.reason}" if hit.reason else "kept"))
+        yield f"hit {hit.number}: {hit.peak:.0f} N, " + (f"left out: {hit.reason}" if hit.reason else "kept")
     kept = sum(not hit.reason for hit in found.hits)
-    click.echo(
-        f"\nResponse of {kept} hits by H1, {response.frequency[0]:.3g} to {response.highest:.0f} Hz in {len(response.frequency)} lines"
-    )
+    yield f"\nResponse of {kept} hits by H1, {response.frequency[0]:.3g} to {response.highest:.0f} Hz in {len(response.frequency)} lines"
     if response.coherence is not None:
-        poor = float(np.mean(response.coherence < 0.9))
-        click.echo(f"Coherence: median {np.median(response.coherence):.4f}; below 0.9 at {100.0 * poor:.0f} % of the lines")
+        poor = in_unit(float(np.mean(response.coherence < 0.9)), "%", ".0f")
+        yield f"Coherence: median {np.median(response.coherence):.4f}; below 0.9 at {poor} of the lines"
     if response.window_rate:
-        click.echo(f"The response had not died out: an exponential window of {response.window_rate:.3g} 1/s is in it, and kept in the file")
-    click.echo(f"Response: {place}\nNext: lathesim modes {place}")
+        yield f"The response had not died out: an exponential window of {response.window_rate:.3g} 1/s is in it, and kept in the file"
+    yield f"Response: {place}\nNext: lathesim modes {place}"

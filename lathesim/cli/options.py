@@ -1,0 +1,178 @@
+"""The options that several commands share, and the groups in which a command takes them."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from lathesim.cli.output_path import OutputPath
+
+if TYPE_CHECKING:
+    from lathesim.lessons.lesson import Lesson
+    from lathesim.lessons.simulate import Prepared
+    from lathesim.plugins import Registry
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+STOPPED = 130
+"""Exit code of work that Ctrl-C ended."""
+
+variant_option = click.option("--variant", metavar="NAME", help="One of the lesson's variants.")
+program_option = click.option("--program", type=click.Path(path_type=Path), metavar="FILE", help="Another part program.")
+set_option = click.option(
+    "--set", "settings", multiple=True, metavar="PART.NAME=VALUE", help="Another value of a parameter, or start of a state; with its unit."
+)
+plugins_option = click.option(
+    "--plugins",
+    "plugin_folders",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Load the plug-ins of this folder too (they are code: load only what you trust).",
+)
+host_option = click.option(
+    "--host", default="127.0.0.1", show_default=True, help="Another address of this machine, so that others can connect."
+)
+axis_option = click.option("--axis", "axis_texts", multiple=True, metavar="NAME=PART.INPUT", help="What follows an axis of the set-points.")
+
+
+def json_option(schema: str, what: str = "result") -> Callable[[Command], Command]:
+    """Return the option ``--json`` of a command whose result has a schema."""
+    return click.option("--json", "as_json", is_flag=True, help=f"Write the {what} as JSON (schema {schema}) and nothing else.")
+
+
+def save_option(what: str) -> Callable[[Command], Command]:
+    """Return the option ``--save`` of a command that draws its result."""
+    return click.option("--save", type=OutputPath(), metavar="F.png", help=what)
+
+
+def grouped(**groups: type) -> Callable[[Command], Command]:
+    """Return what hands a command its options in groups: each a dataclass whose fields have the names of the options."""
+
+    def decorated(command: Command) -> Command:
+        @functools.wraps(command)
+        def call(**given: Any) -> Any:
+            for name, group in groups.items():
+                fields = [field.name for field in dataclasses.fields(group) if field.name in given]
+                given[name] = group(**{field: given.pop(field) for field in fields})
+            return command(**given)
+
+        return call  # type: ignore[return-value]
+
+    return decorated
+
+
+@dataclass(frozen=True)
+class ChosenLesson:
+    """The case of a lesson that a command line chooses. Each thing is read when it is first needed, and once."""
+
+    lesson: str
+    variant: str | None = None
+    program: Path | None = None
+    settings: tuple[str, ...] = ()
+    plugin_folders: tuple[Path, ...] = ()
+
+    @cached_property
+    def registry(self) -> Registry:
+        """The registry with the plug-ins of the command line."""
+        from lathesim.cli.registry import open_registry
+
+        return open_registry(self.plugin_folders)
+
+    @cached_property
+    def loaded(self) -> Lesson:
+        """The lesson."""
+        from lathesim.lessons.lesson import load_lesson
+
+        return load_lesson(self.lesson)
+
+    @cached_property
+    def overrides(self) -> dict[str, str | float]:
+        """What ``--set`` changes: ``part.name`` -> quantity."""
+        return read_settings(self.settings)
+
+    @cached_property
+    def program_file(self) -> Path | None:
+        """The file of ``--program``: as given, else in the lesson's folder, else the shipped one of that name."""
+        from lathesim.errors import ProgramError
+        from lathesim.lessons.lesson import find_program
+
+        if self.program is None or self.program.is_file():
+            return self.program
+        found = find_program(self.program, self.loaded.path.parent)
+        if found is None:
+            raise ProgramError(f"there is no part program '{self.program}'.")
+        return found
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """The chosen case, ready to run."""
+        return self.prepared_as(self.variant)
+
+    def prepared_as(self, variant: str | None) -> Prepared:
+        """Return the case of another variant, ready to run."""
+        from lathesim.lessons.simulate import prepare
+
+        return prepare(self.loaded, self.registry, variant, self.overrides, program=self.program_file)
+
+
+def read_settings(settings: tuple[str, ...]) -> dict[str, str | float]:
+    """Return ``part.name`` -> quantity for the options ``--set part.name=quantity``."""
+    found: dict[str, str | float] = {}
+    for text in settings:
+        name, equals, value = text.partition("=")
+        if not equals or name.count(".") != 1 or not value.strip():
+            raise click.UsageError(f"--set {text}: write it as --set x_axis.time_constant='24 ms'.")
+        if name.strip() in found:
+            raise click.UsageError(f"--set {text}: {name.strip()} is set twice.")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def read_axes(texts: tuple[str, ...]) -> dict[str, str]:
+    """Return ``name -> part.item`` for the options ``--axis x=x_controller.reference``."""
+    found = {}
+    for text in texts:
+        name, equals, item = text.partition("=")
+        if not equals or not name.strip() or item.count(".") != 1:
+            raise click.UsageError(f"--axis {text}: write it as --axis x=x_controller.reference.")
+        found[name.strip()] = item.strip()
+    return found
+
+
+def read_names(texts: tuple[str, ...]) -> list[str]:
+    """Return the names of an option that takes several, with commas between them or given again and again."""
+    return [name.strip() for text in texts for name in text.split(",") if name.strip()]
+
+
+def read_range(option: str, text: str) -> list[float]:
+    """Read ``500..8000:76`` of an option: the ends and how many values, evenly spaced."""
+    ends, _, count = text.partition(":")
+    low, dots, high = ends.partition("..")
+    try:
+        first, last, number = float(low), float(high if dots else low), int(count) if count else (2 if dots else 1)
+    except ValueError:
+        raise click.UsageError(f"{option} {text}: write it as {option} 500..8000:76.") from None
+    if not 0.0 < first <= last < math.inf or not 1 <= number <= 100_000:
+        raise click.UsageError(f"{option} {text}: values rise from above 0, and there is at least one.")
+    return [first + (last - first) * place / max(1, number - 1) for place in range(number)]
+
+
+def read_ends(option: str, text: str) -> tuple[float, float]:
+    """Read ``50..2000`` of an option."""
+    low, dots, high = text.partition("..")
+    try:
+        first, last = float(low), float(high)
+    except ValueError:
+        raise click.UsageError(f"{option} {text}: write it as {option} 50..2000.") from None
+    if not dots or not 0.0 <= first < last:
+        raise click.UsageError(f"{option} {text}: the ends rise from 0 on.")
+    return first, last

@@ -1,0 +1,62 @@
+"""How a person sees that long work goes on, and ends it: on the error stream, and only where someone looks at it."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def working(*, shown: bool = True, first: str = "reading the lesson") -> Iterator[Callable[[str], None]]:
+    """Return what tells a step; on a terminal the last one stands in one line, elsewhere nothing is written."""
+    if not (shown and sys.stderr.isatty()):
+        yield lambda text: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(first) as status:
+        yield lambda text: status.update(text.strip())
+
+
+@contextmanager
+def progress_bar(name: str, expected: float | None, *, shown: bool) -> Iterator[Callable[[float], None] | None]:
+    """Return what is told the simulated time [s] while a run goes on; ``expected`` is about how long it lasts."""
+    if not (shown and sys.stderr.isatty()):
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[simulated]:.1f} s simulated"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=expected, simulated=0.0)
+
+        def told(time: float) -> None:
+            bar.update(task, completed=min(time, expected) if expected else time, simulated=time)
+
+        yield told
+
+
+@contextmanager
+def interruptible() -> Iterator[threading.Event]:
+    """Yield an event that the first Ctrl-C sets; a second one interrupts as usual."""
+    stop = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = signal.getsignal(signal.SIGINT)
+
+    def wish(number: int, frame: object) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    if before is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, wish)
+    try:
+        yield stop
+    finally:
+        signal.signal(signal.SIGINT, before)
