@@ -30,8 +30,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
         "help": ("lathesim.cli.help:help_", "List the chapters of the manual, or print one."),
     },
     "Records": {
-        "plot": ("lathesim.cli.lessons.plot:plot", "Plot channels of a record."),
-        "export": ("lathesim.cli.lessons.export:export", "Write a record as CSV or MAT file."),
+        "plot": ("lathesim.cli.lessons.records:plot", "Plot channels of a record."),
+        "export": ("lathesim.cli.lessons.records:export", "Write a record as CSV or MAT file."),
     },
     "Part programs": {
         "program": ("lathesim.cli.programs.program:program", "Check a part program and show its moves."),
@@ -39,11 +39,11 @@ SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Machines": {
         "wiring": ("lathesim.cli.parts.wiring:wiring", "Show how the parts of a lesson's machine are wired."),
-        "components": ("lathesim.cli.parts.components:components", "List the machine parts, or show the page of one."),
-        "effects": ("lathesim.cli.parts.effects:effects", "List the effects that can be left out, or show the page of one."),
-        "plugins": ("lathesim.cli.parts.plugins:plugins", "List what was registered, from where, and what is at fault."),
+        "components": ("lathesim.cli.parts.listing:components", "List the machine parts, or show the page of one."),
+        "effects": ("lathesim.cli.parts.listing:effects", "List the effects that can be left out, or show the page of one."),
+        "plugins": ("lathesim.cli.parts.listing:plugins", "List what was registered, from where, and what is at fault."),
         "check": ("lathesim.cli.parts.check:check", "Check lessons, machine templates, part programs and plug-ins."),
-        "schema": ("lathesim.cli.parts.schema:schema", "Print the JSON Schema of a lesson, for editors."),
+        "schema": ("lathesim.cli.parts.listing:schema", "Print the JSON Schema of a lesson, for editors."),
     },
     "Recordings against the simulation": {
         "compare": ("lathesim.cli.diagnosis.compare:compare", "Compare a recording with the simulation of a lesson."),

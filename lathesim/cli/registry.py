@@ -1,26 +1,15 @@
-"""The registry a command works with, and the option ``--plugins``."""
+"""The registry a command works with."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
     from lathesim.plugins import Registry
-
-Command = TypeVar("Command", bound=Callable[..., Any])
-
-plugins_option = click.option(
-    "--plugins",
-    "plugin_folders",
-    multiple=True,
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Load the plug-ins of this folder too (they are code: load only what you trust).",
-)
 
 
 def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:

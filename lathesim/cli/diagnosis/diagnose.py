@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.case_options import variant_option
+from lathesim.cli.options import plugins_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.registry import open_registry
 from lathesim.whole_file import check_output, write_text
 
 if TYPE_CHECKING:

@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, json_option, plugins_option, read_names
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.progress import interruptible
+from lathesim.cli.writing import Result, write
+
+
+@dataclass(frozen=True)
+class Learning:
+    """How the machine is learnt, and what of it."""
+
+    method: str
+    weight: float
+    free: tuple[str, ...]
+    factor: float | None
+    keep_structure: bool
+    population: int
+    generations: int
+    seed: int
 
 
 @click.command()
@@ -38,45 +55,44 @@ from lathesim.cli.registry import open_registry, plugins_option
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which random numbers the populations take.")
 @click.option("--keep-structure", is_flag=True, help="Change values only: insert no effect, replace no part.")
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where lesson and report go.")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-emulation/1) and nothing else.")
+@json_option("lathesim-emulation/1")
 @plugins_option
+@grouped(chosen=ChosenLesson, learning=Learning)
 def emulate(
-    lesson: str, recordings: tuple[str, ...], validate: tuple[str, ...], method: str, weight: float, free: tuple[str, ...],
-    factor: float | None, population: int, generations: int, seed: int, keep_structure: bool, out: Path, as_json: bool,
-    plugin_folders: tuple[Path, ...],
-) -> int:  # fmt: skip
+    chosen: ChosenLesson, learning: Learning, recordings: tuple[str, ...], validate: tuple[str, ...], out: Path, as_json: bool
+) -> int:
     """Learn the machine of LESSON from way-points of its programs, and say what they cannot tell.
 
     A recording may be uneven in time and as slow as 10 Hz. PROGRAM is a variant of the lesson or a part program; without it, a file that
     is called as one of them is a run of that. DIR gets lesson.yaml, which runs, report.html and emulation.json. Ctrl-C keeps the best
     machine so far.
     """
-    import json
-
-    from lathesim.cli.progress import interruptible
     from lathesim.experiments.emulation.emulation import Question
     from lathesim.experiments.emulation.emulation import emulate as learn
     from lathesim.experiments.emulation.methods import Effort
-    from lathesim.experiments.emulation.report import as_json as json_of
+    from lathesim.experiments.emulation.report import as_json as as_json_of
     from lathesim.experiments.emulation.report import told_lines, write_emulation
-    from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import keep_read_lesson
 
-    names = tuple(name.strip() for text in free for name in text.split(",") if name.strip())
     question = Question(
-        method, weight, factor or (4.0 if method == "replay" else 2.0), names, not keep_structure, Effort(population, generations), seed
+        learning.method,
+        learning.weight,
+        learning.factor or (4.0 if learning.method == "replay" else 2.0),
+        tuple(read_names(learning.free)),
+        not learning.keep_structure,
+        Effort(learning.population, learning.generations),
+        learning.seed,
     )
-    loaded = load_lesson(lesson)
-    keep_read_lesson(loaded, out)
-    registry = open_registry(plugin_folders)
+    keep_read_lesson(chosen.loaded, out)
 
     def say(sentence: str) -> None:
-        click.echo(sentence, err=True)
+        if not as_json:
+            click.echo(sentence, err=True)
 
     with interruptible() as stop:
-        found = learn(loaded, recordings, validate, registry, question, (lambda sentence: None) if as_json else say, stop)
-    click.echo(json.dumps(json_of(found), indent=2) if as_json else "\n".join(told_lines(found)))
+        found = learn(chosen.loaded, recordings, validate, chosen.registry, question, say, stop)
+    write(Result("lathesim-emulation/1", as_json_of(found), told_lines(found)), as_json)
     places = write_emulation(found, out)
     if not as_json:
         click.echo(f"\nThe lesson is {places['lesson']}, the report {places['report']}")
-    return 130 if found.stopped else 0
+    return STOPPED if found.stopped else 0

@@ -2,21 +2,53 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import variant_option
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, read_names, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.progress import interruptible
+from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lathesim.experiments.design.experiment import Wish
     from lathesim.experiments.design.prediction import Foretold
+    from lathesim.experiments.design.rivals import Named
 
 
 _LONGEST = 3600.0
 """Longest program [s] that is designed."""
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What the program is to tell: rivals apart, named or those a diagnosis left tied, or values."""
+
+    diagnosis: Path | None
+    between: str | None
+    wanted: tuple[str, ...]
+    criterion: str
+
+    @property
+    def place(self) -> str:
+        """Where the rivals are named."""
+        return "--between" if self.between is not None else str(self.diagnosis)
+
+
+@dataclass(frozen=True)
+class Means:
+    """How long the program may last, how often it is recorded, and how many are tried."""
+
+    at_most: str
+    rate: str | None
+    programs: int
+    seed: int
+    left_out: tuple[str, ...]
 
 
 @click.command()
@@ -43,106 +75,117 @@ _LONGEST = 3600.0
 @click.option("--json", "as_json", is_flag=True, help="Print the prediction (schema lathesim-experiment/1) and nothing else.")
 @variant_option
 @plugins_option
+@grouped(chosen=ChosenLesson, aim=Aim, means=Means)
 def experiment(
-    lesson: str,
-    diagnosis: Path | None,
-    between: str | None,
-    wanted: tuple[str, ...],
-    criterion: str,
-    rate: str | None,
-    at_most: str,
-    programs: int,
-    seed: int,
+    chosen: ChosenLesson,
+    aim: Aim,
+    means: Means,
     rounds: int | None,
     machine: str | None,
     no_trial: bool,
-    left_out: tuple[str, ...],
     out: Path,
     as_json: bool,
-    variant: str | None,
-    plugin_folders: tuple[Path, ...],
 ) -> int:
     """Write the next part program for the machine of LESSON: the one whose run is expected to tell most for its seconds.
 
     Rivals come from --between, or from what a diagnosis left tied. Each is refitted to the others, over what the lesson calls uncertain.
     DIR gets program.nc, lesson.yaml to diagnose the run with, prediction.json and experiment.png. Ctrl-C keeps the best program so far.
     """
-    import contextlib
-    import json
-
-    from lathesim.cli.progress import interruptible
-    from lathesim.errors import LatheSimError, UnitError
-    from lathesim.experiments.design.discrimination import Conditions
-    from lathesim.experiments.design.experiment import Wish, design_experiment
-    from lathesim.experiments.design.experiment_files import as_json as json_of
-    from lathesim.experiments.design.experiment_files import told_lines, write_experiment, write_program_and_lesson
-    from lathesim.experiments.design.prediction import tried_design
-    from lathesim.experiments.design.rivals import named_between, named_in_diagnosis
-    from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import keep_read_lesson
-    from lathesim.units import quantity
 
-    try:
-        limit = quantity(at_most, "s")
-    except UnitError as error:
-        raise UnitError(error.fact, place="--at-most", remedy=error.remedy) from None
-    if limit < 2.0:
-        raise LatheSimError(f"a program of {limit:g} s is too short to tell anything.", place="--at-most", remedy="Allow 2 s or more.")
-    if (between is not None) + bool(wanted) + (diagnosis is not None and not wanted) != 1:
-        raise click.UsageError("Name the rivals with --between, give a DIAGNOSIS.json, or name values with --for: one of the three.")
-    if limit > _LONGEST:
-        raise LatheSimError(f"a program of {limit:g} s is too long to be designed.", place="--at-most", remedy="Allow an hour or less.")
-    per_second = quantity(rate, "Hz") if rate else 0.0
-    if rate and per_second <= 0.0:
-        raise LatheSimError(
-            f"a recording cannot take a row {per_second:g} times a second.", place="--rate", remedy="Give a rate above 0 Hz."
-        )
-    loaded = load_lesson(lesson)
-    keep_read_lesson(loaded, out)
-    registry = open_registry(plugin_folders)
-    wish = Wish(
-        limit,
-        programs,
-        seed=seed,
-        conditions=Conditions(*(name not in left_out for name in ("average", "refit", "price", "floor"))),
-        rate=per_second,
-    )
+    wish = _wish(aim, means)
+    keep_read_lesson(chosen.loaded, out)
 
     def say(sentence: str) -> None:
         if not as_json:
             click.echo(sentence, err=True)
 
-    if wanted:
-        from lathesim.experiments.design.aims import before_design
-        from lathesim.experiments.design.precision import design_for_precision, precision_lines, write_precision
-
-        before = before_design(diagnosis, loaded) if diagnosis is not None else None
-        names = [name.strip() for text in wanted for name in text.split(",") if name.strip()]
-        with interruptible() as stop:
-            precise = design_for_precision(loaded, names, registry, wish, criterion, variant, say, stop, before)
-        told = write_precision(precise, out)
-        click.echo(json.dumps(told, indent=2) if as_json else "\n".join(precision_lines(precise, out)))
-        return 130 if precise.stopped else 0
-    named = named_between(between) if between is not None else named_in_diagnosis(diagnosis or Path(), loaded.title)
-    place = "--between" if between is not None else str(diagnosis)
+    if aim.wanted:
+        return _for_values(chosen, aim, wish, out, as_json, say)
     if rounds is not None:
-        from lathesim.experiments.sequence import run_rounds
+        return _in_rounds(chosen, aim, wish, out, rounds, machine, say)
+    return _for_rivals(chosen, aim, wish, out, as_json, say, is_tried=not no_trial)
 
-        if machine is None:
-            raise click.UsageError("--rounds runs its programs on a machine: name the lesson that plays it with --machine.")
-        with interruptible() as stop:
-            ran = run_rounds(loaded, load_lesson(machine), named, registry, wish, rounds, out, place, say, stop)
-        for number, item in enumerate(ran.rounds, 1):
-            click.echo(f"Round {number}: {item.seconds:.1f} s, {item.verdict} {', '.join(item.named)}".rstrip())
-        click.echo(f"{ran.ended} {ran.seconds:.1f} s of programs in all.")
-        return 0
+
+def _wish(aim: Aim, means: Means) -> Wish:
+    """Return what is wished for; raises what cannot be met."""
+    from lathesim.errors import LatheSimError, UnitError
+    from lathesim.experiments.design.discrimination import Conditions
+    from lathesim.experiments.design.experiment import Wish
+    from lathesim.units import quantity
+
+    try:
+        limit = quantity(means.at_most, "s")
+    except UnitError as error:
+        raise UnitError(error.fact, place="--at-most", remedy=error.remedy) from None
+    if limit < 2.0:
+        raise LatheSimError(f"a program of {limit:g} s is too short to tell anything.", place="--at-most", remedy="Allow 2 s or more.")
+    if (aim.between is not None) + bool(aim.wanted) + (aim.diagnosis is not None and not aim.wanted) != 1:
+        raise click.UsageError("Name the rivals with --between, give a DIAGNOSIS.json, or name values with --for: one of the three.")
+    if limit > _LONGEST:
+        raise LatheSimError(f"a program of {limit:g} s is too long to be designed.", place="--at-most", remedy="Allow an hour or less.")
+    per_second = quantity(means.rate, "Hz") if means.rate else 0.0
+    if means.rate and per_second <= 0.0:
+        raise LatheSimError(
+            f"a recording cannot take a row {per_second:g} times a second.", place="--rate", remedy="Give a rate above 0 Hz."
+        )
+    conditions = Conditions(*(name not in means.left_out for name in ("average", "refit", "price", "floor")))
+    return Wish(limit, means.programs, seed=means.seed, conditions=conditions, rate=per_second)
+
+
+def _for_values(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None]) -> int:
+    """Design the program by which values get known as well as possible."""
+    from lathesim.experiments.design.aims import before_design
+    from lathesim.experiments.design.precision import design_for_precision, precision_lines, write_precision
+
+    registry = chosen.registry
+    before = before_design(aim.diagnosis, chosen.loaded) if aim.diagnosis is not None else None
+    names = read_names(aim.wanted)
     with interruptible() as stop:
-        found = design_experiment(loaded, named, registry, wish, variant, place, say, stop)
+        precise = design_for_precision(chosen.loaded, names, registry, wish, aim.criterion, chosen.variant, say, stop, before)
+    data = write_precision(precise, out)
+    return write(Result("lathesim-precision/1", data, precision_lines(precise, out), code=STOPPED if precise.stopped else 0), as_json)
+
+
+def _rivals(chosen: ChosenLesson, aim: Aim) -> list[Named]:
+    from lathesim.experiments.design.rivals import named_between, named_in_diagnosis
+
+    return named_between(aim.between) if aim.between is not None else named_in_diagnosis(aim.diagnosis or Path(), chosen.loaded.title)
+
+
+def _in_rounds(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, rounds: int, machine: str | None, say: Callable[[str], None]) -> int:
+    """Design, run on the machine of another lesson, diagnose, and again."""
+    from lathesim.experiments.sequence import run_rounds
+    from lathesim.lessons.lesson import load_lesson
+
+    registry, named = chosen.registry, _rivals(chosen, aim)
+    if machine is None:
+        raise click.UsageError("--rounds runs its programs on a machine: name the lesson that plays it with --machine.")
+    with interruptible() as stop:
+        ran = run_rounds(chosen.loaded, load_lesson(machine), named, registry, wish, rounds, out, aim.place, say, stop)
+    for number, item in enumerate(ran.rounds, 1):
+        click.echo(f"Round {number}: {item.seconds:.1f} s, {item.verdict} {', '.join(item.named)}".rstrip())
+    click.echo(f"{ran.ended} {ran.seconds:.1f} s of programs in all.")
+    return 0
+
+
+def _for_rivals(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None], *, is_tried: bool) -> int:
+    """Design the program that tells rivals apart, and try it on simulated recordings of each."""
+    import contextlib
+
+    from lathesim.experiments.design.experiment import design_experiment
+    from lathesim.experiments.design.experiment_files import as_json as as_json_of
+    from lathesim.experiments.design.experiment_files import told_lines, write_experiment, write_program_and_lesson
+    from lathesim.experiments.design.prediction import tried_design
+
+    registry, named = chosen.registry, _rivals(chosen, aim)
+    with interruptible() as stop:
+        found = design_experiment(chosen.loaded, named, registry, wish, chosen.variant, aim.place, say, stop)
         write_program_and_lesson(found, out)
         foretold: list[Foretold] = []
-        if not no_trial and not found.stopped and found.decidable:
+        if is_tried and not found.stopped and found.decidable:
             with contextlib.suppress(KeyboardInterrupt):
-                found, foretold = tried_design(found, lambda design: write_program_and_lesson(design, out), registry, seed, say)
-    click.echo(json.dumps(json_of(found, foretold), indent=2) if as_json else "\n".join(told_lines(found, foretold, out)))
+                found, foretold = tried_design(found, lambda design: write_program_and_lesson(design, out), registry, wish.seed, say)
+    write(Result("lathesim-experiment/1", as_json_of(found, foretold), told_lines(found, foretold, out)), as_json)
     write_experiment(found, foretold, out)
-    return 130 if found.stopped else 0
+    return STOPPED if found.stopped else 0

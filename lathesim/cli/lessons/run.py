@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lathesim.analysis.metric import Measurements
     from lathesim.cli.lessons.run_tables import Outcome
     from lathesim.lessons.simulate import Prepared
+    from lathesim.plugins import Registry
     from lathesim.record import Record
 
 
@@ -58,11 +59,10 @@ def run(chosen: ChosenLesson, how: RunOptions, recording: Path | None, out: Path
     the lesson names under 'recordings: drive:' are driven by FILE, for as long as it lasts, and the motion starts as it shows; 'lathesim
     compare' holds the same run against it. Ctrl-C ends a run and keeps what was simulated until then (exit code 130).
     """
-    chosen.registry  # noqa: B018 - plug-ins at fault are reported before the lesson is read
+    runs = _Runs(chosen, chosen.registry, how)
     names: list[str | None] = [chosen.variant] if chosen.variant is not None else list(chosen.loaded.variants) or [None]
     prepared = [chosen.prepared_as(name) for name in names]
     _tell_odd_programs(prepared)
-    runs = _Runs(chosen, how)
     if recording is not None:
         prepared = [runs.driven(case, recording) for case in prepared]
     for case in prepared:
@@ -95,6 +95,7 @@ class _Runs:
     """The runs of one call: each is made, kept, measured and drawn; then all are written."""
 
     chosen: ChosenLesson
+    registry: Registry
     how: RunOptions
     stopped: bool = False
     failed: bool = False
@@ -107,7 +108,7 @@ class _Runs:
         """Return a case driven by a recording, and keep what was found in that."""
         from lathesim.identification.replay.driven_run import driven_by
 
-        found = driven_by(case, recording, self.chosen.registry)
+        found = driven_by(case, recording, self.registry)
         self.findings |= dict.fromkeys(found.findings)
         return found.prepared
 
@@ -118,7 +119,7 @@ class _Runs:
         from lathesim.lessons.kept_run import run_and_keep
 
         with progress_bar(case.name, case.expected_time, shown=not self.how.as_json) as progress:
-            kept = run_and_keep(case, self.chosen.registry, path, engine=self.how.engine, seed=self.how.seed, progress=progress)
+            kept = run_and_keep(case, self.registry, path, engine=self.how.engine, seed=self.how.seed, progress=progress)
         record, measurements = kept.record, kept.measurements
         if kept.failure:
             click.echo(f"{case.name}: {kept.failure} See {path}.", err=True)

@@ -8,7 +8,8 @@ import click
 
 from lathesim.cli.case_options import read_settings, set_option, variant_option
 from lathesim.cli.live.live_options import STOPPED, host_option
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.options import plugins_option
+from lathesim.cli.registry import open_registry
 
 
 @click.command()

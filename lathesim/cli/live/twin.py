@@ -9,8 +9,9 @@ import click
 
 from lathesim.cli.case_options import variant_option
 from lathesim.cli.live.live_options import STOPPED
+from lathesim.cli.options import plugins_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.registry import open_registry
 
 if TYPE_CHECKING:
     from lathesim.live.sources.samples import Source

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import program_option, read_settings, set_option, variant_option
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.options import ChosenLesson, grouped, plugins_option, program_option, set_option, variant_option
 
 if TYPE_CHECKING:
     from lathesim.engine.wiring import Plan
@@ -22,23 +20,16 @@ if TYPE_CHECKING:
 @click.option("--source", "form", flag_value="source", help="The Python module the machine is fused into.")
 @click.option("--mermaid", "form", flag_value="mermaid", help="A Mermaid graph of parts and wires.")
 @plugins_option
-def wiring(
-    lesson: str, variant: str | None, program: Path | None, settings: tuple[str, ...], form: str | None, plugin_folders: tuple[Path, ...]
-) -> None:
+@grouped(chosen=ChosenLesson)
+def wiring(chosen: ChosenLesson, form: str | None) -> None:
     """Show what feeds each input of each part of LESSON's machine, in the order in which the parts are updated."""
-    from lathesim.cli.case_options import find_program_file
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
-
-    registry = open_registry(plugin_folders)
-    loaded = load_lesson(lesson)
-    prepared = prepare(loaded, registry, variant, read_settings(settings), program=find_program_file(program, loaded.path.parent))
+    plan = chosen.prepared.plan
     if form == "source":
         from lathesim.engine.fusing.fuse import fuse
 
-        click.echo(fuse(prepared.plan).source)
+        click.echo(fuse(plan).source)
     else:
-        click.echo(mermaid_graph(prepared.plan) if form == "mermaid" else wiring_text(prepared.plan))
+        click.echo(mermaid_graph(plan) if form == "mermaid" else wiring_text(plan))
 
 
 def wiring_text(plan: Plan) -> str:

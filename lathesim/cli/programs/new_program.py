@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import click
 
+from lathesim.cli.options import grouped
 from lathesim.cli.output_path import OutputPath
 from lathesim.errors import ProgramError
 from lathesim.whole_file import write_new, write_text
@@ -23,7 +25,19 @@ _COMMON: list[Callable[[Any], Any]] = [
 ]
 
 
+@dataclass(frozen=True)
+class Cut:
+    """What all cuts are made from."""
+
+    length: str
+    face: str
+    clearance: str
+    feed: str
+    speed: str
+
+
 def _with_common(command: Any) -> Any:
+    command = grouped(cut=Cut)(command)
     for option in reversed(_COMMON):
         command = option(command)
     return command
@@ -38,33 +52,21 @@ def new_program() -> None:
 @click.option("--large-diameter", required=True, help="Diameter at the far end, for example 34mm.")
 @click.option("--small-diameter", required=True, help="Diameter at the face, for example 30mm.")
 @_with_common
-def taper(
-    large_diameter: str, small_diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool
-) -> None:
+def taper(large_diameter: str, small_diameter: str, cut: Cut, out: Path | None, force: bool) -> None:
     """A taper cut: one pass that widens from the face on."""
     from lathesim.program.new_program import taper_from_form
 
-    text = taper_from_form(
-        small_diameter=small_diameter,
-        large_diameter=large_diameter,
-        length=length,
-        face=face,
-        clearance=clearance,
-        feed=feed,
-        speed=speed,
-    )
-    _hand_out(text, out, force)
+    _hand_out(taper_from_form(small_diameter=small_diameter, large_diameter=large_diameter, **asdict(cut)), out, force)
 
 
 @new_program.command()
 @click.option("--diameter", required=True, help="Diameter to turn, for example 30mm.")
 @_with_common
-def straight(diameter: str, length: str, face: str, clearance: str, feed: str, speed: str, out: Path | None, force: bool) -> None:
+def straight(diameter: str, cut: Cut, out: Path | None, force: bool) -> None:
     """A straight cut: one pass at one diameter."""
     from lathesim.program.new_program import straight_from_form
 
-    text = straight_from_form(diameter=diameter, length=length, face=face, clearance=clearance, feed=feed, speed=speed)
-    _hand_out(text, out, force)
+    _hand_out(straight_from_form(diameter=diameter, **asdict(cut)), out, force)
 
 
 def _hand_out(text: str, out: Path | None, force: bool) -> None:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.registry import open_registry, plugins_option
+from lathesim.cli.options import plugins_option
+from lathesim.cli.registry import open_registry
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

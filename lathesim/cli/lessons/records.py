@@ -1,4 +1,4 @@
-"""``lathesim plot RUN.h5``: figures of a record."""
+"""``lathesim plot RUN.h5`` and ``lathesim export RUN.h5 FILE``: figures of a record, and the record for other programs."""
 
 from __future__ import annotations
 
@@ -60,3 +60,23 @@ def _has_screen() -> bool:
     """Return whether someone sits before a screen on which a figure can be opened."""
     drawn = sys.platform in ("darwin", "win32") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
     return drawn and sys.stdout.isatty()
+
+
+@click.command(name="export")
+@click.argument("run", type=click.Path(path_type=Path), metavar="RUN.h5")
+@click.argument("file", type=OutputPath(), metavar="F.csv|F.mat")
+@click.argument("channels", nargs=-1, metavar="[CHANNEL ...]")
+def export(run: Path, file: Path, channels: tuple[str, ...]) -> int:
+    """Write the record RUN.h5 as CSV or MAT file; some CHANNELs only, where they are named.
+
+    The CSV has the header "time [s],x_axis.position [m],..." and every digit; it is also read back as a recording.
+    """
+    from lathesim.analysis.export import export as write
+    from lathesim.record import Record, load
+
+    record = load(run)
+    if channels:
+        record = Record(record.time, {name: record.channel(name) for name in channels}, record.meta)
+    write(record, file)
+    click.echo(f"{file}: {len(record)} instants of {len(record.channels)} channels.")
+    return 0
