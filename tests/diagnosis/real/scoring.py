@@ -15,7 +15,7 @@ NEAR = 1.1
 """Ratio of the held-out error to that of the grey box up to which an answer is right."""
 RULE = """\
 right: verdict and names are those of the truth, and the held-out error is at most 1.1 times that of the grey box
-partly: one name is right, beside something else, tied, with another one missing, or with a larger held-out error; or a wider form is named
+partly: one name is right, beside something else, tied with a wrong one, with another one missing, or with a larger held-out error; or a wider form is named
 wrong: everything else, so an answer without a verdict that names too"""
 HEADS = ("case", "truth", "verdict", "names", "held out", "grey box", "worth", "CPU s")
 
@@ -40,14 +40,21 @@ def worth(case: Case, told: Mapping[str, Any], *, by_names: bool = False) -> str
         return (
             "partly" if any(_is_tied(hidden, one) or _is_near_name(hidden, one) for hidden in case.hidden for one in effects) else "wrong"
         )
-    others = [one for one in effects if not any(_is(hidden, one) for hidden in (*case.hidden, *case.beside))]
-    exact = len(found) == len(case.hidden) and not others and not any(one.get("tied_with") for one in effects)
+    right = (*case.hidden, *case.beside)
+    others = [one for one in effects if not any(_is(hidden, one) for hidden in right)]
+    tied = [(one, tie) for one in effects for tie in one.get("tied_with") or [] if not any(_is_tie(hidden, one, tie) for hidden in right)]
+    exact = len(found) == len(case.hidden) and not others and not tied
     return "right" if exact and (by_names or is_near(case, told)) else "partly"
 
 
 def _is_tied(hidden: Hidden, effect: Mapping[str, Any]) -> bool:
-    ties = [tie.partition(" at ") for tie in effect.get("tied_with") or []]
-    return any(hidden.is_named_by(name, at) for name, _, at in ties)
+    return any(_is_tie(hidden, effect, tie) for tie in effect.get("tied_with") or [])
+
+
+def _is_tie(hidden: Hidden, effect: Mapping[str, Any], tie: str) -> bool:
+    """Return whether what an effect is tied with is a hidden one; without a place it stands where the effect does."""
+    name, _, at = tie.partition(" at ")
+    return hidden.is_named_by(name, at or str(effect.get("at", "")))
 
 
 def _is_near_name(hidden: Hidden, effect: Mapping[str, Any]) -> bool:

@@ -29,6 +29,7 @@ FRICTION = effect("CoulombFriction", "spindle")
         (told("named", FRICTION, effect("ForceOffset", "spindle")), "partly"),
         (told("named", FRICTION, after=4.6), "partly"),  # the grey box leaves 4.17
         (told("tied", effect("CoulombFriction", "spindle", tied_with=["PreslidingFriction at spindle"])), "partly"),
+        (told("tied", FRICTION, effect("SensorFilter", "spindle.speed", tied_with=["ChannelTimeShift"])), "right"),  # both are right for it
         (told("tied", effect("ForceOffset", "spindle", tied_with=["CoulombFriction at spindle"])), "partly"),
         (told("named", effect("PreslidingFriction", "spindle")), "partly"),
         (told("named", effect("CoulombFriction", "spindle_encoder")), "wrong"),
