@@ -58,6 +58,8 @@ class Identification:
     """Parameters, or endings of such as in ``second_instant``, that are the time of an event; its size is called ``jump``."""
     resonance: str = ""
     """Parameter that is the frequency of a resonance [Hz]: a search begins at several, as a fit finds back only from nearby."""
+    damping: str = ""
+    """Parameter that is the damping ratio of that resonance: from 1/sqrt(2) on nothing resonates, and a search goes no further."""
     delay: str = ""
     """Parameter by which a reading is late [s], or by which its clock is wrong [1]; a small part of a sample is how a simulation steps."""
     whole_samples: str = ""

@@ -32,6 +32,7 @@ class AxialResonance(Effect):
     neutral = {"table_share": 0.0}
     identification = Identification(
         resonance="frequency",
+        damping="damping",
         typical={"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1), "motor_friction": (0.0, 0.5)},
         typical_rotary={"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1), "motor_friction": (0.0, 0.5)},
     )
@@ -166,6 +167,7 @@ class BaseRocking(Effect):
     identification = Identification(
         carried=("m",),
         resonance="frequency",
+        damping="damping",
         typical={"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)},
         typical_rotary={"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)},
     )

@@ -11,13 +11,13 @@ import numpy as np
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import Method
-from lathesim.identification.records.candidate import Candidate, instants_of
+from lathesim.identification.records.candidate import MOST_DAMPED, Candidate, instants_of
 from lathesim.identification.records.model import Model
 
 
 def is_plausible(study: Study, model: Model) -> bool:
-    """Return whether the sizes of all effects of a model are of the kind that is met, delays are a fair part of a sample, and events come
-    after the recording has begun."""
+    """Return whether the sizes of all effects of a model are of the kind that is met, delays are a fair part of a sample, events come after
+    the recording has begun, and resonances resonate."""
     values, method = model.fitted.by_name, study.method
     period = study.estimation.machine.assembly.sample_period
     duration = len(study.estimation.record) * period
@@ -25,6 +25,7 @@ def is_plausible(study: Study, model: Model) -> bool:
         of_usual_size(candidate, values, method)
         and is_of_a_clock(candidate, values, period, duration, method=method)
         and is_an_event(instants_of(candidate), values, duration, method=method)
+        and resonates(candidate, values)
         for candidate in model.candidates
     )
 
@@ -86,3 +87,8 @@ def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: flo
 def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: float, method: Method) -> bool:
     """Return whether what happens at some ``instants`` (free names, none for most effects) does so after the recording has begun."""
     return all(values[name] > method.selection.event_start * duration for name in instants)
+
+
+def resonates(candidate: Candidate, values: Mapping[str, float]) -> bool:
+    """Return whether a resonance, if the effect is one, has a peak: with more damping it is a lag, and another effect is one as well."""
+    return all(values[name] < MOST_DAMPED for name in candidate.named((candidate.effect.identification.damping,)))

@@ -19,7 +19,7 @@ from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.identification.machine.roles import decides, further_readings_of, inputs_of_readings, readings_of
-from lathesim.identification.records.candidate import QUARTER_TURNS, Candidate
+from lathesim.identification.records.candidate import MOST_DAMPED, QUARTER_TURNS, Candidate
 from lathesim.lessons.insertion import insert_effect
 
 WIDE_RANGE = 3.0
@@ -86,12 +86,13 @@ def _places(
 
 
 def _as_sampled(candidate: Candidate, period: float) -> Candidate:
-    """Return a candidate whose resonance, if it has one, is no faster than samples show: what swings beyond half their rate may be
-    anything."""
-    resonance = f"{candidate.part}.{candidate.effect.identification.resonance}"
-    if resonance not in candidate.parameters:
+    """Return a candidate whose resonance, if it has one, is no faster than samples show and does resonate: what swings beyond half their
+    rate may be anything, and what does not swing is a lag."""
+    how = candidate.effect.identification
+    most = {f"{candidate.part}.{how.resonance}": 0.5 / period, f"{candidate.part}.{how.damping}": MOST_DAMPED}
+    if not set(most) & set(candidate.parameters):
         return candidate
-    high = np.where(np.array(candidate.parameters) == resonance, np.minimum(candidate.high, 0.5 / period), candidate.high)
+    high = np.minimum(candidate.high, [most.get(name, np.inf) for name in candidate.parameters])
     shaped = _as_sampled(candidate.shaped, period) if candidate.shaped else None
     return replace(candidate, high=high, points=np.minimum(candidate.points, high), shaped=shaped)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -14,6 +15,10 @@ from lathesim.engine.assembly import FloatArray
 WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
 """The phase of a wave, and its sizes: one of negative size is the same wave half a turn on. A size whose phase an effect does not have
 goes with the first phase."""
+
+
+MOST_DAMPED = math.sqrt(0.5)
+"""Damping ratio from which on the answer of a mass on a spring has no peak at any frequency: it is a lag and no resonance."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ NEAR = 1.1
 """Ratio of the held-out error to that of the grey box up to which an answer is right."""
 RULE = """\
 right: verdict and names are those of the truth, and the held-out error is at most 1.1 times that of the grey box
-partly: one name is right, beside something else, tied with a wrong one, with another one missing, or with a larger held-out error; or a wider form is named
+partly: one name is right, beside something else, tied with a wrong one, with another missing or a larger held-out error; or a wider form
 wrong: everything else, so an answer without a verdict that names too"""
 HEADS = ("case", "truth", "verdict", "names", "held out", "grey box", "worth", "CPU s")
 

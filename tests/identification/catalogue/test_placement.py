@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.explaining.plausible import resonates
 from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.effects.drive_errors import TorqueRipple
 from lathesim.effects.encoder_error import LostCounts
@@ -240,6 +241,11 @@ def test_a_resonance_is_no_faster_than_samples_show(registry: Registry) -> None:
     place = candidate.parameters.index(f"{candidate.part}.frequency")
     assert candidate.high[place] == 125.0
     assert candidate.points[:, place].max() == 125.0
+    # a lag is another effect: with as much damping as there may be nothing resonates any more
+    values = dict(zip(candidate.parameters, candidate.high.tolist(), strict=True))
+    damping = f"{candidate.part}.damping"
+    assert values[damping] == pytest.approx(0.7071, rel=1e-4)
+    assert [resonates(candidate, {**values, damping: value}) for value in (values[damping], 0.3)] == [False, True]
 
 
 def test_an_axis_out_of_square_is_looked_for_along_each_other_axis(registry: Registry) -> None:
