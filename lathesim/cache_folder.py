@@ -56,9 +56,9 @@ def kept_sealed(name: str) -> bytes | None:
     return None
 
 
-def is_kept(pattern: str) -> bool:
-    """Return whether the cache has a file whose name matches ``pattern``."""
-    return any(any(folder.glob(pattern)) for folder in _folders())
+def names_kept(pattern: str) -> set[str]:
+    """Return the names of the files of the cache that match ``pattern``."""
+    return {file.name for folder in _folders() for file in folder.glob(pattern)}
 
 
 def _seal(name: str, content: bytes) -> bytes:

@@ -1,15 +1,18 @@
-"""exp, exp2, log, log2 and tanh from sums, products and one division: the same bits alone, in plain Python and in vectors.
+"""exp, exp2, log, log2, tanh, sin and cos from sums, products and one division: the same bits alone, in plain Python and in vectors.
 
 The functions of the mathematical library have no vectors of the same bits, and others on each system. Laws write ``math.exp``; the engine
-takes these in its place. The argument is reduced first, for exp to |r| <= ln 2 / 2, for log to a mantissa between sqrt(1/2) and sqrt(2):
+takes these in its place. ``sin``, ``cos`` and ``power`` are called by name, by laws of which many run side by side. The argument is reduced
+first, for exp to |r| <= ln 2 / 2, for log to a mantissa between sqrt(1/2) and sqrt(2), for sin and cos to |r| <= pi / 4:
 
     exp(x) = 2^n (1 + r + r^2 q(r)),  n = round(x / ln 2),  r = x - n ln 2
     log(x) = e ln 2 + f - (f^2/2 - s (f^2/2 + s^2 p(s^2))),  x = 2^e (1 + f),  s = f / (2 + f)
     tanh(x) = x + x^3 t(x^2) below 0.55, else 1 - 2 / (exp(2 x) + 1)
+    sin(r) = r + r^3 s(r^2),  cos(r) = 1 - r^2/2 + r^4 c(r^2),  r = x - n pi / 2,  n = round(2 x / pi)
 
-q, p and t are polynomials through the Chebyshev points of their intervals, computed with 50 digits. The results lie within 2 units in the
-last place; beyond the range of doubles they are 0 or infinite, a logarithm of a negative number is NaN. Source: J.-M. Muller, Elementary
-Functions (3rd ed.), chapters 3 and 11. Left out: numbers below 2.3e-308, which count as zero.
+q, p, t, s and c are polynomials through the Chebyshev points of their intervals, computed with 50 digits. The results lie within 2 units in
+the last place; beyond the range of doubles they are 0 or infinite, a logarithm of a negative number is NaN. Source: J.-M. Muller,
+Elementary Functions (3rd ed.), chapters 3 and 11. Left out: numbers below 2.3e-308, which count as zero, and angles beyond 1.6 million, of
+which each factor of two costs a place.
 """
 
 from __future__ import annotations
@@ -21,6 +24,9 @@ TO_WHOLE = 6755399441055744.0
 LOG2_E = 1.4426950408889634
 LN2, LN2_HIGH, LN2_LOW = 0.6931471805599453, 0.6931471806019545, -4.2009150726810846e-11
 """ln 2, and as a sum whose first term has 32 bits: its products with the exponents of doubles are exact."""
+QUARTERS = 0.6366197723675814
+QUARTER_HIGH, QUARTER_MIDDLE, QUARTER_LOW = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+"""2 / pi, and pi / 2 as a sum whose first two terms have 33 bits: their products with a million are exact."""
 SMALLEST, ROOT_HALF = 2.2250738585072014e-308, 0.7071067811865476
 
 
@@ -116,3 +122,36 @@ def tanh(x: float) -> float:
     middle = (-0.008863234383252563 + 0.003592110186863712 * z) + z2 * (-0.0014556602980704406 + 0.000588928506703218 * z)
     high = (-0.00023461235716657866 + 8.507647930447597e-05 * z) + z2 * -2.057731760812866e-05
     return x + x * z * (low + z4 * (middle + z4 * high))
+
+
+def power(base: float, exponent: float) -> float:
+    """Return a base that is not negative to an exponent above zero, within as many units in the last place as the exponent of e has."""
+    return exp(exponent * log(base))
+
+
+def sin(x: float) -> float:
+    """Return the sine of an angle [rad]."""
+    return turned(x, 0.0)
+
+
+def cos(x: float) -> float:
+    """Return the cosine of an angle [rad]."""
+    return turned(x, 1.0)
+
+
+def turned(x: float, ahead: float) -> float:
+    """Return the sine of an angle [rad] so many quarters of a turn ``ahead``."""
+    whole = (x * QUARTERS + TO_WHOLE) - TO_WHOLE
+    r = ((x - whole * QUARTER_HIGH) - whole * QUARTER_MIDDLE) - whole * QUARTER_LOW
+    if abs(r) > 1.0:  # of an angle so large that its digits do not hold a turn
+        r = 0.0
+    z = r * r
+    z2 = z * z
+    low = (-0.16666666666666666 + 0.008333333333330946 * z) + z2 * (-0.0001984126983675497 + 2.755731610068303e-06 * z)
+    sine = r + r * z * (low + z2 * z2 * (-2.5051131455427946e-08 + 1.591810123027412e-10 * z))
+    low = (0.041666666666666664 - 0.0013888888888887395 * z) + z2 * (2.4801587298763433e-05 - 2.7557317270560326e-07 * z)
+    cosine = 1.0 - (0.5 * z - z2 * (low + z2 * z2 * (2.0876146024689747e-09 - 1.1382614868556325e-11 * z)))
+    quarter = whole + ahead
+    quarter = quarter - 4.0 * ((0.25 * quarter + TO_WHOLE) - TO_WHOLE)
+    value = cosine if abs(quarter) == 1.0 else sine
+    return -value if quarter < 0.0 or quarter > 1.5 else value

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
+from lathesim.elementary import sin
 
 
 def _dragged(follower: float, leader: float, half: float) -> float:
@@ -168,7 +169,7 @@ class PeriodicPitchError(Effect):
         if amplitude == 0.0:
             return incoming
         angle = 2.0 * math.pi * incoming / lead + phase
-        return incoming + amplitude * (math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
+        return incoming + amplitude * (sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
 
 
 class ThermalScrewGrowth(Effect):

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect, Identification
+from lathesim.elementary import sin
 
 
 def _limited(value: float, level: float) -> float:
@@ -186,7 +187,7 @@ class TorqueRipple(Effect):
         if amplitude == 0.0 and share == 0.0:
             return incoming
         size = amplitude if share == 0.0 else amplitude + share * applied
-        return incoming - size * math.sin(2.0 * math.pi * displacement / period + phase)
+        return incoming - size * sin(2.0 * math.pi * displacement / period + phase)
 
 
 class Cogging(Effect):
@@ -235,4 +236,4 @@ class Cogging(Effect):
         if amplitude == 0.0 and second == 0.0:
             return incoming
         angle = 2.0 * math.pi * displacement / period
-        return incoming + amplitude * math.sin(angle + phase) + second * math.sin(2.0 * angle + second_phase)
+        return incoming + amplitude * sin(angle + phase) + second * sin(2.0 * angle + second_phase)

@@ -23,12 +23,12 @@ With its ``neutral`` parameters an effect gives ``outgoing == incoming`` bit for
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 from lathesim.component import Component, Input, Output, Parameter, State
+from lathesim.elementary import cos, sin
 from lathesim.errors import ComponentError, nearest
 
 
@@ -161,9 +161,11 @@ def harmonic_parameters() -> tuple[Parameter, Parameter, Parameter, Parameter]:
 
 
 def harmonics(angle: float, second_sine: float, second_cosine: float, third_sine: float, third_cosine: float) -> float:
-    """Return the second and the third harmonic [of the first] at an angle of the first one [rad]."""
-    second = second_sine * math.sin(2.0 * angle) + second_cosine * math.cos(2.0 * angle)
-    return second + third_sine * math.sin(3.0 * angle) + third_cosine * math.cos(3.0 * angle)
+    """Return the second and the third harmonic [of the first] at an angle of the first one [rad]: sin 2a = 2 sin a cos a ..."""
+    sine, cosine = sin(angle), cos(angle)
+    second = second_sine * (2.0 * sine * cosine) + second_cosine * (1.0 - 2.0 * sine * sine)
+    third = third_sine * (3.0 - 4.0 * sine * sine) * sine + third_cosine * (4.0 * cosine * cosine - 3.0) * cosine
+    return second + third
 
 
 class Effect(Component):

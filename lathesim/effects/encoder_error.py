@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
+from lathesim.elementary import sin
 
 
 class EncoderEccentricity(Effect):
@@ -56,7 +57,7 @@ class EncoderEccentricity(Effect):
         if amplitude == 0.0:
             return incoming
         angle = 2.0 * math.pi * incoming / turn + phase
-        return incoming + amplitude * (math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
+        return incoming + amplitude * (sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
 
 
 class EncoderInterpolationError(Effect):
@@ -90,7 +91,7 @@ class EncoderInterpolationError(Effect):
         if amplitude == 0.0 and second == 0.0:
             return incoming
         angle = 2.0 * math.pi * incoming / signal_period
-        return incoming + amplitude * math.sin(angle + phase) + second * math.sin(2.0 * angle + phase)
+        return incoming + amplitude * sin(angle + phase) + second * sin(2.0 * angle + phase)
 
 
 class LostCounts(Effect):

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Memory, Output, Parameter, State
 from lathesim.effects.effect import Effect, Identification
+from lathesim.elementary import cos, sin
 
 _CELLS = 2048
 _SOFT_EDGE = 0.02
@@ -83,7 +84,7 @@ class HardSpot(Effect):
         if rise == 0.0:
             return incoming
         spread = math.pi * width
-        return incoming * (1.0 + rise * math.exp((math.cos(angle - middle) - 1.0) / (2.0 * spread * spread)))
+        return incoming * (1.0 + rise * math.exp((cos(angle - middle) - 1.0) / (2.0 * spread * spread)))
 
 
 class ChipSegmentation(Effect):
@@ -121,7 +122,7 @@ class ChipSegmentation(Effect):
     def output_outgoing(incoming: float, slid: float, share: float, length: float, phase: float) -> float:
         if share == 0.0:
             return incoming
-        return incoming * (1.0 + share * math.sin(2.0 * math.pi * slid / length + phase))
+        return incoming * (1.0 + share * sin(2.0 * math.pi * slid / length + phase))
 
     @staticmethod
     def output_cut_length(slid: float) -> float:

@@ -15,6 +15,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
+from lathesim.elementary import power, sin
 
 _STEPS_TO_REST = 2.0
 
@@ -114,7 +115,7 @@ class StribeckFriction(Effect):
     ) -> float:
         if excess == 0.0:
             return incoming
-        level = excess * math.exp(-math.pow(abs(flow) / stribeck_velocity, shape))
+        level = excess * math.exp(-power(abs(flow) / stribeck_velocity, shape))
         return incoming + resisting(demand_to_rest(applied, incoming, inertia, flow, step), level, level)
 
 
@@ -225,7 +226,7 @@ class PositionDependentFriction(Effect):
         if amplitude == 0.0:
             return incoming
         angle = 2.0 * math.pi * displacement / period + phase
-        level = amplitude * (math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
+        level = amplitude * (sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
         demand = demand_to_rest(applied, incoming, inertia, flow, step)
         if level >= 0.0:
             return incoming + resisting(demand, level, level)

@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Noise, Output, Parameter, State
 from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
+from lathesim.elementary import sin
 
 
 class TachometerRipple(Effect):
@@ -69,7 +70,7 @@ class TachometerRipple(Effect):
         if ripple == 0.0 and gain_error == 0.0:
             return incoming * (1.0 + brush)
         angle = order * displacement + phase
-        wave = math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine)
+        wave = sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine)
         return incoming * (1.0 + gain_error + ripple * wave + brush)
 
 

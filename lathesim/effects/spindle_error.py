@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
+from lathesim.elementary import cos
 
 
 class Runout(Effect):
@@ -55,7 +56,7 @@ class Runout(Effect):
         if eccentricity == 0.0 or depth <= 0.0:
             return incoming
         turned = order * angle + phase
-        wave = math.cos(turned) + harmonics(turned, second_sine, second_cosine, third_sine, third_cosine)
+        wave = cos(turned) + harmonics(turned, second_sine, second_cosine, third_sine, third_cosine)
         return incoming * max(0.0, 1.0 + eccentricity * wave / depth)
 
 
@@ -88,7 +89,7 @@ class Unbalance(Effect):
     def output(incoming: float, angle: float, spindle_speed: float, moment: float, phase: float) -> float:
         if moment == 0.0:
             return incoming
-        return incoming + moment * spindle_speed * spindle_speed * math.cos(angle + phase)
+        return incoming + moment * spindle_speed * spindle_speed * cos(angle + phase)
 
 
 class BeltSlip(Effect):

@@ -109,7 +109,7 @@ def _measured(work: Work, rounds: int) -> LaneFigure:
 
 def _one_by_one(run: Callable[[FloatArray], object], values: FloatArray) -> None:
     """Make runs of a batch one by one, as if there were too few of them for lanes."""
-    with patch.object(batch, "FEWEST", len(values) + 1):
+    with patch.object(batch, "LEAST", len(values) + 1):
         run(values)
 
 

@@ -173,7 +173,7 @@ def test_threads_share_the_members(at_once: list[int]) -> None:
 def test_few_members_are_run_one_by_one(at_once: list[int]) -> None:
     Batch(trial_plan(), 100, threads=1).run(NAMES, values(lanes.FEWEST - 1))
     assert not at_once
-    Batch(trial_plan(), 100, threads=1).run(NAMES, values(19))
+    Batch(trial_plan(), 100, threads=1).run(NAMES, values(18))
     assert at_once == [16]
 
 

@@ -97,10 +97,12 @@ def _rows(candidate: Candidate, item: Screened, points: FloatArray | None, limit
 
 def _left(study: Study, fitted: Fitted, base: Sequence[Free], candidate: Candidate, rows: FloatArray) -> FloatArray:
     """Return the whitened power that is left with each start (starts,), beside what the model's free values can take up."""
-    names = [*fitted.constant, *(one.name for one in base), *candidate.parameters]
-    before = [*fitted.constant.values(), *(one.start for one in base)]
-    values = np.hstack([np.tile(before, (len(rows), 1)), rows])
-    white: FloatArray = _whitened(fitted, np.array(study.estimation.sensed.residuals(names, values)))
+    sensed = study.estimation.sensed
+    # with the names that the fits from here will set: runs that set the same ones are made by the same machine code
+    as_now = {name: sensed.given(name) for name in study.estimation.simulated_motion_of([candidate])}
+    before = {**as_now, **fitted.constant, **{one.name: one.start for one in base}}
+    values = np.hstack([np.tile(list(before.values()), (len(rows), 1)), rows])
+    white: FloatArray = _whitened(fitted, np.array(sensed.residuals([*before, *candidate.parameters], values)))
     if fitted.sensitivity is not None and len(fitted.free):
         slopes = _whitened(fitted, fitted.sensitivity)
         length = np.linalg.norm(slopes, axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.explaining.density import gain
@@ -11,7 +11,7 @@ from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.screened import Screened
 from lathesim.diagnosis.records.search import Gain, Tried
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.least_squares import ROUGH, fit
+from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit, fit_each
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
@@ -35,12 +35,12 @@ def over(study: Study, model: Model, other: Model) -> tuple[Gain, Gain]:
 def tried(study: Study, before: Model, item: Screened, points: FloatArray | None, kept: tuple[Candidate, ...] | None = None) -> Tried:
     """Return a candidate fitted on top of a model; with ``kept`` those effects of the model alone stay beside it."""
     candidates = (*(before.candidates if kept is None else kept), item.candidate)
-    begun: list[tuple[list[Free], Mapping[str, float]]] = [(free, before.fitted.constant) for free in starts(study, before, item, points)]
+    begun = [_begun(before, free) for free in starts(study, before, item, points)]
     motion = study.estimation.simulated_motion_of(candidates)
     if motion and not motion.items() <= before.fitted.constant.items():
         # a friction that holds has to feel the simulated motion: of the recorded one the first micrometres are lost in its rounding
-        begun.append((begun[0][0], {**before.fitted.constant, **motion}))
-    best = max((_rough(study, before, free, constant, candidates) for free, constant in begun), key=lambda one: one.score)
+        begun.append(Begun(begun[0].free, {**before.fitted.constant, **motion}))
+    best = max(_rough(study, before, begun, candidates), key=lambda one: one.score)
     gained = gain(best, before.fitted, full_band=is_full_band(candidates))
     if gained.nats < due(study.method):
         return Tried(item.candidate, before, Model(candidates, best, before.validation_fit), gained, Gain(0.0, 0.0))
@@ -55,14 +55,18 @@ def settled_trial(study: Study, before: Model, trial: Tried) -> Tried:
     return Tried(trial.candidate, before, model, *over(study, model, before))
 
 
-def _rough(study: Study, before: Model, free: Sequence[Free], constant: Mapping[str, float], candidates: tuple[Candidate, ...]) -> Fitted:
-    """Return a first fit, weighed as the model before it is: where a start swings far, noise of its own would find that usual."""
-    near = constant == before.fitted.constant and _begins_at(before, free)
-    known = dict(zip(before.fitted.names, before.fitted.sensitivity, strict=True)) if near and before.fitted.sensitivity is not None else {}
-    return fit(
-        study.estimation.sensed, free, constant, rounds=1, iterations=12, noise=before.fitted.noise, full_band=is_full_band(candidates),
-        tolerance=ROUGH, known=known, slopes="kept",
+def _rough(study: Study, before: Model, begun: Sequence[Begun], candidates: tuple[Candidate, ...]) -> list[Fitted]:
+    """Return first fits, weighed as the model before it is: where a start swings far, noise of its own would find that usual."""
+    return fit_each(
+        study.estimation.sensed, begun, rounds=1, iterations=12, noise=before.fitted.noise, full_band=is_full_band(candidates),
+        tolerance=ROUGH, slopes="kept",
     )  # fmt: skip
+
+
+def _begun(before: Model, free: Sequence[Free]) -> Begun:
+    """Return where a fit begins on top of a model, with its slopes where its values are those of the model."""
+    known = dict(zip(before.fitted.names, before.fitted.sensitivity, strict=True)) if before.fitted.sensitivity is not None else {}
+    return Begun(free, before.fitted.constant, known if _begins_at(before, free) else {})
 
 
 def _begins_at(before: Model, free: Sequence[Free]) -> bool:

@@ -19,8 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.cache_folder import is_kept as in_cache
-from lathesim.cache_folder import keep_sealed, kept_sealed
+from lathesim.cache_folder import keep_sealed, kept_sealed, names_kept
 from lathesim.engine.fusing.fuse import FusedModule
 
 _FORMAT = 3
@@ -68,7 +67,7 @@ def _directory(arrays: Any) -> Any:
 
 def is_kept(fused: FusedModule) -> bool:
     """Return whether machine code of the module lies in the cache, without loading the compiler."""
-    return in_cache(f"machine_{fused.digest}.*.code")
+    return bool(names_kept(f"machine_{fused.digest}.*.code"))
 
 
 def load_code(fused: FusedModule) -> CompiledMachine | None:

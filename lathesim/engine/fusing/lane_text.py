@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name
+from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name, fuse
 from lathesim.engine.fusing.lane_flat import Flattener, calls, functions_of
 from lathesim.engine.fusing.law_in_place import NotInPlaceError, Renamed, read_names, stored_names
 from lathesim.engine.wiring import Plan
@@ -99,12 +99,14 @@ def lane_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) ->
     ``varied`` are the parameters, states, tables and noises that differ between the lanes, ``idle`` says of parts that idle in all lanes or
     in none which it is. Raises :class:`NotInPlaceError` where nothing would be in vectors.
     """
-    key = f"lanes {sorted(varied)} {sorted(idle.items())}"
-    kept = plan.kept.get(key)
-    if kept is None:
-        kept = plan.kept[key] = _LaneWriter(plan, varied, idle).module()
-    assert isinstance(kept, LaneModule)
-    return kept
+    key = fuse(plan).digest, varied, frozenset(idle.items())
+    if key not in _WRITTEN:
+        _WRITTEN[key] = _LaneWriter(plan, varied, idle).module()
+    return _WRITTEN[key]
+
+
+_WRITTEN: dict[tuple[str, frozenset[str], frozenset[tuple[str, bool]]], LaneModule] = {}
+"""Modules by the text of their machine, what varies and what idles."""
 
 
 class _LaneWriter:

@@ -44,6 +44,8 @@ def read_names(*trees: ast.AST) -> list[str]:
 
 def stored_names(*trees: ast.AST) -> list[str]:
     """Return the variables that trees assign."""
+    if len(trees) == 1 and isinstance(tree := trees[0], ast.Assign) and isinstance(tree.targets[0], ast.Name):
+        return [tree.targets[0].id]  # most are of this kind, and to walk through their values takes most of the time of writing for lanes
     every = [node for tree in trees for node in ast.walk(tree)]
     return [node.id for node in every if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
 

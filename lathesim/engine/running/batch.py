@@ -24,7 +24,7 @@ from lathesim.engine.compiling.machine_code import CompiledMachine
 from lathesim.engine.compiling.module_cache import compiled_machine
 from lathesim.engine.fusing.fuse import fuse
 from lathesim.engine.fusing.lane_text import LANES
-from lathesim.engine.running.lanes import FEWEST, Choice, Lanes, Timing
+from lathesim.engine.running.lanes import LEAST, Choice, Lanes, Timing
 from lathesim.engine.running.noise import draw_noise
 from lathesim.engine.running.run_arrays import RunArrays, start_arrays, start_memories
 from lathesim.engine.running.stability import check_step
@@ -121,7 +121,7 @@ class _Members:
         steps = batch.steps_per_sample or plan.steps_per_sample
         self.timing: Timing = (period, period / steps if batch.steps_per_sample else plan.assembly.step, steps)
         self.choice: Choice | None = None
-        if len(values) >= FEWEST:
+        if len(values) >= LEAST:
             columns = {position: values[:, place] for place, (kind, position) in enumerate(self.positions) if kind == "parameter"}
             self.choice = Choice(plan, [*names, *tables, *(() if self.seeds is None else plan.noises)], self.base.parameters, columns)
 
@@ -129,21 +129,25 @@ class _Members:
         """Take turns until none is left and give their records, shape (some, samples, channels); sixteen at a time where that pays."""
         record = np.zeros((1, self.batch.samples, len(self.plan.channels)))
         choice, lanes = self.choice, None
-        while ahead := operator.length_hint(turns):
-            if choice is not None and (lanes is None or choice.refused) and _MAKING.acquire(blocking=False):
-                try:
-                    lanes = choice.lanes(ahead, self.batch.samples)
-                finally:
-                    _MAKING.release()
-            side_by_side = lanes is not None and ahead >= FEWEST
-            some = list(itertools.islice(turns, LANES if side_by_side else 1))
-            if not some:  # another thread has taken the last
-                return
-            begun = time.thread_time()
-            records = self._together(lanes, some) if lanes is not None and side_by_side else self._alone(module, record, some[0])
-            if choice is not None:
-                choice.spend(time.thread_time() - begun, len(some), side_by_side)
-            yield some, records
+        try:
+            while ahead := operator.length_hint(turns):
+                if choice is not None and (lanes is None or choice.refused) and _MAKING.acquire(blocking=False):
+                    try:
+                        lanes = choice.lanes(ahead, self.batch.samples)
+                    finally:
+                        _MAKING.release()
+                side_by_side = lanes is not None and choice is not None and choice.pays(ahead)
+                some = list(itertools.islice(turns, LANES if side_by_side else 1))
+                if not some:  # another thread has taken the last
+                    return
+                begun = time.thread_time()
+                records = self._together(lanes, some) if lanes is not None and side_by_side else self._alone(module, record, some[0])
+                if choice is not None:
+                    choice.spend(time.thread_time() - begun, len(some), side_by_side)
+                yield some, records
+        finally:
+            if lanes is not None:
+                lanes.end()
 
     def _alone(self, module: CompiledMachine, record: FloatArray, turn: int) -> FloatArray:
         live = self._arrays(turn)

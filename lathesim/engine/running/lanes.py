@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,19 +11,23 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.compiling.machine_code import CompiledMachine
 from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled
-from lathesim.engine.fusing.fuse import flat_name, idle_values
+from lathesim.engine.fusing.fuse import flat_name, fuse, idle_values
 from lathesim.engine.fusing.lane_text import LANES, LaneModule, lane_module
 from lathesim.engine.fusing.law_in_place import NotInPlaceError
 from lathesim.engine.running.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
 
-FEWEST = 4
+FEWEST = 3
 """Runs from which lanes pay: sixteen together take as long as two or three alone."""
+LEAST = 2
+"""Runs from which lanes are thought of."""
 _LARGEST_RECORD = 2**25
 """Numbers in the record of sixteen runs (256 MB a thread); longer ones are run one by one."""
-WORTH_A_LOOK = 0.3
-"""Seconds of runs one by one before a text is written for lanes, which takes up to that long itself."""
+_LARGE_RECORD = 2**22
+"""Numbers of a record (32 MB) that is not kept for later runs."""
+WORTH_A_LOOK = 0.1
+"""Seconds of runs one by one before a text is written for lanes, which takes about that long itself."""
 _CAUTION = 2.0
 """``compile_time`` is for people, who wait gladly less than they expect; of five lessons it was 1.8 to 2.3 times what their lanes took."""
 _NOT_WORTH = 1.5
@@ -33,12 +38,20 @@ Timing = tuple[float, float, int]
 
 @dataclass
 class _Spent:
-    """What is known of a kind of batch: seconds of its runs one by one, of the last, of the compiler; and whether lanes are refused."""
+    """What is known of a kind of batch: seconds of its runs one by one, of the last, of a group of lanes, of the compiler; what has varied
+    in it; and whether lanes are refused."""
 
     total: float = 0.0
     last: float = 0.0
+    group: float = 0.0
     price: float | None = None
+    varied: frozenset[str] = frozenset()
     refused: bool = False
+
+
+_SPENT: dict[tuple[str, frozenset[tuple[str, bool]]], _Spent] = {}
+"""By the text of a machine and what idles in it: recordings of one machine have a plan each, and all their runs count. What varies in one
+call may be alike in the next: lanes in which it varies serve both."""
 
 
 class Choice:
@@ -49,7 +62,7 @@ class Choice:
     """
 
     def __init__(self, plan: Plan, varied: Sequence[str], parameters: FloatArray, columns: Mapping[int, FloatArray]) -> None:
-        self.plan, self.varied = plan, frozenset(varied)
+        self.plan = plan
         self.alike: dict[str, bool] = {}
         for part in plan.parts.values():
             if values := idle_values(plan, part):
@@ -58,9 +71,10 @@ class Choice:
                 idles = np.all(np.broadcast_arrays(*each), axis=0)
                 if np.all(idles) or not np.any(idles):
                     self.alike[part.name] = bool(np.all(idles))
-        kept = plan.kept.setdefault(f"spent on {sorted(varied)} {sorted(self.alike.items())}", _Spent())
-        assert isinstance(kept, _Spent)
-        self._spent = kept
+        self._spent = _SPENT.setdefault((fuse(plan).digest, frozenset(self.alike.items())), _Spent())
+        if not self._spent.varied.issuperset(varied):
+            self._spent.varied, self._spent.price = self._spent.varied.union(varied), None
+        self.varied = self._spent.varied
 
     @property
     def refused(self) -> bool:
@@ -73,16 +87,22 @@ class Choice:
         Only full groups count: a group that is not full takes as long, which says nothing of one run in sixteen.
         """
         if side_by_side:
+            self._spent.group = seconds
             self._spent.refused |= runs == LANES and 0.0 < _NOT_WORTH * self._spent.last < seconds / runs
         else:
             self._spent.total, self._spent.last = self._spent.total + seconds, seconds
+
+    def pays(self, ahead: int) -> bool:
+        """Return whether a group of lanes takes less time than so many runs one by one, as far as both are known."""
+        spent = self._spent
+        return ahead * spent.last > spent.group if spent.last and spent.group else ahead >= FEWEST
 
     def lanes(self, ahead: int, samples: int) -> Lanes | None:
         """Return the lanes for runs of so many samples where ``ahead`` of them are worth it, compiled."""
         spent = self._spent
         total = spent.total + ahead * spent.last
         too_long = LANES * samples * len(self.plan.channels) > _LARGEST_RECORD
-        if spent.refused or ahead < FEWEST or total < WORTH_A_LOOK or too_long:
+        if spent.refused or ahead < LEAST or total < WORTH_A_LOOK or too_long:
             return None
         try:
             module = lane_module(self.plan, self.varied, self.alike)
@@ -95,9 +115,13 @@ class Choice:
         return None
 
 
+_RECORDS: list[FloatArray] = []
+"""Records that no thread writes to now: to be given fresh memory takes a third as long as the runs that are kept in it."""
+
+
 @dataclass
 class Lanes:
-    """What one thread needs to run lane by lane: a machine and a record of shape (lanes, numbers)."""
+    """What one thread needs to run lane by lane: a machine and a record of shape (lanes, numbers), given back with :meth:`end`."""
 
     plan: Plan
     module: LaneModule
@@ -106,7 +130,17 @@ class Lanes:
 
     def __post_init__(self) -> None:
         length = self.samples * len(self.plan.channels)
-        self.record = np.zeros((LANES, length + 8 * (length % 64 == 0)))  # lanes a page apart would push each other out of the cache
+        shape = LANES, length + 8 * (length % 64 == 0)  # lanes a page apart would push each other out of the cache
+        with contextlib.suppress(IndexError):
+            self.record = _RECORDS.pop()
+            if self.record.shape == shape:
+                return
+        self.record = np.zeros(shape)
+
+    def end(self) -> None:
+        """Leave the record to the next thread that needs one; the last two that are not large wait."""
+        if self.record.size < _LARGE_RECORD:
+            _RECORDS[:] = [*_RECORDS[-1:], self.record]
 
     def run(self, members: Sequence[RunArrays], count: int, timing: Timing, noises: Sequence[FloatArray]) -> tuple[FloatArray, list[int]]:
         """Return the records of up to 16 members, shape (lanes, samples, channels), and how many samples each was advanced."""

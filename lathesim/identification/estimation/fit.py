@@ -3,17 +3,19 @@
     minimise  |W r(p)|^2  +  sum_i ((p_i - given_i) / uncertainty_i)^2
 
 ``residual`` takes many rows of values at once. The start and all changed values of a Jacobian are one call, and so are steps of several
-dampings: what computes runs side by side computes them in one pass. A Jacobian is kept as long as steps gain as much as it predicts: most
-machines are nearly linear in most of their values, and a step costs one run then. Within bounds the step is the best one that keeps them.
+dampings: what computes runs side by side computes them in one pass. So are the rows of several descents, see :func:`side_by_side`. A
+Jacobian is kept as long as steps gain as much as it predicts: most machines are nearly linear in most of their values, and a step costs one
+run then. Within bounds the step is the best one that keeps them.
 Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal, Wright, Numerical Optimization, 2nd ed.,
 section 10.3 (Levenberg-Marquardt). Left out: second derivatives of the residual.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -34,6 +36,26 @@ Residual = Callable[[FloatArray], Sequence[FloatArray]]
 """From rows of values, shape (rows, values) [SI], to the residual of each, all of one shape."""
 Steps = Callable[[FloatArray, int], FloatArray]
 """From values (values,) and how many Jacobians were taken before to the changes (values,) by which slopes are taken."""
+
+Result = TypeVar("Result")
+Asking = Generator[FloatArray, Sequence[FloatArray], Result]
+"""What gives rows of values, shape (rows, values) [SI], and goes on with the residual of each until it has its result."""
+
+
+def side_by_side(some: Sequence[Asking[Result]], residuals: Callable[[list[int], list[FloatArray]], Sequence[FloatArray]]) -> list[Result]:
+    """Return the result of each; ``residuals`` answers the rows that those at some places (one list) give at one time (the other)."""
+    found: dict[int, Result] = {}
+    answers: dict[int, Sequence[FloatArray] | None] = dict.fromkeys(range(len(some)))
+    while answers:
+        rows: dict[int, FloatArray] = {}
+        for place, answer in answers.items():
+            try:
+                rows[place] = some[place].send(answer) if answer is not None else next(some[place])
+            except StopIteration as end:
+                found[place] = end.value
+        together = iter(residuals(list(rows), list(rows.values())) if rows else ())
+        answers = {place: [next(together) for _ in asked] for place, asked in rows.items()}
+    return [found[place] for place in range(len(some))]
 
 
 class Weighting:
@@ -103,25 +125,34 @@ class Problem:
         """Return the squares of how far values are from the given ones, in uncertainties."""
         return float(np.sum(self.precision * (values - self.given) ** 2))
 
+    def answered(self, asking: Asking[Result]) -> Result:
+        """Return the result of one that asks for residuals of this problem."""
+        return side_by_side([asking], lambda _, rows: self.residual(rows[0]))[0]
+
     def begin(self, start: FloatArray) -> Fit:
         """Return the start, inside the bounds, with its residual and slopes: one batch."""
+        return self.answered(self.beginning(start))
+
+    def beginning(self, start: FloatArray) -> Asking[Fit]:
+        """Ask for what :meth:`begin` returns."""
         values = np.clip(start, self.low, self.high)
         steps, asked = self._steps(values, 0), self._asked
-        found = self.residual(np.vstack([values, (values + np.diag(steps))[asked]]))
+        found = yield np.vstack([values, (values + np.diag(steps))[asked]])
         return Fit(values, found[0], slopes=self._slopes(found[0], found[1:], steps), fresh=True)
 
-    def slopes(self, values: FloatArray, residual: FloatArray, before: int = 0) -> FloatArray:
-        """Return d (-residual) / d value, shape (values, ...), by one-sided differences that stay inside the bounds."""
+    def sloping(self, values: FloatArray, residual: FloatArray, before: int = 0) -> Asking[FloatArray]:
+        """Ask for d (-residual) / d value, shape (values, ...), by one-sided differences that stay inside the bounds."""
         steps, asked = self._steps(values, before), self._asked
-        return self._slopes(residual, self.residual((values + np.diag(steps))[asked]) if asked else [], steps)
+        found = (yield (values + np.diag(steps))[asked]) if asked else []
+        return self._slopes(residual, found, steps)
 
-    def central_slopes(self, values: FloatArray) -> FloatArray:
-        """Return d (-residual) / d value, shape (values, ...), by central differences, one-sided at a bound."""
+    def central(self, values: FloatArray, residual: FloatArray) -> Asking[FloatArray]:
+        """Ask for d (-residual) / d value, shape (values, ...), by central differences, one-sided at a bound."""
         if not len(values):
-            return np.zeros((0, *self.residual(values[None])[0].shape))
+            return np.zeros((0, *residual.shape))
         steps = np.diag(_STEP * self.scale)
         ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
-        found = self.residual(np.vstack([ahead, behind]))
+        found = yield np.vstack([ahead, behind])
         width = np.diag(ahead - behind)
         return np.array([(found[len(values) + place] - found[place]) / width[place] for place in range(len(values))])
 
@@ -164,30 +195,36 @@ def fit(
     number of each iteration and the cost before it.
     """
     problem = residual if isinstance(residual, Problem) else Problem(residual, free)
-    descent = _Descent(problem, weighting or Weighting(), tolerance, least, worth, bent)
-    here = start if isinstance(start, Fit) else problem.begin(start)
-    here = replace(here, cost=descent.cost(here.values, here.residual))
+    how = Descent(problem, weighting or Weighting(), tolerance, least, worth, bent)
+    return problem.answered(descending(how, start, iterations, report))
+
+
+def descending(how: Descent, start: FloatArray | Fit, iterations: int, report: Callable[[int, float], None] | None = None) -> Asking[Fit]:
+    """Ask for what :func:`fit` returns."""
+    problem = how.problem
+    here = start if isinstance(start, Fit) else (yield from problem.beginning(start))
+    here = replace(here, cost=how.cost(here.values, here.residual))
     lines, damping, taken = None, 1e-3, 1
     for turn in range(iterations if len(here.values) and np.isfinite(here.cost) else 0):
         if report is not None:
             report(turn + 1, here.cost)
         anew = here.fresh or here.slopes is None
         if here.slopes is None:
-            here = replace(here, slopes=problem.slopes(here.values, here.residual, taken))
+            here = replace(here, slopes=(yield from problem.sloping(here.values, here.residual, taken)))
             taken += 1
         here = replace(here, fresh=False)
-        lines = descent.lines(here, lines)
-        if not descent.goes_on(here, lines):
+        lines = how.lines(here, lines)
+        if not how.goes_on(here, lines):
             break  # no step within the bounds could gain as much
-        found = descent.tried(here, lines, damping, anew=anew)
+        found = yield from how.trying(here, lines, damping, anew=anew)
         if found is None and anew:
             break
         if found is None:
             here = replace(here, slopes=None)  # from slopes of another place no step gets better: once more with those of this one
             continue
         end, damping = found
-        before, here = here, descent.with_kept_slopes(here, end, lines)
-        if before.cost - here.cost < descent.enough(before.cost):
+        before, here = here, how.with_kept_slopes(here, end, lines)
+        if before.cost - here.cost < how.enough(before.cost):
             break
     return here
 
@@ -215,17 +252,18 @@ class _Linearised:
 
 
 @dataclass(frozen=True)
-class _Descent:
-    """A problem with how its residual counts and when its descent ends."""
+class Descent:
+    """A problem with how its residual counts and when its descent ends; see :func:`fit`."""
 
     problem: Problem
     weighting: Weighting
     tolerance: float
-    least: float
-    worth: Callable[[float], float] | None
-    bent: bool
+    least: float = _LEAST_GAIN
+    worth: Callable[[float], float] | None = None
+    bent: bool = False
 
     def cost(self, values: FloatArray, residual: FloatArray) -> float:
+        """Return the sum of squares of the residual as it counts, with the penalty."""
         return self.weighting.power(residual) + self.problem.penalty(values)
 
     def enough(self, cost: float) -> float:
@@ -250,12 +288,12 @@ class _Descent:
         promised = self.predicted(self.step(here.values, lines, 0.0), here.values, lines)
         return promised >= (self.enough if self.worth is None else self.worth)(here.cost)
 
-    def tried(self, here: Fit, lines: _Linearised, damping: float, *, anew: bool) -> tuple[Fit, float] | None:
-        """Return the first step that gets better and its damping, none where none does; slopes from before are tried one step at first."""
+    def trying(self, here: Fit, lines: _Linearised, damping: float, *, anew: bool) -> Asking[tuple[Fit, float] | None]:
+        """Ask for the first step that gets better and its damping, none where none does; slopes from before are tried one step at first."""
         for factors in np.split(_DAMPINGS, [4] if self.bent else [2] if anew else [1, 2]):
             trials = damping * factors
             candidates = np.array([self.step(here.values, lines, amount) for amount in trials])
-            residuals = self.problem.residual(candidates)
+            residuals = yield candidates
             costs = [self.cost(trial, other) for trial, other in zip(candidates, residuals, strict=True)]
             best = int(np.argmin(np.nan_to_num(costs, nan=np.inf)))
             if costs[best] < here.cost:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.covariance import covariance_and_misfit
-from lathesim.identification.estimation.fit import Fit, Problem, Weighting
-from lathesim.identification.estimation.fit import fit as descend
+from lathesim.identification.estimation.fit import Asking, Descent, Fit, Problem, Weighting, descending, side_by_side
 from lathesim.identification.noise.noise_model import NoiseModel, NoiseShapes, fit_noise_model, whitened_power
 from lathesim.identification.records.fit import Fitted, Free, known_beforehand
 from lathesim.identification.replay.simulator import Simulator
@@ -38,63 +37,107 @@ def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel], *, full_ba
     return sum(model.log_likelihood(row, full_band=full_band) for row, model in zip(residual, noise, strict=True))
 
 
-def fit(
-    simulator: Simulator,
+class Manner(TypedDict, total=False):
+    """How a fit is made: the arguments of :func:`fit` after its values, with their usual values.
+
+    ``full_band`` (no) uses all frequencies, not only those of the motion. There are so many ``rounds`` (3), with a noise model taken anew
+    after each; ``noise`` gives that of the first. A descent ends after so many ``iterations`` (12), or when a step gains less than
+    ``tolerance`` (1e-6) of the cost.
+    With ``settle`` (0) the rounds go on until one gains less than so many nats: an effect that explained nearly all leaves a noise model
+    that is far too loose, and a fit that ends there leaves errors which the next candidates would explain.
+    ``coloured`` (no) lets the noise be slow too: for a machine of which nothing is missing any more, as what is missing would pass for
+    noise.
+    ``slopes`` (anew) says which are given with the fit: ``kept``, the last ones taken, perhaps of values nearby, good enough to go on from
+    and too rough for standard errors; ``anew``, those at its end; ``central`` differences there, for values that are reported: one-sided
+    ones bend, and a mixture of values that nothing shows looks as if something did.
+    """
+
+    rounds: int
+    iterations: int
+    noise: Sequence[NoiseModel] | None
+    full_band: bool
+    tolerance: float
+    settle: float
+    coloured: bool
+    slopes: Slopes
+
+
+class Begun(NamedTuple):
+    """Where a fit begins: what is free, and the constant values that are set. ``known`` gives slopes d channels / d value (channels,
+    samples) that are taken as they are, by name: from a fit nearby."""
+
+    free: Sequence[Free]
+    constant: Mapping[str, float] | None = None
+    known: Mapping[str, FloatArray] | None = None
+
+
+def fit(simulator: Simulator, free: Sequence[Free], constant: Mapping[str, float] | None = None, **manner: Unpack[Manner]) -> Fitted:
+    """Fit the free parameters, the constant ones staying as they are."""
+    return fit_each(simulator, [Begun(free, constant)], **manner)[0]
+
+
+def fit_each(simulator: Simulator, begun: Sequence[Begun], **manner: Unpack[Manner]) -> list[Fitted]:
+    """Return the fit from each beginning. They are made side by side: what all of them need at one time is one batch of runs."""
+    machines = [_FreeMachine(simulator, tuple(item.name for item in one.free), dict(one.constant or {})) for one in begun]
+    names = list(dict.fromkeys(name for machine in machines for name in (*machine.constant, *machine.free)))
+
+    def residuals(places: list[int], rows: list[FloatArray]) -> Sequence[FloatArray]:
+        """Return the residual (channels, samples) of all rows of free values."""
+        return simulator.residuals(names, np.vstack([machines[place].rows(names, some) for place, some in zip(places, rows, strict=True)]))
+
+    return side_by_side([_fitting(machine, *one, **manner) for machine, one in zip(machines, begun, strict=True)], residuals)
+
+
+def _fitting(
+    machine: _FreeMachine,
     free: Sequence[Free],
-    constant: Mapping[str, float] | None = None,
+    constant: Mapping[str, float] | None,
+    known: Mapping[str, FloatArray] | None,
     *,
     rounds: int = 3,
     iterations: int = 12,
     noise: Sequence[NoiseModel] | None = None,
     full_band: bool = False,
     tolerance: float = 1e-6,
-    known: Mapping[str, FloatArray] | None = None,
     settle: float = 0.0,
     coloured: bool = False,
     slopes: Slopes = "anew",
-) -> Fitted:
-    """Fit the free parameters, the constant ones staying as they are.
-
-    ``full_band`` uses all frequencies, not only those of the motion; a descent ends when a step gains less than ``tolerance`` of the cost.
-    ``known`` gives slopes d channels / d value (channels, samples) that are taken as they are, by name: from a fit nearby.
-    With ``settle`` the rounds go on until one gains less than so many nats: an effect that explained nearly all leaves a noise model that
-    is far too loose, and a fit that ends there leaves errors which the next candidates would explain.
-    ``coloured`` lets the noise be slow too: for a machine of which nothing is missing any more, as what is missing would pass for noise.
-    ``slopes`` says which are given with the fit: ``kept``, the last ones taken, perhaps of values nearby, good enough to go on from and too
-    rough for standard errors; ``anew``, those at its end; ``central`` differences there, for values that are reported: one-sided ones bend,
-    and a mixture of values that nothing shows looks as if something did.
-    """
-    constant, known = dict(constant or {}), known or {}
-    machine = _FreeMachine(simulator, tuple(item.name for item in free), constant, coloured)
-    problem = Problem(machine.residuals, free, {place: known[item.name] for place, item in enumerate(free) if item.name in known})
-    here = problem.begin(np.array([item.start for item in free], dtype=float))
-    models = tuple(noise) if noise is not None else machine.noise(here.values, here.residual)
+) -> Asking[Fitted]:
+    """Ask for what :func:`fit` returns."""
+    problem = Problem(_unasked, free, {place: known[item.name] for place, item in enumerate(free) if known and item.name in known})
+    here = yield from problem.beginning(np.array([item.start for item in free], dtype=float))
+    models = tuple(noise) if noise is not None else machine.noise(here, coloured=coloured)
     reached = -np.inf
     for turn in range(rounds if settle <= 0.0 else _MOST_ROUNDS):
         most = iterations if turn else max(3, iterations // 2)
-        here = descend(problem, free, here, weighting=_Whitened(models, full_band), iterations=most, tolerance=tolerance)
-        models = machine.noise(here.values, here.residual)
+        here = yield from descending(Descent(problem, _Whitened(models, full_band), tolerance), here, most)
+        models = machine.noise(here, coloured=coloured)
         likelihood = log_likelihood(here.residual, models, full_band=full_band)
         before, reached = reached, likelihood - 0.5 * problem.penalty(here.values)
         if turn + 1 >= rounds and reached - before < settle:
             break
-    jacobian = _slopes_at(problem, here, slopes)
+    jacobian = yield from _slopes_at(problem, here, slopes)
     weighting = _Whitened(models, full_band)
     white, beforehand = weighting.white_slopes(jacobian, here.residual), known_beforehand(free)
     lengths = [2 * len(model.power) for model in models]
     covariance, misfit = covariance_and_misfit(white, weighting.white(here.residual), beforehand, lengths)
     penalty = problem.penalty(here.values)
     likelihood = log_likelihood(here.residual, models, full_band=full_band)
-    return Fitted(tuple(free), here.values, covariance, here.residual, models, likelihood, penalty, constant, jacobian, misfit)
+    return Fitted(tuple(free), here.values, covariance, here.residual, models, likelihood, penalty, machine.constant, jacobian, misfit)
 
 
-def _slopes_at(problem: Problem, here: Fit, wanted: Slopes) -> FloatArray:
-    """Return the slopes of the residual at the end of a fit, by one of three ways."""
+def _unasked(values: FloatArray) -> Sequence[FloatArray]:
+    """Refuse: what fits side by side need is answered for all of them."""
+    raise NotImplementedError
+
+
+def _slopes_at(problem: Problem, here: Fit, wanted: Slopes) -> Asking[FloatArray]:
+    """Ask for the slopes of the residual at the end of a fit, by one of three ways."""
     if wanted == "central":
-        return problem.central_slopes(here.values)
+        return (yield from problem.central(here.values, here.residual))
     if here.slopes is not None and (wanted == "kept" or here.fresh):
         return here.slopes
-    return problem.slopes(here.values, here.residual)
+    return (yield from problem.sloping(here.values, here.residual))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,14 +165,15 @@ class _FreeMachine:
     simulator: Simulator
     free: tuple[str, ...]
     constant: Mapping[str, float]
-    coloured: bool
 
-    def residuals(self, values: FloatArray) -> Sequence[FloatArray]:
-        """Return the residual (channels, samples) of each row of free values."""
-        rows = np.hstack([np.tile(list(self.constant.values()), (len(values), 1)), values]) if self.constant else values
-        return self.simulator.residuals([*self.constant, *self.free], rows)
+    def rows(self, names: Sequence[str], values: FloatArray) -> FloatArray:
+        """Return rows of free values as rows of ``names``; those that are not set here have the machine's value."""
+        set_here = {**dict.fromkeys(self.free, 0.0), **self.constant}
+        found = np.tile([set_here[name] if name in set_here else self.simulator.given(name) for name in names], (len(values), 1))
+        found[:, [names.index(name) for name in self.free]] = values
+        return found
 
-    def noise(self, values: FloatArray, residual: FloatArray) -> tuple[NoiseModel, ...]:
-        """Return the noise models of a residual, with the machine at ``values``."""
-        named = {**self.constant, **dict(zip(self.free, values.tolist(), strict=True))}
-        return noise_of(residual, self.simulator.noise_shapes(named, coloured=self.coloured))
+    def noise(self, here: Fit, *, coloured: bool) -> tuple[NoiseModel, ...]:
+        """Return the noise models of the residual of a fit, with the machine at its values."""
+        named = {**self.constant, **dict(zip(self.free, here.values.tolist(), strict=True))}
+        return noise_of(here.residual, self.simulator.noise_shapes(named, coloured=coloured))

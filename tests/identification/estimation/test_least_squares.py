@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.estimation.least_squares import Begun, fit, fit_each
 from lathesim.identification.records.fit import Free, with_start
 from lathesim.identification.replay.simulator import Simulator
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, experiments, machine, pair, recording
@@ -95,8 +95,15 @@ def test_known_slopes_need_no_runs_of_their_own() -> None:
     first = fit(sensed, unknown())
     assert first.sensitivity is not None
     known = dict(zip(first.names, first.sensitivity, strict=True))
-    again = fit(sensed, with_start(first), rounds=1, known=known)
+    (again,) = fit_each(sensed, [Begun(with_start(first), known=known)], rounds=1)
     assert again.values == pytest.approx(first.values, rel=1e-6)
+
+
+def test_fits_side_by_side_end_where_each_ends_alone() -> None:
+    sensed = pair(Hidden())[0].sensed
+    starts = [Begun(unknown()), Begun([unknown()[0]], {"x_axis.viscous": VISCOUS}), Begun(with_start(fit(sensed, unknown())))]
+    alone = [fit(sensed, one.free, one.constant, rounds=2) for one in starts]
+    assert [one.values.tolist() for one in fit_each(sensed, starts, rounds=2)] == [one.values.tolist() for one in alone]
 
 
 def test_a_force_that_is_left_out_is_absorbed_and_the_errors_say_so() -> None:
