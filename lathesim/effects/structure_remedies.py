@@ -210,12 +210,6 @@ def _back(history: list[float], newest: int, samples: float) -> float:
     return history[first] + (samples - whole) * (history[second] - history[first])
 
 
-def residual_of_shaper(ratio: float, kind: int) -> float:
-    """Return the share of an undamped swing that a shaper leaves at a ratio r of the frequencies: |cos(pi r/2)| for ZV, squared for ZVD."""
-    left = abs(math.cos(0.5 * math.pi * ratio))
-    return left if kind == 1 else left * left
-
-
 class GrowthModel(Remedy):
     """Takes the growth of a screw away:  out = in - share strain (1 - exp(-(t + warmed_before)/time_constant)) (in - fixed_end).
 

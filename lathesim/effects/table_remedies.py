@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from typing import Any, ClassVar
 
 from lathesim.component import DiscreteState, Input, Output, Parameter, Table
@@ -43,11 +42,6 @@ def folds_back(rows: list[list[float]]) -> str:
             if abs(second[column] - first[column]) >= second[0] - first[0]:
                 return f"the table folds back in row {number}: the correction changes by more than the way between two points."
     return ""
-
-
-def residual_of_table(amplitude: float, spacing: float, period: float) -> float:
-    """Return what a table leaves of an error A sin(2 pi x/p) between points h apart:  A (1 - cos(pi h/p))."""
-    return amplitude * (1.0 - math.cos(math.pi * spacing / period))
 
 
 class PitchTable(ModelledRemedy):

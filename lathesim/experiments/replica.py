@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.component import Input, Output
+from lathesim.component import Output
 from lathesim.components.signals import DelayLine, RecordedSignal
 from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
@@ -235,9 +235,3 @@ def given_values(plan: Plan, names: Sequence[str]) -> FloatArray:
         "discrete": plan.start_discrete,
     }
     return np.array([arrays[kind][position] for kind, position in (plan.settable(name) for name in names)])
-
-
-def is_input(plan: Plan, name: str) -> bool:
-    """Return whether a name is an input held at a constant, rather than a parameter."""
-    part, _, item = name.partition(".")
-    return isinstance(plan.parts[part].component.declarations[item], Input)

@@ -29,7 +29,6 @@ SAME_SPEED = 0.001
 _STRAINED = 16.0
 """Squared distance of the best machine from what was given, in standard deviations of three parameters: one in a thousand by chance."""
 _VIOLATION = math.log(10.0 * MISLABELLED)
-_POOR_FREQUENCY = 16.0
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,6 @@ class Vibration:
     rate: float
     turning: float
     lines: tuple[VibrationLine, ...]
-    noise_share: float
     resolution: float
     modulation: float = 0.0
     departure: float = 0.0
@@ -179,13 +178,12 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = L
     found += _bands(frequency, power, floor, used, lowest, resolution, total)
     found.sort(key=lambda item: -item[1])
     lines = tuple(_line(clean, rate, turning, resolution, *item) for item in found)
-    noise = float(np.minimum(power, floor * 2.0)[frequency >= lowest].sum()) / total
     mean = abs(float(np.mean(values)))
     swing = float(clean.std())
     # a signal without a mean, as of an accelerometer, tells nothing of contact
     modulation = swing / mean if mean > 0.2 * swing else 0.0
     departure = departure_from_gaussian(without_orders(clean, rate, turning))
-    return Vibration(clean, rate, turning, lines, noise, resolution, modulation, departure)
+    return Vibration(clean, rate, turning, lines, resolution, modulation, departure)
 
 
 def _bands(

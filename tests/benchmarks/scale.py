@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -100,12 +100,30 @@ def _lines(series: Sequence[Series], gain: float, long: Hour, memory: dict[int, 
 
 
 def _draw(series: Sequence[Series], place: Path) -> Path:
-    from lathesim.analysis.experiment_figures import scale_figure
     from lathesim.analysis.plots import save_figure
 
     make_folder(place.parent)
-    save_figure(scale_figure({item.name: (item.sizes, item.seconds, item.slope) for item in series}), place)
+    save_figure(_scale_figure({item.name: (item.sizes, item.seconds, item.slope) for item in series}), place)
     return place
+
+
+def _scale_figure(series: Mapping[str, tuple[Sequence[float], Sequence[float], float]]) -> Any:
+    """Return a figure with one log panel a series: name -> (sizes, CPU seconds, slope); a grey line of slope 1 shows proportion."""
+    from lathesim.analysis.figure_style import CYCLE, INK, QUIET, dress, new_figure
+
+    figure = new_figure(3.6 * len(series), 3.4)
+    panels = np.atleast_1d(figure.subplots(1, len(series)))
+    for number, (panel, (name, (sizes, seconds, slope))) in enumerate(zip(panels, series.items(), strict=True)):
+        dress(panel, "CPU time [s]" if number == 0 else "", name, f"slope {slope:.3f}")
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        middle = len(sizes) // 2
+        along = np.array([sizes[0], sizes[-1]], dtype=float)
+        panel.plot(along, seconds[middle] * along / sizes[middle], color=QUIET, linewidth=1.0, linestyle="--")
+        panel.plot(sizes, seconds, color=CYCLE[number % len(CYCLE)], marker="o", markersize=4.5, linewidth=1.4)
+        for size, value in zip(sizes, seconds, strict=True):
+            panel.annotate(f"{value:.3g}", (size, value), (4, -9), textcoords="offset points", fontsize=7, color=INK)
+    return figure
 
 
 def long_plan(seconds: float) -> Plan:

@@ -13,8 +13,7 @@ import pytest
 from lathesim.cli.main import run_command_line
 from lathesim.compensation.planning import BUILDERS, REPAIRS
 from lathesim.compensation.recorded_lap import program_text
-from lathesim.effects.structure_remedies import residual_of_shaper
-from lathesim.effects.table_remedies import interpolated, residual_of_table
+from lathesim.effects.table_remedies import interpolated
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.part_tables import write_table
 from lathesim.lessons.simulate import simulate
@@ -68,10 +67,7 @@ def test_a_remedy_of_which_nothing_acts_leaves_every_bit_as_it_was(name: str, tm
     assert np.array_equal(run["contour.contour_error"], without["contour.contour_error"])
 
 
-def test_shaper_and_table_leave_what_the_formulas_say() -> None:
-    assert residual_of_shaper(1.1, 1) == pytest.approx(0.1564345, abs=1e-6)
-    assert residual_of_shaper(1.1, 2) == pytest.approx(0.0244717, abs=1e-6)
-    assert residual_of_table(5e-6, 0.5e-3, 5e-3) == pytest.approx(0.2447174e-6, abs=1e-12)
+def test_a_table_leaves_what_the_formula_says() -> None:
     places = np.arange(0.0, 0.0101, 0.5e-3)
     table = [[float(x), float(5e-6 * np.sin(2.0 * np.pi * x / 5e-3))] for x in places]
     fine = np.linspace(0.0, 0.01, 20_001)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.experiments.design.aims import discounted, mean_variance
-from lathesim.experiments.design.optimality import criterion_value, d_optimal, hidden_combinations, information, t_optimal
+from lathesim.experiments.design.optimality import criterion_value, hidden_combinations, information
 
 
 def friction(speeds: np.ndarray) -> np.ndarray:
@@ -12,21 +12,10 @@ def friction(speeds: np.ndarray) -> np.ndarray:
     return np.column_stack([np.sign(speeds), speeds, np.ones_like(speeds)])
 
 
-def test_design_of_atkinson_and_fedorov() -> None:
-    places = np.linspace(-1.0, 1.0, 20_001)
-    truth = 4.5 - 1.5 * np.exp(places) - 2.0 * np.exp(-places)
-    design = t_optimal(places, truth, np.vander(places, 3))
-    assert design.places == pytest.approx([-1.0, -0.66929, 0.14384, 0.95698], abs=1e-4)
-    assert design.weights == pytest.approx([0.25267, 0.42772, 0.24733, 0.07228], abs=1e-4)
-    assert design.value == pytest.approx(1.0867243e-3, rel=1e-5)
-
-
 def test_friction_is_told_best_by_the_ends_of_both_directions() -> None:
     speeds = np.r_[-np.linspace(0.01, 0.2, 21), np.linspace(0.01, 0.2, 21)]
-    design = d_optimal(speeds, friction(speeds))
-    assert sorted(design.places) == pytest.approx([-0.2, -0.01, 0.01, 0.2])
-    assert design.weights == pytest.approx([0.25] * 4, abs=1e-6)
-    assert design.value == pytest.approx(0.009025, abs=1e-9)
+    ends = np.isin(np.abs(speeds), (0.01, 0.2)) / 4.0
+    assert np.linalg.det(information(friction(speeds), ends)) == pytest.approx(0.009025, abs=1e-9)
     even = np.r_[-np.linspace(0.01, 0.2, 5), np.linspace(0.01, 0.2, 5)]
     assert np.linalg.det(information(friction(even), np.full(10, 0.1))) == pytest.approx(0.0045125, abs=1e-9)
 
@@ -36,8 +25,6 @@ def test_one_direction_is_told_to_be_singular() -> None:
     matrix = information(friction(speeds), np.full(5, 0.2))
     assert hidden_combinations(matrix, ["Fc", "Fv", "F0"]) == ["Only the sum of Fc and F0 shows, and neither of them alone."]
     assert criterion_value(matrix, "D") == -np.inf
-    with pytest.raises(ValueError, match="Only the sum of value 1 and value 3 shows"):
-        d_optimal(speeds, friction(speeds))
 
 
 def test_the_variance_of_a_line_is_least_where_it_was_measured() -> None:

@@ -5,7 +5,6 @@ import pytest
 
 from lathesim.experiments.watermark.guard_theory import (
     Loop,
-    cusum_run_length,
     frontier,
     log_likelihood_ratio,
     simulate_loops,
@@ -53,15 +52,6 @@ def test_delays_at_one_false_alarm_in_ten_thousand_samples() -> None:
     points = frontier(LOOP, (0.0, 0.05, 0.1, 0.2), 10_000.0)
     assert np.isnan(points[0].delay)
     assert [point.delay for point in points[1:]] == pytest.approx([100.0, 29.0, 8.0], rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("threshold", "lengths"),
-    [(4.0, (167.68, 26.63, 8.383, 3.343)), (5.0, (465.44, 38.00, 10.376, 4.009)), (8.0, (9482.9, 84.00, 16.372, 6.009))],
-)
-def test_run_lengths_of_the_cusum(threshold: float, lengths: tuple[float, ...]) -> None:
-    found = [cusum_run_length(shift, 0.5, threshold) for shift in (0.0, 0.5, 1.0, 2.0)]
-    assert found == pytest.approx(lengths, rel=2e-4)
 
 
 def test_an_unstable_loop_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -118,11 +118,6 @@ def _spread(lesson: Lesson, name: str, given: float, unit: str) -> tuple[float, 
     return (size / abs(given) if given else 1.0), size or 1.0
 
 
-def starting_point(free: Sequence[FreeValue]) -> FloatArray:
-    """Return the given values on the scale of the search: zeros."""
-    return np.zeros(len(free))
-
-
 def bounds(free: Sequence[FreeValue]) -> tuple[FloatArray, FloatArray]:
     """Return lower and upper bounds on the scale of the search."""
     return np.array([item.to_scale(item.low) for item in free]), np.array([item.to_scale(item.high) for item in free])

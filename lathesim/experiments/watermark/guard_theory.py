@@ -156,30 +156,6 @@ def threshold_for(increments: FloatArray, wanted: float) -> float:
     return 0.5 * (low + high)
 
 
-def cusum_run_length(shift: float, slack: float, threshold: float, cells: int = 400) -> float:
-    """Return the mean samples to an alarm of a two-sided CUSUM of N(shift, 1): s = max(0, s + z - slack), alarm above ``threshold``.
-
-    The one-sided lengths solve Page's integral equation by Gauss-Legendre quadrature; both sides join as 1/L = 1/L+ + 1/L-.
-    Source: Page, Biometrika 41 (1954); Crowder, Technometrics 29 (1987) (quadrature); van Dobben de Bruyn, Cumulative Sum Tests (1968).
-    """
-    from scipy.special import ndtr
-
-    nodes, weights = np.polynomial.legendre.leggauss(min(cells, 120))
-    nodes, weights = 0.5 * threshold * (nodes + 1.0), 0.5 * threshold * weights
-
-    def one_side(mean: float) -> float:
-        kernel = np.exp(-0.5 * np.square(nodes[None, :] - nodes[:, None] - mean + slack)) / math.sqrt(2.0 * math.pi)
-        at_zero = ndtr(slack - mean - nodes)
-        from_zero = np.exp(-0.5 * np.square(nodes - mean + slack)) / math.sqrt(2.0 * math.pi)
-        count = len(nodes)
-        matrix = np.zeros((count + 1, count + 1))
-        matrix[0, 0], matrix[0, 1:] = ndtr(slack - mean), weights * from_zero
-        matrix[1:, 0], matrix[1:, 1:] = at_zero, weights[None, :] * kernel
-        return float(np.linalg.solve(np.eye(count + 1) - matrix, np.ones(count + 1))[0])
-
-    return 1.0 / (1.0 / one_side(shift) + 1.0 / one_side(-shift))
-
-
 @dataclass(frozen=True)
 class Point:
     """A watermark on the frontier: standard deviation, what it costs (E[x^2]), threshold, and the mean delay [samples] (NaN: never)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
 from typing import Any
@@ -117,7 +117,3 @@ def _distributed() -> Any:
             "a cluster needs the package 'distributed', which is not installed.", remedy="python -m pip install 'lathesim[cluster]'"
         ) from None
     return distributed
-
-
-Executor = Callable[[Sequence[Job]], Iterator[Member]]
-"""What takes runs and gives them back done, in any order."""

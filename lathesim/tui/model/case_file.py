@@ -304,14 +304,6 @@ def with_what_was_found(case: CaseFile, setup: Setup) -> Setup:
     return setup
 
 
-def write_report(case: CaseFile, folder: Path) -> list[Path]:
-    """Write report and explained lesson as ``lathesim diagnose`` does; return the files."""
-    from lathesim.diagnosis.reporting.answer_files import write_answer
-
-    assert case.diagnosis is not None
-    return write_answer(case.diagnosis, case.lesson, folder)
-
-
 def conceal(lesson: Lesson, registry: Registry, folder: Path, *, hidden: str, validate: bool, tell: Callable[[str], None]) -> list[str]:
     """Make a case in a folder: ``hidden`` is an effect as ``--effect`` takes it, ``none``, or empty for one drawn at random."""
     from lathesim.exercises.conceal_case import conceal_case

@@ -89,11 +89,6 @@ class ResidualStream:
         plan = self._prepared.plan
         return np.array([plan.parameter_values[plan.parameters[name]] for name in self.scales])
 
-    def without_changes(self) -> ResidualStream:
-        """Return the simulation of the lesson's own machine beside this one: no sensitivities, every value the lesson's."""
-        followed = {name: scale for (name, scale), free in zip(self.scales.items(), self.free, strict=True) if free}
-        return ResidualStream(self._prepared, self.drive, self.compare, self.period, followed=followed, plain=True)
-
     def restart(self) -> None:
         """Begin the simulation anew: the samples before are not those before the next."""
         axes = {name: (name,) for name in self.drive}
