@@ -44,9 +44,9 @@ host_option = click.option(
 axis_option = click.option("--axis", "axis_texts", multiple=True, metavar="NAME=PART.INPUT", help="What follows an axis of the set-points.")
 
 
-def json_option(schema: str, what: str = "result") -> Callable[[Command], Command]:
+def json_option(schema: str, what: str = "the result") -> Callable[[Command], Command]:
     """Return the option ``--json`` of a command whose result has a schema."""
-    return click.option("--json", "as_json", is_flag=True, help=f"Write the {what} as JSON (schema {schema}) and nothing else.")
+    return click.option("--json", "as_json", is_flag=True, help=f"Write {what} as JSON (schema {schema}) and nothing else.")
 
 
 def save_option(what: str) -> Callable[[Command], Command]:

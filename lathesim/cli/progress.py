@@ -8,6 +8,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import click
+
 
 @contextmanager
 def working(*, shown: bool = True, first: str = "reading the lesson") -> Iterator[Callable[[str], None]]:
@@ -60,3 +62,22 @@ def interruptible() -> Iterator[threading.Event]:
         yield stop
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def time_bar(label: str, seconds: float, steps_per_second: float, *, shown: bool) -> Iterator[Callable[[float], None]]:
+    """Yield what takes the time [s] that has passed of ``seconds`` and moves a bar; without ``shown``, nothing is written."""
+    if not shown:
+        yield lambda time: None
+        return
+    with click.progressbar(length=max(1, int(steps_per_second * seconds)), label=label, show_pos=False) as bar:
+        done = 0
+
+        def told(time: float) -> None:
+            nonlocal done
+            steps = int(steps_per_second * time)
+            if steps > done:
+                bar.update(steps - done)
+                done = steps
+
+        yield told

@@ -30,7 +30,7 @@ _SIZES = (Column("", -40), Column("before", 12), Column("after", 12), Column("pr
     help="The lesson with its remedies; for a closed control a changed part program; or the table to type in.",
 )  # fmt: skip
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where the files go.")
-@json_option("lathesim-remedy/1", "answer")
+@json_option("lathesim-remedy/1", "the answer")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Draw what is uncertain in the same way again.")
 @click.option("--without-margin", is_flag=True, help="Size at the estimates, without the margin against overcompensation.")
 @variant_option

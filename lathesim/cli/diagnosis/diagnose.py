@@ -8,24 +8,65 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import variant_option
-from lathesim.cli.options import plugins_option
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry
+from lathesim.cli.progress import interruptible
 from lathesim.whole_file import check_output, write_text
 
 if TYPE_CHECKING:
+    from lathesim.diagnosis.question import Question
+    from lathesim.diagnosis.records.diagnosis import Diagnosis
     from lathesim.identification.execution.budget import Deadline
+    from lathesim.identification.replay.loading import LoadedCase
 
-STOPPED = 130
 _EVERY = 10.0
 """Time between two lines of progress without a terminal [s]."""
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """The recordings that are explained and those that judge."""
+
+    recording: Path
+    validate: Path | None
+    before: Path | None
+    others: tuple[tuple[str, str], ...]
+
+    def check(self) -> None:
+        """Raise where two of them ask different questions."""
+        if self.others and self.validate is not None:
+            raise click.UsageError("--with and --validate both judge: give one of them.")
+        if self.others and self.before is not None:
+            raise click.UsageError("--with and --before ask two questions: give one of them.")
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is searched for, and for how long."""
+
+    only: tuple[str, ...]
+    at_most: str | None
+    left_out: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Report:
+    """What is written of the answer."""
+
+    explained: bool
+    no_report: bool
+    json_file: Path | None
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether JSON is printed, and nothing else."""
+        return self.json_file is not None and str(self.json_file) == "-"
 
 
 @click.command()
@@ -64,88 +105,82 @@ _EVERY = 10.0
 )
 @variant_option
 @plugins_option
-def diagnose(
-    lesson: str,
-    recording: Path,
-    validate: Path | None,
-    before: Path | None,
-    out: Path | None,
-    json_file: Path | None,
-    only: tuple[str, ...],
-    at_most: str | None,
-    others: tuple[tuple[str, str], ...],
-    design: bool,
-    explained: bool,
-    no_report: bool,
-    left_out: tuple[str, ...],
-    variant: str | None,
-    plugin_folders: tuple[Path, ...],
-) -> int:
+@grouped(chosen=ChosenLesson, files=Recordings, search=Search, report=Report)
+def diagnose(chosen: ChosenLesson, files: Recordings, search: Search, report: Report, out: Path | None, design: bool) -> int:
     """Hold RECORDING against the simulation of LESSON, find what the lesson left out, and show that the fit improves.
 
     The lesson says in ``recordings:`` what the columns mean and in ``uncertain:`` how sure its values are. The answer is judged on a
     recording that was not fitted. Ctrl-C, or a request to terminate, ends the search and keeps what is known (exit code 130).
     """
-    import json
     import os
 
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    ends = _deadline(at_most)
+    ends = _deadline(search.at_most)
     from lathesim.diagnosis.ablation import without
     from lathesim.diagnosis.diagnose import ask
+    from lathesim.diagnosis.reporting.answer_files import report_place
+    from lathesim.identification.replay.loading import load_case
+    from lathesim.lessons.results_folder import results_folder
+
+    registry = chosen.registry
+    effects = [registry.effect(name) for name in search.only] if search.only else list(registry.effects.values())
+    given = (files.recording, files.validate, files.before)
+    folder = out or results_folder(chosen.loaded, *given, *(Path(file) for _, file in files.others), variant=chosen.variant)
+    if not report.no_report:
+        check_output(report_place(folder))
+    files.check()
+    case = load_case(chosen.loaded, [file for file in given if file is not None], registry, variant=chosen.variant)
+    asked = ask(chosen.loaded.title, case.machine, case.recordings, effects, changed=files.before is not None)  # type: ignore[arg-type]
+    question = without(asked, search.left_out)
+    question = replace(question, method=replace(question.method, ends=ends))
+    diagnosis = _answer(question, case, files, chosen, quiet=report.is_quiet)
+    if design:
+        from lathesim.experiments.design.for_diagnosis import with_designed_program
+
+        with interruptible() as stop:
+            diagnosis = with_designed_program(
+                diagnosis, chosen.loaded, registry, folder / "next", chosen.variant, lambda text: click.echo(text, err=True), stop
+            )
+    _write(diagnosis, case, folder, report)
+    return 0 if diagnosis.complete or search.at_most is not None else STOPPED
+
+
+def _answer(question: Question, case: LoadedCase, files: Recordings, chosen: ChosenLesson, *, quiet: bool) -> Diagnosis:
+    """Search for the answer, with the further recordings where there are any."""
     from lathesim.diagnosis.diagnose import diagnose as answer
+
+    with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
+        if not files.others:
+            return answer(question, tell)
+        from lathesim.experiments.evidence import Other, diagnose_together
+
+        further = [Other(name, Path(file)) for name, file in files.others]
+        return diagnose_together(case, further, chosen.registry, lambda loaded_case: question, tell)
+
+
+def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path, report: Report) -> None:
+    """Print the answer, then write its files: the disk may be full."""
+    import json
+
     from lathesim.diagnosis.records.diagnosis import as_json
     from lathesim.diagnosis.reporting.answer_files import report_place, write_answer
     from lathesim.diagnosis.reporting.explanations import explanation_lines
     from lathesim.diagnosis.reporting.number_text import plain
     from lathesim.diagnosis.reporting.summary import headline, summary_lines
     from lathesim.diagnosis.reporting.terminal_text import answer_lines
-    from lathesim.identification.replay.loading import load_case
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.results_folder import results_folder
 
-    registry = open_registry(plugin_folders)
-    effects = [registry.effect(name) for name in only] if only else list(registry.effects.values())
-    loaded = load_lesson(lesson)
-    quiet = json_file is not None and str(json_file) == "-"
-    folder = out or results_folder(loaded, recording, validate, before, *(Path(file) for _, file in others), variant=variant)
-    if not no_report:
-        check_output(report_place(folder))
-    if others and validate is not None:
-        raise click.UsageError("--with and --validate both judge: give one of them.")
-    if others and before is not None:
-        raise click.UsageError("--with and --before ask two questions: give one of them.")
-    case = load_case(loaded, [file for file in (recording, validate, before) if file is not None], registry, variant=variant)
-    question = without(ask(loaded.title, case.machine, case.recordings, effects, changed=before is not None), left_out)  # type: ignore[arg-type]
-    question = replace(question, method=replace(question.method, ends=ends))
-    with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
-        if others:
-            from lathesim.experiments.evidence import Other, diagnose_together
-
-            further = [Other(name, Path(file)) for name, file in others]
-            diagnosis = diagnose_together(case, further, registry, lambda loaded_case: question, tell)
-        else:
-            diagnosis = answer(question, tell)
-    if design:
-        from lathesim.cli.progress import interruptible
-        from lathesim.experiments.design.for_diagnosis import with_designed_program
-
-        with interruptible() as stop:
-            diagnosis = with_designed_program(
-                diagnosis, loaded, registry, folder / "next", variant, lambda text: click.echo(text, err=True), stop
-            )
     told = {"sentence": plain(headline(diagnosis)), "summary": [plain(line) for line in summary_lines(diagnosis)]}
-    answer_json = json.dumps({**as_json(diagnosis), **told, "report": None if no_report else str(report_place(folder))}, indent=2)
-    answer_text = [*answer_lines(diagnosis), *(explanation_lines(diagnosis) if explained else []), ""]
-    click.echo(answer_json if quiet else "\n".join(answer_text))  # printed before files are written: the disk may be full
-    files = [] if no_report else write_answer(diagnosis, case.lesson, folder)
-    if not quiet:
-        files += [write_text(json_file, answer_json + "\n")] if json_file is not None else []
+    place = None if report.no_report else str(report_place(folder))
+    answer_json = json.dumps({**as_json(diagnosis), **told, "report": place}, indent=2)
+    answer_text = [*answer_lines(diagnosis), *(explanation_lines(diagnosis) if report.explained else []), ""]
+    click.echo(answer_json if report.is_quiet else "\n".join(answer_text))
+    files = [] if report.no_report else write_answer(diagnosis, case.lesson, folder)
+    if not report.is_quiet:
+        files += [write_text(report.json_file, answer_json + "\n")] if report.json_file is not None else []
         see = f" See {', '.join(map(str, files))}." if files else ""
         click.echo(f"{diagnosis.wall_time:.1f} s.{see}")
-    return 0 if diagnosis.complete or at_most is not None else STOPPED
 
 
 def _deadline(at_most: str | None) -> Deadline:

@@ -3,21 +3,40 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import read_settings, set_option, variant_option
-from lathesim.cli.live.live_options import STOPPED, axis_option, host_option, read_axes
-from lathesim.cli.options import plugins_option
+from lathesim.cli.options import (
+    STOPPED,
+    ChosenLesson,
+    axis_option,
+    grouped,
+    host_option,
+    plugins_option,
+    read_axes,
+    set_option,
+    variant_option,
+)  # fmt: skip
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry
 
 if TYPE_CHECKING:
     from lathesim.live.servo.servo_session import ServoSettings, Session
     from lathesim.live.servo.stepped_machine import SteppedMachine
     from lathesim.live.sources.samples import Sink
+
+
+@dataclass(frozen=True)
+class BufferOptions:
+    """The clock of the servos, and the buffer of their set-points."""
+
+    clock: str
+    capacity: int
+    begin: int
+    elastic: float | None
 
 
 @click.command()
@@ -34,36 +53,23 @@ if TYPE_CHECKING:
 @variant_option
 @set_option
 @plugins_option
+@grouped(chosen=ChosenLesson, buffer=BufferOptions)
 def machine(
-    lesson: str,
-    port: int,
-    host: str,
-    clock: str,
-    capacity: int,
-    begin: int,
-    elastic: float | None,
-    out: Path | None,
-    once: bool,
-    axis_texts: tuple[str, ...],
-    variant: str | None,
-    settings: tuple[str, ...],
-    plugin_folders: tuple[Path, ...],
+    chosen: ChosenLesson, port: int, host: str, buffer: BufferOptions, out: Path | None, once: bool, axis_texts: tuple[str, ...]
 ) -> int:
     """Be the servo side of LESSON's machine: take set-points over TCP, move, and send feedback over UDP.
 
     When the buffer runs empty the tool holds its place, or with --elastic RHO it slows down before, on its path: the playback rate changes
     by at most RHO a period. Ctrl-C ends it; what was recorded is kept.
     """
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
     from lathesim.live.servo.servo_session import ServoSettings
     from lathesim.live.servo.servo_side import ServoSide, serve
     from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
     from lathesim.live.sources.until_stopped import run_until_stopped
 
     axes = read_axes(axis_texts)
-    prepared = prepare(load_lesson(lesson), open_registry(plugin_folders), variant, read_settings(settings))
-    how = ServoSettings(capacity, min(begin, capacity), elastic, clock == "virtual")
+    prepared = chosen.prepared
+    how = ServoSettings(buffer.capacity, min(buffer.begin, buffer.capacity), buffer.elastic, buffer.clock == "virtual")
     records = Records(out)
 
     def make(names: tuple[str, ...]) -> SteppedMachine:
@@ -75,7 +81,8 @@ def machine(
     side = ServoSide(make, how, lambda sentence: click.echo(sentence, err=True), records.open)
     sessions, stopped = run_until_stopped(lambda stop: serve(side, host, port, stop, ready, once=once))
     for session in sessions:
-        _tell(session, how)
+        for line in _lines(session, how):
+            click.echo(line)
     return STOPPED if stopped else 0
 
 
@@ -107,17 +114,20 @@ class Records:
         return RecordWriter(place, channels, growing=True)
 
 
-def _tell(session: Session, how: ServoSettings) -> None:
+def _lines(session: Session, how: ServoSettings) -> Iterator[str]:
+    from lathesim.units import in_unit
+
     count = session.counts
     if not count:
         return
     stops = f"{count['underruns']} underruns" if how.rho is None else f"{count['hard_stops']} hard stops"
-    click.echo(f"{session.peer}: {session.periods} periods, {count['arrived']} set-points, {stops}; ended: {session.reason}.")
+    yield f"{session.peer}: {session.periods} periods, {count['arrived']} set-points, {stops}; ended: {session.reason}."
     clock = session.clock.as_json()
     if clock.get("wakes") and not how.virtual:
-        click.echo(
-            f"  It came {1e3 * (clock['late_mean_s'] or 0):.2f} ms late on average, {1e3 * (clock['latest_s'] or 0):.1f} ms at most, "
-            f"with a jitter of {1e3 * (clock['jitter_s'] or 0):.2f} ms; the lowest fill was {clock['lowest_fill']:.0f}."
+        late, latest, jitter = (clock[name] or 0.0 for name in ("late_mean_s", "latest_s", "jitter_s"))
+        yield (
+            f"  It came {in_unit(late, 'ms', '.2f')} late on average, {in_unit(latest, 'ms', '.1f')} at most, "
+            f"with a jitter of {in_unit(jitter, 'ms', '.2f')}; the lowest fill was {clock['lowest_fill']:.0f}."
         )
     if session.late_periods:
-        click.echo(f"  {session.late_periods} periods passed while this computer was away.")
+        yield f"  {session.late_periods} periods passed while this computer was away."

@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import read_settings, set_option, variant_option
-from lathesim.cli.live.live_options import STOPPED, host_option
-from lathesim.cli.options import plugins_option
-from lathesim.cli.registry import open_registry
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, host_option, plugins_option, set_option, variant_option
+
+if TYPE_CHECKING:
+    from lathesim.live.watching.lap import Faults
+
+
+@dataclass(frozen=True)
+class Servers:
+    """Where values are published."""
+
+    host: str
+    opcua: int | None
+    mtconnect: int | None
+    shdr: int | None
+
+
+@dataclass(frozen=True)
+class FaultTexts:
+    """The faults that are made on demand."""
+
+    gap: str | None
+    burst: str | None
+    clock_jump: str | None
 
 
 @click.command()
@@ -27,56 +48,49 @@ from lathesim.cli.registry import open_registry
 @variant_option
 @set_option
 @plugins_option
-def publish(
-    lesson: str,
-    opcua: int | None,
-    mtconnect: int | None,
-    shdr: int | None,
-    play: Path | None,
-    rate: str | None,
-    laps: int,
-    gap: str | None,
-    burst: str | None,
-    clock_jump: str | None,
-    host: str,
-    variant: str | None,
-    settings: tuple[str, ...],
-    plugin_folders: tuple[Path, ...],
-) -> int:
+@grouped(chosen=ChosenLesson, servers=Servers, made=FaultTexts)
+def publish(chosen: ChosenLesson, servers: Servers, made: FaultTexts, play: Path | None, rate: str | None, laps: int) -> int:
     """Publish what LESSON's machine does, again and again, as a machine on the shop floor would.
 
     Values of one instant belong together and have one time stamp, that of the source. Faults come on demand: gaps, values that are held
     back, a clock that jumps. 'lathesim record' takes it down again.
     """
-    from dataclasses import replace
-
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
     from lathesim.live.opcua.cnc_names import published_names
     from lathesim.live.publishing import Places, publish_all
     from lathesim.live.sources.until_stopped import run_until_stopped
-    from lathesim.live.watching.lap import Faults, recorded_lap, simulated_lap
+    from lathesim.live.watching.lap import recorded_lap, simulated_lap
 
-    if opcua is None and mtconnect is None:
+    if servers.opcua is None and servers.mtconnect is None:
         raise click.UsageError("Say where to publish: --opcua PORT, --mtconnect PORT, or both.")
-    registry = open_registry(plugin_folders)
-    prepared = prepare(load_lesson(lesson), registry, variant, read_settings(settings))
+    registry, prepared = chosen.registry, chosen.prepared
     lap = simulated_lap(prepared) if play is None else recorded_lap(prepared, play, registry)
     if rate is not None:
         lap = lap.sampled(_quantity(rate, "Hz"))
-    faults = Faults()
-    if gap is not None:
-        faults = replace(faults, gap_every=_pair(gap, "--gap")[0], gap=_pair(gap, "--gap")[1])
-    if burst is not None:
-        faults = replace(faults, burst=_quantity(burst, "s"))
-    if clock_jump is not None:
-        faults = replace(faults, jump_at=_pair(clock_jump, "--clock-jump")[0], jump=_pair(clock_jump, "--clock-jump")[1])
+    faults = _faults(made)
     names = published_names(prepared.machinery, lap.signals)
-    places = Places(host, opcua, mtconnect, shdr)
+    places = Places(servers.host, servers.opcua, servers.mtconnect, servers.shdr)
     click.echo(f"{lap.name}: {len(lap.signals)} channels at {1.0 / lap.period:g} Hz, a run of {len(lap) * lap.period:.3g} s.", err=True)
     rows, stopped = run_until_stopped(lambda stop: publish_all(lap, faults, laps, names, places, stop, _told))
     click.echo(f"{max(rows)} instants were published.")
     return STOPPED if stopped else 0
+
+
+def _faults(made: FaultTexts) -> Faults:
+    """Return the faults in SI."""
+    from dataclasses import replace
+
+    from lathesim.live.watching.lap import Faults
+
+    faults = Faults()
+    if made.gap is not None:
+        every, length = _pair(made.gap, "--gap")
+        faults = replace(faults, gap_every=every, gap=length)
+    if made.burst is not None:
+        faults = replace(faults, burst=_quantity(made.burst, "s"))
+    if made.clock_jump is not None:
+        at, by = _pair(made.clock_jump, "--clock-jump")
+        faults = replace(faults, jump_at=at, jump=by)
+    return faults
 
 
 def _told(url: str) -> None:

@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.case_options import variant_option
-from lathesim.cli.live.live_options import STOPPED
-from lathesim.cli.options import plugins_option
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, json_option, plugins_option, variant_option
 from lathesim.cli.output_path import OutputPath
+from lathesim.cli.progress import time_bar
 from lathesim.cli.registry import open_registry
+from lathesim.cli.writing import Result, write
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
     from lathesim.live.recording.recording_run import Noted
+
+
+_FIRST = 10
+"""Gaps and notes that are listed."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What is recorded, for how long, and how often the source is asked."""
+
+    map_file: Path | None
+    duration: str
+    interval: str
+    queue: int
 
 
 @click.command()
@@ -29,19 +44,11 @@ if TYPE_CHECKING:
 @click.option("--interval", default="0 s", show_default=True, metavar="TIME", help="Sampling asked for; 0 s: as often as there is news.")
 @click.option("--queue", type=click.IntRange(1, 100_000), default=5000, show_default=True, help="Values the server is asked to queue.")
 @variant_option
-@click.option("--json", "as_json", is_flag=True, help="Write what was found as JSON (schema lathesim-record/1) and nothing else.")
+@json_option("lathesim-record/1", "what was found")
 @plugins_option
+@grouped(reading=Reading)
 def record(
-    url: str,
-    map_file: Path | None,
-    duration: str,
-    out: Path,
-    lesson: str | None,
-    interval: str,
-    queue: int,
-    variant: str | None,
-    as_json: bool,
-    plugin_folders: tuple[Path, ...],
+    url: str, reading: Reading, out: Path, lesson: str | None, variant: str | None, as_json: bool, plugin_folders: tuple[Path, ...]
 ) -> int:
     """Record what an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port) or a servo side (tcp://host:port) sends.
 
@@ -51,57 +58,33 @@ def record(
     for a data item of MTConnect. With --lesson and without --map the names of OPC 40502 and of the channels are looked for. Times are those
     of the source; gaps, restarts and lost values are kept in the record. Ctrl-C ends it and keeps what came.
     """
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
     from lathesim.live.recording.recording_run import record as take_down
     from lathesim.live.sources.opening import open_machine, open_source
     from lathesim.live.sources.pipe_source import is_pipe
     from lathesim.live.sources.until_stopped import run_until_stopped
-    from lathesim.units import quantity
+    from lathesim.units import in_unit, quantity
 
-    seconds, every = quantity(duration, "s"), quantity(interval, "s")
+    seconds, every = quantity(reading.duration, "s"), quantity(reading.interval, "s")
     registry = open_registry(plugin_folders)
-    prepared = None if lesson is None else prepare(load_lesson(lesson), registry, variant)
+    prepared = None if lesson is None else ChosenLesson(lesson, variant, plugin_folders=plugin_folders).prepared
     piped = prepared is not None and is_pipe(url)
     source: Any = (
-        open_source([url], map_file, prepared, registry) if piped and prepared else open_machine(url, map_file, prepared, every, queue)
+        open_source([url], reading.map_file, prepared, registry)
+        if piped and prepared
+        else open_machine(url, reading.map_file, prepared, every, reading.queue)
     )
-    with click.progressbar(length=max(1, int(10 * seconds)), label="recording", show_pos=False) if not as_json else _Silent() as bar:
-        noted, stopped = run_until_stopped(lambda stop: take_down(source, out, seconds, stop, _Steps(bar), _notice))
+    with time_bar("recording", seconds, 10.0, shown=not as_json) as bar:
+        noted, stopped = run_until_stopped(lambda stop: take_down(source, out, seconds, stop, bar, _notice))
     if not noted.samples:
         from lathesim.live.sources.samples import LiveError
 
         raise LiveError(f"nothing came from {url} in {seconds:g} s.", remedy="Is the machine running?")
     if every > 0.0 and noted.period > 1.5 * every:
-        source.remarks.append(f"values come every {1e3 * noted.period:.4g} ms, and {1e3 * every:.4g} ms was asked for")
+        source.remarks.append(f"values come every {in_unit(noted.period, 'ms')}, and {in_unit(every, 'ms')} was asked for")
     written = None if prepared is None else _write_lesson(prepared, [signal.name for signal in source.signals], out, variant)
-    if as_json:
-        result = {"schema": "lathesim-record/1", "out": str(out), "lesson": written, "remarks": source.remarks, **noted.as_json()}
-        click.echo(json.dumps(result, indent=2))
-    else:
-        _tell(noted, source.remarks, out, written)
-    return STOPPED if stopped else 0
-
-
-class _Silent:
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, *error: object) -> None:
-        return None
-
-
-class _Steps:
-    """Moves a bar in tenths of a second."""
-
-    def __init__(self, bar: Any) -> None:
-        self._bar, self._done = bar, 0
-
-    def __call__(self, seconds: float) -> None:
-        steps = int(10 * seconds)
-        if self._bar is not None and steps > self._done:
-            self._bar.update(steps - self._done)
-        self._done = max(self._done, steps)
+    data = {"out": out, "lesson": written, "remarks": source.remarks, **noted.as_json()}
+    lines = _lines(noted, source.remarks, out, written)
+    return write(Result("lathesim-record/1", data, lines, code=STOPPED if stopped else 0), as_json)
 
 
 def _notice(sentence: str) -> None:
@@ -119,18 +102,16 @@ def _write_lesson(prepared: Prepared, recorded: list[str], out: Path, variant: s
     return str(place)
 
 
-def _tell(noted: Noted, remarks: list[str], out: Path, written: str | None) -> None:
+def _lines(noted: Noted, remarks: list[str], out: Path, written: str | None) -> Iterator[str]:
     rate = f" at {1.0 / noted.period:.4g} Hz" if noted.period > 0.0 else ""
-    click.echo(f"{noted.samples} instants{rate} are in {out}; {noted.status}.")
-    for begin, end, count in noted.gaps[:10]:
-        click.echo(f"Gap: {count} samples are missing between {begin:.4f} s and {end:.4f} s.")
-    if len(noted.gaps) > 10:
-        click.echo(f"... and {len(noted.gaps) - 10} gaps more; {noted.lost} samples are missing in all.")
-    for time, sentence in noted.notes[:10]:
-        click.echo(f"At {time:.3f} s: {sentence}.")
-    for remark in remarks:
-        click.echo(f"Note: {remark}.")
+    yield f"{noted.samples} instants{rate} are in {out}; {noted.status}."
+    for begin, end, count in noted.gaps[:_FIRST]:
+        yield f"Gap: {count} samples are missing between {begin:.4f} s and {end:.4f} s."
+    if len(noted.gaps) > _FIRST:
+        yield f"... and {len(noted.gaps) - _FIRST} gaps more; {noted.lost} samples are missing in all."
+    yield from (f"At {time:.3f} s: {sentence}." for time, sentence in noted.notes[:_FIRST])
+    yield from (f"Note: {remark}." for remark in remarks)
     if noted.doubled:
-        click.echo(f"{noted.doubled} instants came again, or out of order, and were left out.")
+        yield f"{noted.doubled} instants came again, or out of order, and were left out."
     if written is not None:
-        click.echo(f"The lesson with its mapping is {written}. Next: lathesim diagnose {written} {out}")
+        yield f"The lesson with its mapping is {written}. Next: lathesim diagnose {written} {out}"

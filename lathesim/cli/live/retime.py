@@ -2,18 +2,42 @@
 
 from __future__ import annotations
 
-import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from lathesim.cli.options import grouped, json_option
 from lathesim.cli.output_path import OutputPath
+from lathesim.cli.writing import Column, Result, table, write
 
 if TYPE_CHECKING:
     from lathesim.motion.axis_limits import AxisLimits
     from lathesim.motion.kinematics import Chain
     from lathesim.motion.time_law import Timing
+
+
+_AXES = (
+    Column("axis", -10), Column("largest speed", 18), Column("of its limit", 14), Column("acceleration", 18), Column("of its limit", 14),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Way:
+    """How a path is timed: the file of limits, whether the samples are poses, and the steps along it.
+
+    ``keep_free`` is the share of the accelerations that the timing does not use, ``retraction`` the turn [deg] at which the axes stop.
+    """
+
+    limits: Path
+    poses: bool
+    jerk: bool
+    grid: int
+    retraction: float
+    keep_free: float
 
 
 @click.command()
@@ -30,8 +54,9 @@ if TYPE_CHECKING:
     "--keep-free", type=click.FloatRange(0.0, 0.9), default=0.0, metavar="SHARE", help="Of the accelerations, as 'machine --elastic' needs."
 )
 @click.option("--out", type=OutputPath(), metavar="S.h5", help="Where the set-points go [default: JOINTS_set_points.h5].")
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-retime/1) and nothing else.")
-def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None, **how: Any) -> None:
+@json_option("lathesim-retime/1")
+@grouped(way=Way)
+def retime(joints: Path, way: Way, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None) -> int:
     """Time the path of JOINTS.csv as quickly as the limits of the axes allow, and write a set-point for each servo period.
 
     JOINTS.csv has the header 'x [mm],y [mm],a [deg]' and one row a sample, without times. LIMITS.yaml has
@@ -49,39 +74,28 @@ def retime(joints: Path, as_json: bool, out: Path | None, period: str, tolerance
         raise LatheSimError(f"the period is {period}.", remedy="Give a period above 0 s and up to 1 s.")
     if (tolerance is None) != (lesson is None):
         raise click.UsageError("--tolerance and --lesson belong together: the error is that of the lesson's machine.")
-    kept_free = how.pop("keep_free")
-    timing, limits, chain, note = timed(read_joint_path(joints), **how, kept_free=kept_free)
+    timing, limits, chain, note = timed(read_joint_path(joints), way)
     cost = None
     if tolerance is not None and lesson is not None:
         from lathesim.live.servo.tolerance import within_tolerance
 
         timing, cost = within_tolerance(
-            timing, limits.scaled(1.0 - kept_free), lesson, quantity(tolerance, "m"), seconds, how["jerk"], chain
+            timing, limits.scaled(1.0 - way.keep_free), lesson, quantity(tolerance, "m"), seconds, way.jerk, chain
         )
     place = out or joints.with_name(f"{joints.stem}_set_points.h5")
     count = save_set_points(timing, seconds, place, {"path": joints.name})
     result = _result(timing, limits, chain, place, count)
-    if kept_free > 0.0:
-        result["elastic_rho"] = elastic_rate(timing, limits, kept_free, seconds)
+    if way.keep_free > 0.0:
+        result["elastic_rho"] = elastic_rate(timing, limits, way.keep_free, seconds)
     if cost is not None:
         result["tolerance"] = cost
-    if as_json:
-        click.echo(json.dumps({"schema": "lathesim-retime/1", **result}, indent=2))
-        return
-    if note:
+    if note and not as_json:
         click.echo(note, err=True)
-    _tell(result)
+    return write(Result("lathesim-retime/1", result, _lines(result)), as_json)
 
 
-def timed(
-    given: Any, limits: Path, poses: bool, jerk: bool, grid: int, retraction: float, kept_free: float = 0.0
-) -> tuple[Timing, AxisLimits, Chain | None, str]:
-    """Return the timing of a path with the limits and the kinematics of a file, and what to tell about singularities.
-
-    ``kept_free`` is the share of the accelerations that the timing does not use.
-    """
-    import math
-
+def timed(given: Any, way: Way) -> tuple[Timing, AxisLimits, Chain | None, str]:
+    """Return the timing of a path with the limits and the kinematics of a file, and what to say about singularities."""
     from lathesim.lessons.yaml_source import read_source
     from lathesim.motion.axis_limits import limits_from
     from lathesim.motion.joint_path import MotionError
@@ -89,19 +103,21 @@ def timed(
     from lathesim.motion.pose_path import joints_of, tool_speed_of
     from lathesim.motion.retime import retime as retimed
 
-    data = read_source(limits, what="file of limits").data
-    chain = chain_from(data["kinematics"], f"{limits}: kinematics") if "kinematics" in data else None
+    data = read_source(way.limits, what="file of limits").data
+    chain = chain_from(data["kinematics"], f"{way.limits}: kinematics") if "kinematics" in data else None
     note = ""
     path = given
-    if poses:
+    if way.poses:
         if chain is None:
-            raise MotionError("the file of limits names no kinematics.", place=str(limits), remedy="Add 'kinematics: trunnion'.")
+            raise MotionError("the file of limits names no kinematics.", place=str(way.limits), remedy="Add 'kinematics: trunnion'.")
         path, note = joints_of(given, chain)
-    allowed = limits_from(data, path.names, path.units, str(limits))
-    if jerk and not all(map(math.isfinite, allowed.jerk)):
-        raise MotionError("not every axis has a limit of jerk.", place=str(limits), remedy="Add jerk: 4 m/s^3 to each axis.")
+    allowed = limits_from(data, path.names, path.units, str(way.limits))
+    if way.jerk and not all(map(math.isfinite, allowed.jerk)):
+        raise MotionError("not every axis has a limit of jerk.", place=str(way.limits), remedy="Add jerk: 4 m/s^3 to each axis.")
     tool = tool_speed_of(path, chain) if chain is not None or math.isfinite(allowed.feed) else None
-    timing = retimed(path, allowed.scaled(1.0 - kept_free), jerk=jerk, grid=grid, tool_speed=tool, retraction=math.radians(retraction))
+    timing = retimed(
+        path, allowed.scaled(1.0 - way.keep_free), jerk=way.jerk, grid=way.grid, tool_speed=tool, retraction=math.radians(way.retraction)
+    )
     return timing, allowed, chain, note
 
 
@@ -136,26 +152,28 @@ def _result(timing: Timing, limits: AxisLimits, chain: Chain | None, place: Path
     }
 
 
-def _tell(result: dict[str, Any]) -> None:
+def _lines(result: dict[str, Any]) -> Iterator[str]:
+    from lathesim.units import in_unit
+
     stops = result["retractions"]
     told = f", with {stops} stop{'s' if stops != 1 else ''} at retractions" if stops else ""
-    click.echo(f"{result['samples']} samples take {result['duration_s']:.6g} s{told}.\n")
-    click.echo(f"{'axis':<10}{'largest speed':>18}{'of its limit':>14}{'acceleration':>18}{'of its limit':>14}")
+    yield f"{result['samples']} samples take {result['duration_s']:.6g} s{told}.\n"
+    rows = []
     for name, axis in result["axes"].items():
         speed, force = f"{axis['velocity']:.4g} {axis['unit']}/s", f"{axis['acceleration']:.4g} {axis['unit']}/s^2"
-        click.echo(f"{name:<10}{speed:>18}{100 * axis['velocity_share']:>12.1f} %{force:>18}{100 * axis['acceleration_share']:>12.1f} %")
+        shares = [in_unit(axis[f"{what}_share"], "%", ".1f") for what in ("velocity", "acceleration")]
+        rows.append((name, speed, shares[0], force, shares[1]))
+    yield from table(_AXES, rows)
     if result["path_error_m"] is not None:
-        click.echo(f"\nBetween samples the tip leaves the straight line by {1e6 * result['path_error_m']:.3g} um at most.")
+        yield f"\nBetween samples the tip leaves the straight line by {in_unit(result['path_error_m'], 'um', '.3g')} at most."
     if "elastic_rho" in result:
-        click.echo(
-            f"\nWith 'machine --elastic' up to {result['elastic_rho']:.3g} the axes keep their limits while the playback slows down."
-        )
+        yield f"\nWith 'machine --elastic' up to {result['elastic_rho']:.3g} the axes keep their limits while the playback slows down."
     if "tolerance" in result:
         row = result["tolerance"]
-        click.echo(
-            f"\nThe contour error is {1e6 * row['before_m']:.4g} um at full speed and {1e6 * row['after_m']:.4g} um now; "
+        yield (
+            f"\nThe contour error is {in_unit(row['before_m'], 'um')} at full speed and {in_unit(row['after_m'], 'um')} now; "
             f"{row['slower_share']:.0%} of the path is slower, and {row['duration_before_s']:.4g} s became {result['duration_s']:.4g} s."
         )
         if row["after_m"] > row["tolerance_m"]:
-            click.echo("That is above the tolerance: what is left does not come from the speed alone.")
-    click.echo(f"\n{result['set_points']} set-points are in {result['out']}. Draw them with: lathesim plot {result['out']}")
+            yield "That is above the tolerance: what is left does not come from the speed alone."
+    yield f"\n{result['set_points']} set-points are in {result['out']}. Draw them with: lathesim plot {result['out']}"

@@ -2,21 +2,35 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.live.live_options import STOPPED, axis_option, read_axes
+from lathesim.cli.options import STOPPED, ChosenLesson, axis_option, grouped, json_option, read_axes
 from lathesim.cli.output_path import OutputPath
+from lathesim.cli.progress import time_bar
+from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:
     from lathesim.live.recording.record_blocks import RecordBlocks
     from lathesim.record import FloatArray
 
 _SUFFIX = ".position"
+
+
+@dataclass(frozen=True)
+class Playing:
+    """How set-points are sent: the fill of the buffer, how often, and what a simulated planner and machine do."""
+
+    fill: int
+    elastic: float | None
+    away: float
+    seed: int
+    loops: int
+    axis_texts: tuple[str, ...]
 
 
 @click.command()
@@ -31,19 +45,9 @@ _SUFFIX = ".position"
     "--loops", type=click.IntRange(1, 1_000_000), default=1, help="Send the set-points so many times; they must end as they begin."
 )
 @axis_option
-@click.option("--json", "as_json", is_flag=True, help="Write the result as JSON (schema lathesim-stream/1) and nothing else.")
-def stream(
-    set_points: Path,
-    url: str,
-    fill: int,
-    out: Path | None,
-    elastic: float | None,
-    away: float,
-    seed: int,
-    loops: int,
-    axis_texts: tuple[str, ...],
-    as_json: bool,
-) -> int:
+@json_option("lathesim-stream/1")
+@grouped(playing=Playing)
+def stream(set_points: Path, url: str, playing: Playing, out: Path | None, as_json: bool) -> int:
     """Send the set-points of S.h5, as 'lathesim retime' writes them, to the servo side at URL (127.0.0.1:5600), and take its feedback.
 
     With the URL sim:LESSON planner, buffer and machine run here on a virtual clock, as fast as they can, the same bits each time.
@@ -53,20 +57,13 @@ def stream(
     source = RecordBlocks(set_points)
     try:
         names = _axes(source)
-        if loops > 1:
+        if playing.loops > 1:
             _check_closed(source, names)
-        result, stopped = (
-            _virtual(source, names, url.removeprefix("sim:"), fill, out, elastic, (away, seed), loops, read_axes(axis_texts), as_json)
-            if url.startswith("sim:")
-            else _network(source, names, url, fill, out, loops, as_json)
-        )
+        send = _virtual if url.startswith("sim:") else _network
+        result, stopped = send(source, names, url.removeprefix("sim:"), playing, out, as_json)
     finally:
         source.close()
-    if as_json:
-        click.echo(json.dumps({"schema": "lathesim-stream/1", **result}, indent=2))
-    else:
-        _tell(result, out)
-    return STOPPED if stopped else 0
+    return write(Result("lathesim-stream/1", result, _lines(result, out), code=STOPPED if stopped else 0), as_json)
 
 
 def _axes(source: RecordBlocks) -> list[str]:
@@ -107,7 +104,7 @@ def _writer(out: Path | None, signals: Any) -> Any:
 
 
 def _network(
-    source: RecordBlocks, names: list[str], url: str, fill: int, out: Path | None, loops: int, as_json: bool
+    source: RecordBlocks, names: list[str], url: str, playing: Playing, out: Path | None, as_json: bool
 ) -> tuple[dict[str, Any], bool]:
     from lathesim.live.servo.streaming import StreamJob
     from lathesim.live.servo.streaming import stream as send
@@ -115,47 +112,37 @@ def _network(
     from lathesim.live.sources.until_stopped import run_until_stopped
 
     address = read_address(url, "tcp")
-    job = StreamJob(names, source.period, _blocks(source, names, loops), fill, lambda signals: _writer(out, signals))
-    with _progress(source.period * len(source) * loops, as_json) as bar:
+    job = StreamJob(names, source.period, _blocks(source, names, playing.loops), playing.fill, lambda signals: _writer(out, signals))
+    with time_bar("set-points", source.period * len(source) * playing.loops, 1e3, shown=not as_json) as bar:
         job.progress = bar
         result, stopped = run_until_stopped(lambda stop: send(job, address, stop))
     return result.as_json(), stopped
 
 
 def _virtual(
-    source: RecordBlocks,
-    names: list[str],
-    lesson: str,
-    fill: int,
-    out: Path | None,
-    elastic: float | None,
-    planner: tuple[float, int],
-    loops: int,
-    axes: dict[str, str],
-    as_json: bool,
+    source: RecordBlocks, names: list[str], lesson: str, playing: Playing, out: Path | None, as_json: bool
 ) -> tuple[dict[str, Any], bool]:
     from dataclasses import asdict
 
-    from lathesim.cli.registry import open_registry
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
     from lathesim.live.servo.servo_session import machine_signals
     from lathesim.live.servo.set_point_buffer import SetPointBuffer
     from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
     from lathesim.live.servo.virtual_stream import Planner, stream_virtually
     from lathesim.live.sources.samples import LiveError
+    from lathesim.units import in_unit
 
-    prepared = prepare(load_lesson(lesson), open_registry(()))
-    machine = SteppedMachine(prepared, axes_of(prepared, names, axes))
+    prepared = ChosenLesson(lesson).prepared
+    machine = SteppedMachine(prepared, axes_of(prepared, names, read_axes(playing.axis_texts)))
     if abs(source.period / machine.period - 1.0) > 1e-6:
-        fact = f"the set-points come every {1e3 * source.period:g} ms, and the machine takes one every {1e3 * machine.period:g} ms."
-        raise LiveError(fact, remedy=f"Time the path with --period '{1e3 * machine.period:g} ms'.")
+        taken = in_unit(machine.period, "ms", "g")
+        fact = f"the set-points come every {in_unit(source.period, 'ms', 'g')}, and the machine takes one every {taken}."
+        raise LiveError(fact, remedy=f"Time the path with --period '{taken}'.")
     sink = _writer(out, machine_signals(machine))
-    stopped = False
-    buffer = SetPointBuffer(len(names), max(fill, 2), elastic)
-    with _progress(source.period * len(source) * loops, as_json) as bar:
+    stopped, planner = False, Planner(playing.fill, 5.0, playing.away, playing.seed)
+    buffer = SetPointBuffer(len(names), max(playing.fill, 2), playing.elastic)
+    with time_bar("set-points", source.period * len(source) * playing.loops, 1e3, shown=not as_json) as bar:
         try:
-            count = stream_virtually(_blocks(source, names, loops), machine, buffer, Planner(fill, 5.0, planner[0], planner[1]), sink, bar)
+            count = stream_virtually(_blocks(source, names, playing.loops), machine, buffer, planner, sink, bar)
         except KeyboardInterrupt:
             stopped, count = True, buffer.count()
     if sink is not None:
@@ -165,34 +152,11 @@ def _virtual(
     return {**result, "servo": {**asdict(count), "periods": machine.periods}, "feedback": {"received": machine.periods, "lost": 0}}, stopped
 
 
-class _progress:  # noqa: N801
-    """A bar of the simulated time, where somebody watches."""
-
-    def __init__(self, seconds: float, quiet: bool) -> None:
-        self._bar = None if quiet else click.progressbar(length=max(1, int(1e3 * seconds)), label="set-points", show_pos=False)
-        self._done = 0
-
-    def __enter__(self) -> _progress:
-        if self._bar is not None:
-            self._bar.__enter__()
-        return self
-
-    def __call__(self, seconds: float) -> None:
-        """Show how much has been played."""
-        if self._bar is not None:
-            self._bar.update(max(0, int(1e3 * seconds) - self._done))
-            self._done = int(1e3 * seconds)
-
-    def __exit__(self, *error: Any) -> None:
-        if self._bar is not None:
-            self._bar.__exit__(*error)
-
-
-def _tell(result: dict[str, Any], out: Path | None) -> None:
+def _lines(result: dict[str, Any], out: Path | None) -> Iterator[str]:
     servo, feedback = result["servo"], result["feedback"]
-    click.echo(f"{result['machine']}: {result['sent']} set-points sent, {servo.get('periods', 0)} periods played; {result['ended']}.")
-    click.echo(f"Underruns {servo.get('underruns', 0)}, hard stops {servo.get('hard_stops', 0)}, lowest fill {servo.get('lowest', 0):.0f}.")
+    yield f"{result['machine']}: {result['sent']} set-points sent, {servo.get('periods', 0)} periods played; {result['ended']}."
+    yield f"Underruns {servo.get('underruns', 0)}, hard stops {servo.get('hard_stops', 0)}, lowest fill {servo.get('lowest', 0):.0f}."
     lost = ", ".join(f"{name} {number}" for name, number in feedback.items() if number and name != "received")
-    click.echo(f"Feedback: {feedback.get('received', 0)} samples{f'; {lost}' if lost else ', none lost'}.")
+    yield f"Feedback: {feedback.get('received', 0)} samples{f'; {lost}' if lost else ', none lost'}."
     if out is not None:
-        click.echo(f"What the machine did is in {out}. Draw it with: lathesim plot {out}")
+        yield f"What the machine did is in {out}. Draw it with: lathesim plot {out}"

@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import variant_option
-from lathesim.cli.live.live_options import STOPPED
-from lathesim.cli.options import plugins_option
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry
 
 if TYPE_CHECKING:
     from lathesim.live.sources.samples import Source
@@ -31,8 +28,9 @@ _BAR = 21
 @click.option("--plain", is_flag=True, help="Write lines of text also where the output is a terminal.")
 @variant_option
 @plugins_option
+@grouped(chosen=ChosenLesson)
 def twin(
-    lesson: str,
+    chosen: ChosenLesson,
     source: str,
     map_file: Path | None,
     every: str,
@@ -40,8 +38,6 @@ def twin(
     out: Path | None,
     fast: bool,
     plain: bool,
-    variant: str | None,
-    plugin_folders: tuple[Path, ...],
 ) -> int:
     """Run LESSON's simulation beside a machine and show both: reference, executed, simulated, and their difference magnified.
 
@@ -53,15 +49,12 @@ def twin(
     """
     import sys
 
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.simulate import prepare
     from lathesim.live.sources.opening import live, open_source
     from lathesim.live.sources.until_stopped import run_until_stopped
     from lathesim.live.twin import Twin
     from lathesim.units import quantity
 
-    registry = open_registry(plugin_folders)
-    prepared = prepare(load_lesson(lesson), registry, variant)
+    registry, prepared = chosen.registry, chosen.prepared
     opened = open_source([source], map_file, prepared, registry)
     drawn = not plain and sys.stdin.isatty() and sys.stdout.isatty()
     shown = Twin(prepared, opened, out, every=quantity(every, "s"), pace=not live([source]) and not fast)

@@ -3,20 +3,31 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.case_options import variant_option
-from lathesim.cli.live.live_options import STOPPED
-from lathesim.cli.options import plugins_option
+from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
     from lathesim.live.watching.event import Event
+
+
+@dataclass(frozen=True)
+class Watching:
+    """How long is learnt, summed up, kept and diagnosed, and what is said."""
+
+    learn: str
+    block: str
+    window: str
+    validate_with: int
+    tolerances: tuple[str, ...]
+    at_most: str
+    no_diagnosis: bool
 
 
 @click.command()
@@ -34,21 +45,9 @@ if TYPE_CHECKING:
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where windows and answers go.")
 @variant_option
 @plugins_option
+@grouped(chosen=ChosenLesson, watching=Watching)
 def watch(
-    lesson: str,
-    sources: tuple[str, ...],
-    map_file: Path | None,
-    learn: str,
-    block: str,
-    window: str,
-    validate_with: int,
-    tolerances: tuple[str, ...],
-    at_most: str,
-    no_diagnosis: bool,
-    json_lines: bool,
-    out: Path | None,
-    variant: str | None,
-    plugin_folders: tuple[Path, ...],
+    chosen: ChosenLesson, sources: tuple[str, ...], map_file: Path | None, watching: Watching, json_lines: bool, out: Path | None
 ) -> int:
     """Watch a machine: say when it began to differ from LESSON, where, and what that is.
 
@@ -57,26 +56,23 @@ def watch(
     first. Then a change or a drift is told with its time and place, and the window around it is diagnosed in the background.
     Values may move within what the lesson calls uncertain. Faults of the recording are told as such. Ctrl-C ends it.
     """
-    from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.results_folder import results_folder
-    from lathesim.lessons.simulate import prepare
     from lathesim.live.sources.opening import live, open_source
     from lathesim.live.sources.until_stopped import run_until_stopped
     from lathesim.live.watching.watch_session import WatchSession, WatchSettings
     from lathesim.units import quantity
 
-    registry = open_registry(plugin_folders)
-    prepared = prepare(load_lesson(lesson), registry, variant)
+    registry, prepared = chosen.registry, chosen.prepared
     settings = WatchSettings(
-        learn=quantity(learn, "s"),
-        block=quantity(block, "s"),
-        window=quantity(window, "s"),
-        patience=quantity(at_most, "s"),
-        validation_windows=validate_with,
-        tolerance=_tolerances(tolerances, prepared),
-        folder=out or results_folder(prepared.case.lesson, variant=variant),
-        diagnose=not no_diagnosis,
-        plugins=plugin_folders,
+        learn=quantity(watching.learn, "s"),
+        block=quantity(watching.block, "s"),
+        window=quantity(watching.window, "s"),
+        patience=quantity(watching.at_most, "s"),
+        validation_windows=watching.validate_with,
+        tolerance=_tolerances(watching.tolerances, prepared),
+        folder=out or results_folder(prepared.case.lesson, variant=chosen.variant),
+        diagnose=not watching.no_diagnosis,
+        plugins=chosen.plugin_folders,
         waits=not live(sources),
     )
     source = open_source(sources, map_file, prepared, registry)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from lathesim.cli.options import grouped
 from lathesim.cli.output_path import OutputPath
 from lathesim.whole_file import write_new
 
@@ -16,6 +18,17 @@ if TYPE_CHECKING:
     from lathesim.program.checks import Bar
     from lathesim.program.moves import Move, Program
     from lathesim.program.tool_nose import Tool
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What is written of the moves: JSON, a sentence a block or the warnings alone; a figure; a plain program."""
+
+    as_json: bool
+    as_words: bool
+    as_check: bool
+    figure: Path | None
+    written: Path | None
 
 
 @click.command()
@@ -32,14 +45,11 @@ if TYPE_CHECKING:
 @click.option("--stock", metavar="D,L[,FACE]", help="Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are told.")
 @click.option("--strict", is_flag=True, help="Refuse codes that do nothing in the simulation, as those of the machine's builder.")
 @click.option("--block-delete/--no-block-delete", default=True, show_default=True, help="Leave out the lines that begin with /.")
+@grouped(shape=Shape)
 def program(
     file: Path,
     dialect: str,
-    as_json: bool,
-    as_words: bool,
-    as_check: bool,
-    figure: Path | None,
-    written: Path | None,
+    shape: Shape,
     tools: tuple[str, ...],
     stock: str | None,
     strict: bool,
@@ -66,24 +76,24 @@ def program(
     bar = None if stock is None else _bar(stock)
     warnings = [*interpreted.warnings, *checked(interpreted, blocks), *([] if bar is None else meets_stock(interpreted, bar))]
     warnings.sort(key=lambda warned: warned.line)
-    if figure is not None:
-        _draw(interpreted, figure)
-    if written is not None:
-        _write(interpreted, written)
-    if as_json:
+    if shape.figure is not None:
+        _draw(interpreted, shape.figure)
+    if shape.written is not None:
+        _write(interpreted, shape.written)
+    if shape.as_json:
         _print(canon_text(interpreted), between="")
         return 0
-    if as_words:
+    if shape.as_words:
         _print(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted, every=True))
-    elif not as_check:
+    elif not shape.as_check:
         _print(_table(interpreted))
-    if as_words or as_check:
+    if shape.as_words or shape.as_check:
         click.echo(_taken_as(interpreted), err=True)
     for warned in warnings:
-        click.echo(f"{interpreted.name}:{warned.line}: {warned.sentence}", err=not as_check)
-    if as_check and not warnings:
+        click.echo(f"{interpreted.name}:{warned.line}: {warned.sentence}", err=not shape.as_check)
+    if shape.as_check and not warnings:
         click.echo(f"{interpreted.name}: {len(interpreted.moves)} move{'s' if len(interpreted.moves) != 1 else ''}, nothing odd.")
-    return int(as_check and bool(warnings))
+    return int(shape.as_check and bool(warnings))
 
 
 def _tool(text: str) -> tuple[int, Tool]:

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Wish:
-    """How many next cuts are proposed, at what risk, at what price of chatter [rpm*mm], and the seed of the particles."""
+    """How many next cuts are proposed, at what risk, at what price of chatter [rpm*mm], the seed of the particles, and the map before."""
 
+    before: Path | None
     count: int
     risk: float
     price: float
@@ -71,7 +72,6 @@ def cuts(
     wish: Wish,
     inside: Inside,
     comparators: bool,
-    before: Path | None,
     game: int | None,
     as_json: bool,
     save: Path | None,
@@ -100,7 +100,7 @@ def cuts(
         prior = lesson_prior(loaded).prior
         play(concealed_machine(prior, within, wish.seed), prior, game, wish.risk, wish.seed)
         return 0
-    found = learned_map(loaded, tried, within, wish.count, risk=wish.risk, price=1e-3 * wish.price, seed=wish.seed, before=before)
+    found = learned_map(loaded, tried, within, wish.count, risk=wish.risk, price=1e-3 * wish.price, seed=wish.seed, before=wish.before)
     return write(Result("lathesim-cuts/1", _data(found), _lines(found), lambda: _figure(loaded.title, found, comparators)), as_json, save)
 
 
