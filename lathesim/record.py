@@ -1,9 +1,9 @@
 """A Record: time, channels with units, and where they came from. A simulated run and a real recording are the same class.
 
 Comparing a simulation with a recording is therefore subtraction. One HDF5 file holds one record: ``/time`` and ``/channels/<name>`` with
-the attributes ``unit`` and ``description``, and ``/meta`` as JSON text (lesson, seed, versions, status). Every block of numbers carries a
-checksum. A record is written beside its place and moved there when whole, so a half-written file never replaces a good one. Only a record
-of what cannot be had again grows in its place, see :class:`lathesim.record_writer.RecordWriter`.
+the attributes ``unit`` and ``description``; as JSON text ``/channel_roles`` by channel, and ``/meta`` (lesson, seed, versions, status).
+Every block of numbers carries a checksum. A record is written beside its place and moved there when whole, so a half-written file never
+replaces a good one. Only a record of what cannot be had again grows in its place, see :class:`lathesim.record_writer.RecordWriter`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import dataclasses
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -29,16 +30,27 @@ FORMAT = "lathesim-record"
 VERSION = 1
 CUT_OFF = "cut off"
 """The status of a record whose writer was killed; the record ends with its last written block."""
+_BEFORE_ROLES = {
+    "contour.error": ("contour_error",),
+    "cutting.feed": ("feed_per_revolution",),
+    "interpolator.radius": ("circle_radius",),
+    "load.power": ("cutting_power",),
+    "load.torque": ("cutting_torque",),
+    "spindle.load_torque": ("cutting_torque",),
+    "spindle.speed": ("spindle_speed",),
+}
+"""Roles of the channels of stock machines, for files that keep none: those written before there were roles, and those of a stream."""
 
 
 @dataclass(frozen=True, eq=False)
 class Channel:
-    """One signal: ``values`` (samples,) in the SI unit ``unit``; ``name`` is ``part.output``."""
+    """One signal: ``values`` (samples,) in the SI unit ``unit``; ``name`` is ``part.output``, ``roles`` those its part's class declares."""
 
     name: str
     unit: str
     values: FloatArray
     description: str = ""
+    roles: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", _as_column(self.values, self.name))
@@ -114,6 +126,22 @@ class Record:
         """Return the record with further entries of ``meta``."""
         return Record(self.time, self.channels, {**self.meta, **entries})
 
+    def by_role(self, role: str) -> list[str]:
+        """Return the names of the channels that play a role: first those of which a part says so, then those that are called by it."""
+        return list(self._roles.get(role, ()))
+
+    @cached_property
+    def _roles(self) -> dict[str, list[str]]:
+        declared: dict[str, list[str]] = {}
+        for name, channel in self.channels.items():
+            for role in channel.roles:
+                declared.setdefault(role, []).append(name)
+        for name in self.channels:
+            found = declared.setdefault(name.rpartition(".")[2], [])
+            if name not in found:
+                found.append(name)
+        return declared
+
     def ending_with(self, *suffixes: str) -> list[str]:
         """Return the names of the channels that end with one of ``suffixes``, in the order of the suffixes."""
         return [name for suffix in suffixes for name in self.channels if name.endswith(suffix)]
@@ -168,11 +196,12 @@ def is_record(path: str | Path) -> bool:
 
 def _read(file: Any) -> Record:
     group = own_item(file, "channels")
+    roles = parsed_json(_text(file["channel_roles"][()])) if "channel_roles" in file else _BEFORE_ROLES
     channels = {}
     for name in parsed_json(_text(file["channel_names"][()])):
         dataset = own_item(group, name)
         unit, description = visible(_text(dataset.attrs["unit"])), visible(_text(dataset.attrs["description"]))
-        channels[visible(name)] = Channel(visible(name), unit, dataset[:], description)
+        channels[visible(name)] = Channel(visible(name), unit, dataset[:], description, tuple(map(visible, roles.get(name, ()))))
     time = own_item(file, "time")[:]
     if "meta" in file:
         return Record(time, channels, parsed_json(_text(file["meta"][()])))

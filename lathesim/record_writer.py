@@ -74,7 +74,10 @@ class RecordWriter:
         self._time = columns.new(self._file.id, "time", "s", "time since the start")
         group = self._file.create_group("channels").id
         self._values = [columns.new(group, channel.name, channel.unit, channel.description) for channel in self._channels]
-        self._file.create_dataset("channel_names", data=json.dumps([channel.name for channel in self._channels]))
+        columns.text(self._file.id, "channel_names", json.dumps([channel.name for channel in self._channels]))
+        roles = {channel.name: channel.roles for channel in self._channels if channel.roles}
+        if roles:
+            columns.text(self._file.id, "channel_roles", json.dumps(roles))
 
     def write(self, time: npt.ArrayLike, values: npt.ArrayLike) -> None:
         """Take the times (samples,) and values (channels, samples) of the next block."""
@@ -184,6 +187,12 @@ class _Columns:
         for key, text in ((b"unit", unit), (b"description", description)):
             h5a.create(dataset, key, self._text_in_file, self._one).write(np.array(text, dtype=self._text))
         return dataset
+
+    def text(self, group: Any, name: str, text: str) -> None:
+        """Write a text under a name."""
+        from h5py import h5d, h5s
+
+        h5d.create(group, name.encode(), self._text_in_file, self._one).write(h5s.ALL, h5s.ALL, np.array(text, dtype=self._text))
 
 
 class _Disk(io.RawIOBase):

@@ -15,7 +15,8 @@ from lathesim.record_writer import LARGEST_BLOCK, RecordWriter, _Disk, save
 
 def record(samples: int = 50) -> Record:
     time = np.arange(samples) * 0.005
-    channels = [Channel("x_axis.position", "m", np.sin(time), "position of the table"), Channel("x_dac.voltage", "V", time * np.nan, "µ")]
+    position = Channel("x_axis.position", "m", np.sin(time), "position of the table", ("displacement", "reading"))
+    channels = [position, Channel("x_dac.voltage", "V", time * np.nan, "µ")]
     return Record(time, {channel.name: channel for channel in channels}, {"seed": 3, "lesson": "a text\nof two lines", "step": 0.5})
 
 
@@ -30,8 +31,21 @@ def test_a_record_comes_back_as_it_was(samples: int, tmp_path: Path) -> None:
     assert list(found) == list(ours)
     for name, channel in ours.channels.items():
         other = found.channels[name]
-        assert (other.unit, other.description) == (channel.unit, channel.description)
+        assert (other.unit, other.description, other.roles) == (channel.unit, channel.description, channel.roles)
         assert np.array_equal(other.values, channel.values, equal_nan=True)
+
+
+def test_a_channel_is_found_by_the_role_that_its_part_declares_else_by_its_name() -> None:
+    names = {"drive.feed": (), "chuck.turning": ("spindle_speed",), "spindle.spindle_speed": ()}
+    kept = Record(np.arange(3.0), {name: Channel(name, "1", np.zeros(3), roles=roles) for name, roles in names.items()})
+    assert kept.by_role("spindle_speed") == ["chuck.turning", "spindle.spindle_speed"]
+    assert kept.by_role("feed") == ["drive.feed"]
+    assert kept.by_role("speed") == []
+
+
+def test_a_file_without_roles_is_read_as_one_of_a_stock_machine(tmp_path: Path) -> None:
+    save(Record(np.arange(3.0), {"load.torque": Channel("load.torque", "N*m", np.ones(3))}), tmp_path / "old.h5")
+    assert load(tmp_path / "old.h5").by_role("cutting_torque") == ["load.torque"]
 
 
 @pytest.mark.parametrize("compress", [True, False])

@@ -10,10 +10,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, Output, Parameter, State, Table
-from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.component import BUILT_IN_ARGUMENTS, Declaration, DiscreteState, Input, Memory, Noise, Output, Parameter, State, Table
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.rk4 import RK4, Tableau
 from lathesim.errors import WiringError, nearest
+from lathesim.record import Channel
 from lathesim.units import same_dimension
 
 Node = tuple[str, str]
@@ -52,15 +53,25 @@ class Plan:
     varying: frozenset[Node] = field(default_factory=frozenset)
     kept: dict[str, object] = field(default_factory=dict, compare=False, repr=False)
 
+    def declaration(self, name: str) -> Declaration:
+        """Return how the component of a part declares ``part.name``."""
+        part, item = Place.of(name)
+        return self.parts[part].component.declarations[item]
+
     def unit(self, name: str) -> str:
         """Return the unit of ``part.name``."""
-        part, _, item = name.partition(".")
-        return self.parts[part].component.declarations[item].unit
+        return self.declaration(name).unit
 
     def doc(self, name: str) -> str:
         """Return the sentence about ``part.name``."""
-        part, _, item = name.partition(".")
-        return self.parts[part].component.declarations[item].doc
+        return self.declaration(name).doc
+
+    def channel(self, name: str, values: FloatArray) -> Channel:
+        """Return the channel of a record that an output ``part.name`` gives, with its values [SI] (samples,) and its roles."""
+        part, item = Place.of(name)
+        component = self.parts[part].component
+        declared = component.declarations[item]
+        return Channel(name, declared.unit, values, declared.doc, tuple([role for role, port in component.ports.items() if port == item]))
 
     def moves_between_samples(self, output: str) -> bool:
         """Return whether an output (``part.name``) changes between two sample instants, rather than being held."""
@@ -91,9 +102,9 @@ def wire(assembly: Assembly, tableau: Tableau = RK4) -> Plan:
     )
     for name in previous:
         discrete[f"{name}@previous"] = len(discrete)
-        part, _, item = name.partition(".")
-        source = feeds[name][1]
+        part, item = Place.of(name)
         default = parts[part].component.declared(Input)[item].default
+        source = feeds[name][1]
         start_discrete.append(constants.get(source, default or 0.0))
     order = _order(parts, feeds)
     varying = _varying(parts, feeds, order)
@@ -192,7 +203,7 @@ def _feeds(parts: dict[str, Part], wires: Iterable[Wire]) -> tuple[dict[str, tup
 
 
 def _find(parts: dict[str, Part], name: str, kinds: tuple[type, ...], place: str) -> Input | Output | Parameter:
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     if part not in parts:
         raise WiringError(f"there is no part '{part}'.", place=place, remedy=nearest(part, parts))
     found = parts[part].component.declarations.get(item)
@@ -260,7 +271,7 @@ def _channels(parts: dict[str, Part], assembly: Assembly) -> tuple[str, ...]:
 
 def giving(parts: dict[str, Part], output: str) -> Node:
     """Return the law that gives an output (``part.name``)."""
-    part, _, name = output.partition(".")
+    part, name = Place.of(output)
     return part, parts[part].component.law_of(name)
 
 

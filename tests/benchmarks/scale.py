@@ -251,7 +251,6 @@ def _child(what: str) -> str:
 
 def _hour_here() -> str:
     from lathesim.engine.running.run import run
-    from lathesim.record import Channel
     from lathesim.record_writer import RecordWriter
 
     plan = long_plan(HOUR)
@@ -259,7 +258,7 @@ def _hour_here() -> str:
     unrecorded = cpu_seconds(lambda: run(plan, duration=HOUR, engine="compiled", seed=SEED, sink=_Nowhere()))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hour.h5"
-        channels = [Channel(name, plan.unit(name), np.zeros(0), plan.doc(name)) for name in plan.channels]
+        channels = [plan.channel(name, np.zeros(0)) for name in plan.channels]
 
         def recorded() -> None:
             with RecordWriter(path, channels, compress=False) as writer:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from lathesim.component import Component, DiscreteState, Input, Output, State
-from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.assembly import Assembly, Part, Place, Wire
 from lathesim.engine.wiring import wire
 from lathesim.errors import WiringError
 from tests.engine.small_machine import PARTS, WIRES, Axis, loop
@@ -65,6 +65,11 @@ def refusal(assembly: Assembly) -> str:
     with pytest.raises(WiringError) as caught:
         wire(assembly)
     return str(caught.value)
+
+
+@pytest.mark.parametrize(("text", "place"), [("x_axis.position", Place("x_axis", "position")), ("x_axis", Place("x_axis"))])
+def test_a_place_is_read_from_its_text_and_written_as_it(text: str, place: Place) -> None:
+    assert (Place.of(text), str(place), f"{place}") == (place, text, text)
 
 
 def test_sampled_parts_come_in_the_order_of_the_signal() -> None:

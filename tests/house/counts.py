@@ -1,7 +1,7 @@
 """``python -m tests.house.counts [CHECKOUT]``: the size and shape of the diagnosis in numbers, which may only go down.
 
 What was one folder, ``lathesim/diagnosis``, is counted with what was taken out of it, ``identification`` and ``exercises``. Loops of least
-squares are counted in all of ``lathesim``.
+squares and texts of places taken apart are counted in all of ``lathesim``.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ COMPARING = {
     "one_for_two_share", "validation_margin", "held_out_margin", "_EQUAL", "EQUAL_SHARE", "TIE", "TIE_SHARE", "AS_GOOD", "AS_GOOD_SHARE",
     "_AS_GOOD", "_BETTER", "_LEAST",
 }  # fmt: skip
+SPLITTING = ("partition", "rpartition", "split", "rsplit")
+"""Methods of a text that take it apart."""
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.BoolOp, ast.comprehension)
 
 
@@ -138,6 +140,18 @@ def decisions_on_names(tree: ast.Module) -> Iterator[int]:
                 yield node.lineno
 
 
+def text_splits(root: Path) -> list[str]:
+    """Return where ``lathesim`` takes the text of a place, ``part.port``, apart; the names of modules are no places."""
+    found = []
+    for path in sorted((root / "lathesim").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in SPLITTING and node.args:
+                at_point = isinstance(node.args[0], ast.Constant) and node.args[0].value == "."
+                if at_point and not (isinstance(node.func.value, ast.Attribute) and node.func.value.attr in ("__module__", "__name__")):
+                    found.append(f"{path.relative_to(root).as_posix()}:{node.lineno}")
+    return found
+
+
 def functions(modules: dict[str, ast.Module]) -> Iterator[tuple[str, ast.FunctionDef]]:
     """Return every function with its place."""
     for name, tree in modules.items():
@@ -184,6 +198,7 @@ def counts(root: Path = ROOT) -> dict[str, int]:
         "functions above 15 branches": sum(branches(node) > 15 for _, node in every),
         "functions that compare models": sum(compares_models(node) for _, node in every),
         "own loops of least squares": len(own_descents(root)),
+        "texts of places taken apart": len(text_splits(root)),
         "lines": lines(root),
     }
 

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import cast
 
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, State, Table
-from lathesim.engine.assembly import Part
+from lathesim.engine.assembly import Part, Place
 from lathesim.engine.fusing.idle_groups import grouped
 from lathesim.engine.fusing.law_source import LawLibrary, Piece
 from lathesim.engine.wiring import Plan, giving, law_sources
@@ -295,5 +295,5 @@ def flat_name(name: str) -> str:
     """Return the variable of ``part.name`` in the text."""
     if name.endswith("@previous"):
         return flat_name(name.removesuffix("@previous")) + "__previous"
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     return f"{part}__{item}"

@@ -26,7 +26,7 @@ from lathesim.engine.running.run_arrays import RunArrays, start_arrays
 from lathesim.engine.running.stability import check_step
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
-from lathesim.record import Channel, Record
+from lathesim.record import Record
 
 ENGINES = ("auto", "plain", "compiled")
 _WORTH = 1.5
@@ -241,7 +241,7 @@ def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count
 
 def _record(plan: Plan, values: FloatArray, state: _Progress, seed: int, wall_time: float) -> Record:
     period = plan.assembly.sample_period
-    channels = {name: Channel(name, plan.unit(name), row, plan.doc(name)) for name, row in zip(plan.channels, values, strict=True)}
+    channels = {name: plan.channel(name, row) for name, row in zip(plan.channels, values, strict=True)}
     meta: dict[str, str | float | int] = {
         "seed": seed,
         "engine": state.engine,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.component import Memory
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
 
@@ -82,9 +82,7 @@ def start_arrays(plan: Plan, overrides: Mapping[str, float] | None = None, durat
         kind, position = plan.settable(name)
         arrays[kind][position] = value
     memories = start_memories(plan, parameters, duration)
-    tables = tuple(
-        np.ascontiguousarray(plan.parts[name.partition(".")[0]].tables[name.partition(".")[2]], dtype=float) for name in plan.tables
-    )
+    tables = tuple(np.ascontiguousarray(plan.parts[part].tables[name], dtype=float) for part, name in map(Place.of, plan.tables))
     return RunArrays(parameters, states, discrete, memories, tables or (np.zeros((1, 1)),))
 
 
@@ -94,7 +92,7 @@ def start_memories(plan: Plan, parameters: FloatArray, duration: float) -> tuple
 
 
 def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> FloatArray:
-    part_name, _, name = full.partition(".")
+    part_name, name = Place.of(full)
     part = plan.parts[part_name]
     item = part.component.declarations[name]
     assert isinstance(item, Memory)

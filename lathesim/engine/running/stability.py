@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from lathesim.engine.assembly import Place
 from lathesim.engine.compiling.module_cache import plain_module
 from lathesim.engine.fusing.fuse import fuse
 from lathesim.engine.running.run_arrays import RunArrays
@@ -36,11 +37,11 @@ def check_step(plan: Plan, arrays: RunArrays) -> None:
     good = step
     while np.abs(amplification(values[decaying] * good)).max() > 1.0:
         good *= 0.97
-    name = list(plan.states)[int(np.argmax(np.abs(vectors[:, worst])))].partition(".")[0]
+    part = Place.of(list(plan.states)[int(np.argmax(np.abs(vectors[:, worst])))]).part
     rate = abs(values[worst])
     text = f"{rate / 1e3:.3g} krad/s" if rate >= 1e3 else f"{rate:.3g} rad/s"
     raise WiringError(
-        f"The step of {step * 1e6:.4g} us is too long: {name} swings at {text}.", remedy=f"Use {_round_down(good * 1e6)} us or less."
+        f"The step of {step * 1e6:.4g} us is too long: {part} swings at {text}.", remedy=f"Use {_round_down(good * 1e6)} us or less."
     )
 
 

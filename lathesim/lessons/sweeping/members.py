@@ -145,8 +145,8 @@ class Members:
         return [channels.index(alarm.channel) for alarm in watched], low, high
 
     @functools.cached_property
-    def _units(self) -> dict[str, str]:
-        return {name: self.prepared.plan.unit(name) for name in self.prepared.plan.channels}
+    def _channels(self) -> list[Channel]:
+        return [self.prepared.plan.channel(name, np.zeros(0)) for name in self.prepared.plan.channels]
 
     def _measured(self, job: Job, values: FloatArray) -> Member | None:
         """Measure the recorded ``values`` (channels, samples); none where the run needs more room."""
@@ -165,7 +165,7 @@ class Members:
             return None
         record = Record(
             np.arange(count, dtype=np.float64) * plan.assembly.sample_period,
-            {name: Channel(name, unit, values[row, :count]) for row, (name, unit) in enumerate(self._units.items())},
+            {head.name: Channel(head.name, head.unit, values[row, :count], roles=head.roles) for row, head in enumerate(self._channels)},
             {"sample_period": plan.assembly.sample_period, "status": "complete"},
         )
         found: Measurements = measure(record, self.metrics)

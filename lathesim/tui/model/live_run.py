@@ -15,7 +15,7 @@ from lathesim.lessons.kept_run import KeptRun, run_and_keep
 from lathesim.lessons.results_folder import RUNS_FOLDER, results_folder
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
-from lathesim.record import Channel, FloatArray, Record
+from lathesim.record import FloatArray, Record
 from lathesim.whole_file import write_text
 
 BLOCK_TIME = 0.1
@@ -96,7 +96,7 @@ class LiveRun:
         if self.kept is not None:
             return self.kept.record
         values, count, plan = self._values, self._count, self.case.plan
-        channels = {name: Channel(name, plan.unit(name), values[row + 1, :count], plan.doc(name)) for row, name in enumerate(plan.channels)}
+        channels = {name: plan.channel(name, values[row + 1, :count]) for row, name in enumerate(plan.channels)}
         return Record(values[0, :count], channels, {"sample_period": plan.assembly.sample_period, "status": "running"})
 
     def run(self, registry: Registry) -> None:
