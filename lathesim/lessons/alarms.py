@@ -16,7 +16,7 @@ import numpy as np
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.analysis.failed_run import UNSTABLE
 from lathesim.component import Output, Parameter
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError
 from lathesim.lessons.case import Case, Given
@@ -50,13 +50,13 @@ def alarms_of(case: Case, machinery: Machinery) -> tuple[Alarm, ...]:
     written = {
         name: Given(text, source.place(("alarms", name)), source.place(("alarms", name), key=True))
         for name, text in case.lesson.machine.settings.alarms.items()
-        if name.partition(".")[0] not in case.replace or name.partition(".")[2] in parts[name.partition(".")[0]].declared(Output)
+        if (place := Place.of(name)).part not in case.replace or place.port in parts[place.part].declared(Output)
     }
     return tuple(_alarm(name, given, parts) for name, given in {**written, **case.alarms}.items())
 
 
 def _alarm(name: str, given: Given, parts: dict[str, type]) -> Alarm:
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     if part not in parts:
         raise LessonError(f"there is no part '{part}'.", place=given.key_place, remedy=f"The machine has {', '.join(parts)}.")
     declared = parts[part].declarations.get(item)  # type: ignore[attr-defined]
@@ -87,7 +87,7 @@ class AlarmWatch:
         self._overrides = overrides or {}
         self._rows = {alarm: plan.channels.index(alarm.channel) for alarm in alarms if alarm.channel in plan.channels}
         self._armed: set[Alarm] = set()
-        self._loops = {alarm: loops_leading(plan, alarm.channel.partition(".")[0]) for alarm in self._rows}
+        self._loops = {alarm: loops_leading(plan, Place.of(alarm.channel).part) for alarm in self._rows}
         errors = {name: _role(plan, name, "error") for loops in self._loops.values() for name in loops}
         self._errors: dict[str, list[FloatArray]] = {error: [] for error in errors.values() if error in plan.channels}
 
@@ -113,7 +113,7 @@ class AlarmWatch:
         return sample, self._sentence(alarm, float(values[self._rows[alarm], sample]), first + sample)
 
     def _sentence(self, alarm: Alarm, value: float, sample: int) -> str:
-        part, _, item = alarm.channel.partition(".")
+        part, item = Place.of(alarm.channel)
         unit = self._plan.unit(alarm.channel)
         at = f"{sample * self._plan.assembly.sample_period:.4g} s"
         if alarm.channel == _role(self._plan, part, "error"):
@@ -142,8 +142,8 @@ class AlarmWatch:
         return self._overrides.get(name, self._plan.parameter_values[self._plan.parameters[name]])
 
     def _shown(self, name: str) -> str:
-        part, _, item = name.partition(".")
-        declared = self._plan.parts[part].component.declarations[item]
+        part, item = Place.of(name)
+        declared = self._plan.declaration(name)
         assert isinstance(declared, Parameter)
         return f"the {item.replace('_', ' ').removesuffix(' gain')} gain {shown_with_unit(self._value(name), declared.unit)} of {part}"
 

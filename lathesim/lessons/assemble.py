@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from lathesim.component import Component, Declaration, Input, Memory, Output, Parameter, State, Table
 from lathesim.conformance import line_of
-from lathesim.engine.assembly import FloatArray, Part, Wire
+from lathesim.engine.assembly import FloatArray, Part, Place, Wire, of_part
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Case, Given, Insertion, case_of
 from lathesim.lessons.insertion import Machinery, insert_effect
@@ -91,10 +91,8 @@ class _Placed:
                 overridden = f"{name}.{item}" in case.set
                 if not changed or (not overridden and _means_the_same(template, self.component, item)):
                     self._take(item, Given(text, source.place(where), source.place(where, key=True)))
-        for target, given in case.set.items():
-            part, _, item = target.partition(".")
-            if part == name:
-                self._take(item, given)
+        for item, given in of_part(name, case.set).items():
+            self._take(item, given)
 
     def _check_side(self, place: str) -> None:
         if not is_motion_sensor(self.component):
@@ -114,7 +112,7 @@ class _Placed:
 
 def _tables(case: Case, part: str, component: type[Component]) -> dict[str, FloatArray]:
     """Return the tables of a part that the lesson names as files."""
-    named = {target.partition(".")[2]: given for target, given in case.tables.items() if target.partition(".")[0] == part}
+    named = of_part(part, case.tables)
     for name, given in named.items():
         if name not in component.declared(Table):
             raise no_item(part, component, name, (Table,), "table", given.key_place)
@@ -130,8 +128,8 @@ def _means_the_same(old: type[Component], new: type[Component], item: str) -> bo
 def _refuse_unknown_parts(case: Case) -> None:
     parts = case.parts
     inserted = {insertion.part_name for insertion in case.insert}
-    entries = [(name.partition(".")[0], given, True) for name, given in case.set.items()]
-    entries += [(name.partition(".")[0], given, False) for name, given in case.wires.items()]
+    entries = [(Place.of(name).part, given, True) for name, given in case.set.items()]
+    entries += [(Place.of(name).part, given, False) for name, given in case.wires.items()]
     entries += [(name, given, False) for name, given in case.replace.items()]
     entries += [(name, given, False) for name, given in (*case.every_given.items(), *case.side.items())]
     for name, given, may_be_effect in entries:
@@ -155,7 +153,7 @@ def _wires(case: Case, parts: Mapping[str, _Placed]) -> dict[str, Wire]:
     written |= {target: _Written(given, False) for target, given in case.wires.items()}
     wires: dict[str, Wire] = {}
     for target, item in written.items():
-        part, _, name = target.partition(".")
+        part, name = Place.of(target)
         left_over = item.in_template and part in case.replace and part in parts and name not in parts[part].component.declarations
         if not left_over:
             wires[target] = _wire(target, item.given, parts)
@@ -177,7 +175,7 @@ def _wire(target: str, given: Given, parts: Mapping[str, _Placed]) -> Wire:
 
 def _guest_declaration(name: str, parts: Mapping[str, _Placed]) -> str:
     """Return where a part from outside the package declares a name, and in which unit; empty for stock parts."""
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     component = parts[part].component
     if component.__module__.partition(".")[0] == "lathesim":
         return ""
@@ -186,7 +184,7 @@ def _guest_declaration(name: str, parts: Mapping[str, _Placed]) -> str:
 
 
 def _item(name: str, parts: Mapping[str, _Placed], kinds: tuple[type[Declaration], ...], word: str, place: str) -> Declaration:
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     if part not in parts:
         raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, parts) or f"The machine has {', '.join(parts)}.")
     declared = parts[part].component.declarations.get(item)
@@ -248,10 +246,7 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
         placed = insert_effect(machinery, effect, entry.at, name=insertion.part_name, sources=sources, every=entry.every)
     # an effect may bring further parts with it: what shows a sensor the far side of a spring
     own = next(part for part in placed.parts if part.name == insertion.part_name)
-    for target, given in case.set.items():
-        part, _, item = target.partition(".")
-        if part == insertion.part_name:
-            values.append((item, given))
+    values += of_part(insertion.part_name, case.set).items()
     parameters: dict[str, float] = {}
     start: dict[str, float] = {}
     for key, given in values:
@@ -272,7 +267,7 @@ def _record(machinery: Machinery, case: Case, parts: Mapping[str, _Placed]) -> t
     placed = {part.name: part.component for part in machinery.parts}
     kept = []
     for position, name in enumerate(names):
-        part, _, item = name.partition(".")
+        part, item = Place.of(name)
         if part in placed and item in placed[part].declared(Output):
             kept.append(name)
         elif of_lesson or part not in case.replace:

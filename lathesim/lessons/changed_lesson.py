@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from lathesim.engine.assembly import of_part
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.shipped import shipped_files
@@ -74,7 +75,7 @@ def _take_sizes(data: dict[str, Any], sizes: Mapping[str, str]) -> None:
     """Write the sizes of inserted effects to their entries."""
     for entry in data.get("insert", []):
         part = str(entry.get("name", "")) or effect_part_name(str(entry["at"]), str(entry.get("effect", entry.get("remedy"))))
-        entry.update({name.rpartition(".")[2]: value for name, value in sizes.items() if name.rpartition(".")[0] == part})
+        entry.update(of_part(part, sizes))
 
 
 def _take_variant(data: dict[str, Any], name: str) -> None:

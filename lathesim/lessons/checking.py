@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from lathesim.component import Component
+from lathesim.engine.assembly import Place
 from lathesim.errors import LessonError
 from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import case_of
@@ -28,7 +29,7 @@ def check_lesson(lesson: Lesson, registry: Registry) -> dict[str, type[Component
             seconds(case.duration)
     for key, name in _always_overridden(lesson):
         given = getattr(itself, key)[name]
-        case = case_of(lesson, _without_change(lesson, {name.partition(".")[0], str(given.value).partition(".")[0]}))
+        case = case_of(lesson, _without_change(lesson, {Place.of(name).part, Place.of(str(given.value)).part}))
         changed: dict[str, Any] = {key: {**getattr(case, key), name: given}}
         try:
             assemble_case(dataclasses.replace(case, **changed), registry)

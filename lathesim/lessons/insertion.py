@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from lathesim.component import Component, Declaration, Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.assembly import Assembly, Part, Place, Wire
 from lathesim.errors import WiringError, nearest
 from lathesim.lessons.sensor_sides import SeenBeyond, sensors_of
 
@@ -57,7 +57,7 @@ class _Bench:
     seen_as: dict[str, str]
 
     def item(self, name: str) -> Declaration | None:
-        part, _, item = name.partition(".")
+        part, item = Place.of(name)
         return self.parts[part].component.declarations.get(item) if part in self.parts else None
 
     def feeding(self, target: str, own: str) -> Wire:
@@ -123,7 +123,7 @@ def insert_effect(
 
 def _is_held(bench: _Bench, place: str) -> bool:
     """Return whether what a place carries is worked out of what is held between samples, and is no motion."""
-    name, _, item = place.partition(".")
+    name, item = Place.of(place)
     while name in bench.parts:
         ports = bench.parts[name].component.ports
         if isinstance(bench.item(f"{name}.{item}"), Output):
@@ -135,7 +135,7 @@ def _is_held(bench: _Bench, place: str) -> bool:
                 return item not in (ports.get("flow"), ports.get("displacement"))
         else:
             before = f"{name}.{item}"
-        name, _, item = bench.wires[before].source.partition(".") if before in bench.wires else ("", "", "")
+        name, item = Place.of(bench.wires[before].source if before in bench.wires else "")
     return False
 
 
@@ -146,7 +146,7 @@ def effect_part_name(at: str, effect: str) -> str:
 
 
 def _host(bench: _Bench, at: str) -> Part:
-    name = at.partition(".")[0]
+    name = Place.of(at).part
     if name not in bench.parts:
         raise WiringError(f"there is no part '{name}'.", remedy=nearest(name, bench.parts))
     return bench.parts[name]
@@ -168,7 +168,7 @@ def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[st
         item = bench.item(place)
         if not isinstance(item, (Input, Output, Parameter)):
             known = [key for key, other in host.component.declarations.items() if isinstance(other, (Input, Output, Parameter))]
-            wrong = place.partition(".")[2]
+            wrong = Place.of(place).port
             raise WiringError(
                 f"{host.name} has no input, output or parameter '{wrong}'.", remedy=nearest(wrong, known) or f"It has {', '.join(known)}."
             )
@@ -187,7 +187,7 @@ def _ports(bench: _Bench, host: Part, places: Mapping[str, tuple[str, str]]) -> 
     place = next(place for place, pair in places.items() if pair[0] == "incoming")
     wire = bench.wires.get(place)
     while wire is not None and wire.source:
-        feeding = bench.parts.get(wire.source.partition(".")[0])
+        feeding = bench.parts.get(Place.of(wire.source).part)
         if feeding is None:
             break
         if not issubclass(feeding.component, (Effect, SeenBeyond)):
@@ -237,7 +237,7 @@ def _units(bench: _Bench, ports: Mapping[str, str], places: Mapping[str, tuple[s
     for wire in sensed:
         declared = bench.item(wire.source) if wire.source else None
         if declared is not None:
-            units[wire.target.partition(".")[2]] = declared.unit
+            units[Place.of(wire.target).port] = declared.unit
     for place, pair in places.items():
         if pair[0] == "incoming":
             declared = bench.item(place)
@@ -250,10 +250,10 @@ def _before_frictions(bench: _Bench, effect: type[Effect], place: str) -> str:
     if effect.site != _PUSHED or _is_friction(effect):
         return place
     while (wire := bench.wires.get(place)) is not None and wire.source:
-        feeding = bench.parts[wire.source.partition(".")[0]].component
+        feeding = bench.parts[Place.of(wire.source).part].component
         if not (issubclass(feeding, Effect) and _is_friction(feeding)):
             break
-        place = f"{wire.source.partition('.')[0]}.incoming"
+        place = f"{Place.of(wire.source).part}.incoming"
     return place
 
 
@@ -285,14 +285,14 @@ def _goes_along(bench: _Bench, effect: type[Effect], host: Part, places: Mapping
     if main not in places or effect.stage >= _FELT_BY_A_SENSOR or not isinstance(bench.item(main), Output):
         return []
     seen = bench.seen_as.get(main, main)
-    if any(wire.source == seen and wire.target.partition(".")[0] == host.name for wire in bench.wires.values()):
+    if any(wire.source == seen and Place.of(wire.target).part == host.name for wire in bench.wires.values()):
         return []
     return [f"{host.name}.{ports[role]}" for role in _OTHER_FORCES if role in ports]
 
 
 def _let_go_along(bench: _Bench, place: str, name: str) -> None:
     """Apply to a force its share of what effect ``name`` does to the main force."""
-    share = f"{name}_{place.partition('.')[2]}"
+    share = f"{name}_{Place.of(place).port}"
     bench.parts[share] = Part(share, GoesWithMain)
     bench.wires[f"{share}.before"] = replace(bench.wires[f"{name}.incoming"], target=f"{share}.before")
     bench.wires[f"{share}.after"] = Wire(f"{share}.after", f"{name}.outgoing")
@@ -324,12 +324,12 @@ def _refuse_other_side(effect: type[Effect], host: Part) -> None:
 def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
     """Let the frictions that come before an effect hold what is behind its spring, and answer to the speed there; behind a further spring
     that one drives and weighs them still."""
-    before = bench.wires[f"{name}.incoming"].source.partition(".")[0]
+    before = Place.of(bench.wires[f"{name}.incoming"].source).part
     while before in bench.parts and issubclass(bench.parts[before].component, Effect):
         if set(effect.behind) <= set(bench.parts[before].component.declared(Input)):
             for sensed, output in effect.behind.items():
                 target, given = f"{before}.{sensed}", f"{name}.{output}"
-                further = bench.parts.get(bench.wires[target].source.partition(".")[0])
+                further = bench.parts.get(Place.of(bench.wires[target].source).part)
                 if sensed != "flow" and further is not None and issubclass(further.component, Effect) and further.component.behind:
                     continue
                 if sensed == "flow":
@@ -340,12 +340,12 @@ def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
                     bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", given)
                     given = f"{adder}.outgoing"
                 bench.wires[target] = Wire(target, given)
-        before = bench.wires[f"{before}.incoming"].source.partition(".")[0]
+        before = Place.of(bench.wires[f"{before}.incoming"].source).part
 
 
 def _senses(bench: _Bench, target: str) -> bool:
     """Return whether ``target`` is an input with which an effect senses its host, rather than one it sits on."""
-    part, _, item = target.partition(".")
+    part, item = Place.of(target)
     component = bench.parts[part].component
     if issubclass(component, GoesWithMain):
         return item != "incoming"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lathesim.component import Component, Input, Output
+from lathesim.engine.assembly import Place
 from lathesim.engine.wiring import Plan
 
 
@@ -66,4 +67,4 @@ def _axes_behind(plan: Plan, part: str) -> frozenset[str]:
 
 def _source(plan: Plan, target: str) -> str:
     kind, name = plan.feeds[target]
-    return name.partition(".")[0] if kind == "output" else ""
+    return Place.of(name).part if kind == "output" else ""

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lathesim.component import Component, Declaration, Input, Output, Parameter, State
-from lathesim.engine.assembly import Assembly
+from lathesim.engine.assembly import Assembly, Place
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
@@ -107,7 +107,7 @@ def _value(source: Source, text: str, location: Location, unit: str) -> float:
 def _item(
     lesson: Lesson, name: str, parts: Mapping[str, type[Component]], kinds: tuple[type[Declaration], ...], word: str, location: Location
 ) -> Declaration:
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     place = lesson.source.place(location, key=True)
     if part not in parts:
         raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, parts) or f"The machine has {', '.join(parts)}.")

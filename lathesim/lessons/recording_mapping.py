@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal
 
 from lathesim.component import Declaration
-from lathesim.engine.assembly import Assembly
+from lathesim.engine.assembly import Assembly, Place
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.lessons.case import Given
@@ -96,7 +96,7 @@ def _between_rows(signal: SignalMapping, entry: DrivingSignal, assembly: Assembl
     """
     if entry.held is not None or signal.threshold is not None:
         return replace(signal, moves=entry.held is False)
-    part, _, item = signal.target.partition(".")
+    part, item = Place.of(signal.target)
     ports = next(one.component.ports for one in assembly.parts if one.name == part)
     pushes = item in (ports.get("effort"), ports.get("drive")) and "measured" not in ports
     given = any(not wire(assembly).moves_between_samples(source) for source in signal.also)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lathesim.component import Output, State
+from lathesim.engine.assembly import Place
 from lathesim.engine.wiring import Plan
 from lathesim.lessons.case import Case
 from lathesim.lessons.program_path import program_of, program_warnings
@@ -40,7 +41,7 @@ def unread_drags(plan: Plan) -> list[str]:
 
 def springs_with_assumed_sides(case: Case, plan: Plan) -> list[str]:
     """Return a sentence for each part behind which a spring was put whose sensors do not say on which side of it they sit."""
-    hosts = [entry.entry.at.partition(".")[0] for entry in case.insert if getattr(plan.parts[entry.part_name].component, "beyond", "")]
+    hosts = [Place.of(entry.entry.at).part for entry in case.insert if getattr(plan.parts[entry.part_name].component, "beyond", "")]
     return [sentence for host in dict.fromkeys(hosts) if (sentence := assumed_sides(plan.assembly, host))]
 
 
@@ -70,7 +71,7 @@ def starts_elsewhere(case: Case, plan: Plan) -> list[str]:
 
 def _place_states(plan: Plan, channel: str) -> Iterator[str]:
     """Yield the state of length of the part that gives a channel, where it has just one."""
-    part = channel.partition(".")[0]
+    part = Place.of(channel).part
     lengths = [name for name, item in plan.parts[part].component.declarations.items() if isinstance(item, State) and item.unit == "m"]
     if len(lengths) == 1:
         yield f"{part}.{lengths[0]}"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from lathesim.component import Component, Input, Output
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, Part, Wire
+from lathesim.engine.assembly import Assembly, Part, Place, Wire
 
 _OF_MOTION = ("m", "rad", "m/s", "rad/s")
 
@@ -90,7 +90,7 @@ def assumed_sides(assembly: Assembly, host: str) -> str:
 def first_input(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> str:
     """Return the input at which the chain of effects that ends at ``target`` begins: what feeds that one comes before all of them."""
     while target in wires and wires[target].source:
-        name, _, given = wires[target].source.partition(".")
+        name, given = Place.of(wires[target].source)
         before = f"{name}.{_taken(parts[name].component, given)}"
         if before not in wires:
             break

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.component import Declaration, Parameter, State
+from lathesim.engine.assembly import Place
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Given
 from lathesim.lessons.part_values import no_item, si_value, take_value
@@ -73,7 +74,7 @@ def read_range(text: str, prepared: Prepared) -> Range:
     if ".." in spread:
         values = _spread(values, int(_matched(spread.strip(), place)["count"]), logarithmic, place)
     for name in names:
-        part, _, item = name.partition(".")
+        part, item = Place.of(name)
         for value in values:
             take_value(part, prepared.plan.parts[part].component, item, Given(value, place, place), {}, {})
     return Range(text, names, tuple(values), split_quantity(texts[-1])[1] or "1", logarithmic, remark)
@@ -125,7 +126,7 @@ def _spread(ends: Sequence[float], count: int, logarithmic: bool, place: str) ->
 def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
     """Return the declaration of a parameter or state; refused is what the machine does not have and what a wire feeds."""
     plan = prepared.plan
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     if part not in plan.parts:
         raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, plan.parts))
     component = plan.parts[part].component
@@ -143,7 +144,7 @@ def _written_unit(name: str, prepared: Prepared) -> str:
     given = prepared.case.set.get(name)
     if given is not None and isinstance(given.value, str):
         return split_quantity(given.value)[1]
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     placed = prepared.case.parts.get(part)
     written = (placed.entry.set.get(item) or placed.entry.start.get(item)) if placed else None
     return split_quantity(written)[1] if written else ""
