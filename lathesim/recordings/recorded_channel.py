@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
 from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import RecordingMapping
@@ -33,7 +34,7 @@ class RecordedChannel:
     @property
     def part(self) -> str:
         """The part of the machine whose input or output it is."""
-        return self.name.partition(".")[0]
+        return Place.of(self.name).part
 
     @property
     def group(self) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
 from lathesim.recordings.channel_offsets import shifted_channels
 from lathesim.recordings.finding import Finding
@@ -36,7 +37,7 @@ _COARSEST_FEED = 1e-3
 def senseless_forces(channels: list[RecordedChannel]) -> list[Finding]:
     """Find forces, feeds and depths of a cut that cannot be as they are mapped."""
     found = _unlike_components(channels)
-    by_item = {channel.name.rpartition(".")[2]: channel for channel in channels if channel.driven}
+    by_item = {Place.of(channel.name).port: channel for channel in channels if channel.driven}
     feed, depth = by_item.get("feed"), by_item.get("depth")
     if feed is None or depth is None or feed.group != depth.group or feed.unit != "m" or depth.unit != "m":
         return found

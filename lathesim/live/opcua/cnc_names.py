@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from lathesim.engine.assembly import SIDES, Assembly, Part
+from lathesim.engine.assembly import SIDES, Assembly, Part, Place
 from lathesim.live.sources.samples import Signal
 
 NAMESPACE = "http://opcfoundation.org/UA/CNC"
@@ -91,28 +91,26 @@ def _sensors(parts: Mapping[str, Part], sources: Mapping[str, str]) -> dict[str,
             seen = _behind_effects(f"{part.name}.{ports['measured']}", sources)
             found.setdefault(seen, []).append(f"{part.name}.{ports['reading']}")
     side = {name: SIDES.index(part.side) for name, part in parts.items()}
-    return {
-        motion: sorted(outputs, key=lambda name: (side[name.partition(".")[0]], name not in closing)) for motion, outputs in found.items()
-    }
+    return {motion: sorted(outputs, key=lambda name: (side[Place.of(name).part], name not in closing)) for motion, outputs in found.items()}
 
 
 def _behind_effects(target: str, sources: Mapping[str, str]) -> str:
     source = sources.get(target, "")
     while source.endswith(".outgoing"):
-        source = sources.get(f"{source.partition('.')[0]}.incoming", "")
+        source = sources.get(f"{Place.of(source).part}.incoming", "")
     return source
 
 
 def _standard(
     signal: Signal, parts: Mapping[str, Part], sources: Mapping[str, str], by_motion: Mapping[str, list[str]]
 ) -> tuple[str, ...] | None:
-    part, _, item = signal.name.partition(".")
+    part, item = Place.of(signal.name)
     if part not in parts:
         return None
     for motion, sensors in by_motion.items():
         if signal.name in sensors and signal.unit in ("m", "rad"):
             indirect = len(sensors) > 1 and sensors.index(signal.name) == 0
-            return ("CncAxisList", motion.partition(".")[0], "PosIndirect" if indirect else "PosDirect", "ActPos")
+            return ("CncAxisList", Place.of(motion).part, "PosIndirect" if indirect else "PosDirect", "ActPos")
     ports = parts[part].component.ports
     if "drive" in ports and "measured" in ports and item == ports["drive"] and signal.unit == "m":
         return ("CncAxisList", _axis_of(part, parts, sources, by_motion), "PosDirect", "CmdPos")
@@ -125,5 +123,5 @@ def _axis_of(controller: str, parts: Mapping[str, Part], sources: Mapping[str, s
     measured = sources.get(f"{controller}.{parts[controller].component.ports['measured']}", "")
     for motion, sensors in by_motion.items():
         if measured in sensors:
-            return motion.partition(".")[0]
+            return Place.of(motion).part
     return controller

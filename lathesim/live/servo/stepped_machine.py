@@ -67,8 +67,7 @@ class SteppedMachine:
         for name in self.axes:
             column = self.axes.index(name)
             target = next(target for at, target in self._targets if at == column)
-            part, _, item = target.partition(".")
-            units.append(self.plan.parts[part].component.declarations[item].unit)
+            units.append(self.plan.unit(target))
         return tuple(units)
 
     @property

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.engine.assembly import Place
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
@@ -127,17 +128,17 @@ def _executed(prepared: Prepared, targets: tuple[str, ...]) -> str:
     parts = {part.name: part for part in prepared.machinery.parts}
     sources = {wire.target: wire.source for wire in prepared.machinery.wires if wire.source}
     for target in targets:
-        name = target.partition(".")[0]
+        name = Place.of(target).part
         ports: Any = parts[name].component.ports
         measured = f"{name}.{ports.get('measured', 'measured')}"
         sensor = sources.get(measured, "")
         while sensor.endswith(".outgoing"):
-            sensor = sources.get(f"{sensor.partition('.')[0]}.incoming", "")
-        host = sensor.partition(".")[0]
+            sensor = sources.get(f"{Place.of(sensor).part}.incoming", "")
+        host = Place.of(sensor).part
         if host in parts:
             eye = parts[host].component.ports.get("measured")
             seen = sources.get(f"{host}.{eye}", "") if eye else ""
             while seen.endswith(".outgoing"):
-                seen = sources.get(f"{seen.partition('.')[0]}.incoming", "")
+                seen = sources.get(f"{Place.of(seen).part}.incoming", "")
             return seen or sensor
     raise LiveError(f"no sensor shows what follows {', '.join(targets)}.", remedy="Choose a lesson whose axes are under control.")

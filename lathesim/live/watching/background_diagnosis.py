@@ -74,8 +74,7 @@ def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping
     plan, declared = prepared.plan, uncertainties(prepared.case.lesson, prepared.plan)
     values = {}
     for name, offset in expected.items():
-        part, _, item = name.partition(".")
-        unit = plan.parts[part].component.declarations[item].unit
+        unit = plan.unit(name)
         ending = "" if unit in ("", "1") else f" {unit}"
         values[name] = f"{plan.parameter_values[plan.parameters[name]] + offset * declared[name]:.9g}{ending}"
     return Before(sizes, values)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from lathesim.engine.assembly import Place
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.watching.effects.followed_sizes import FollowedSize, followed_sizes, neutral_values
@@ -65,7 +66,7 @@ class KnownEffects:
         self._known: dict[tuple[str, str], KnownEffect] = {}
         for name, followed in followed_sizes(prepared, registry).items():
             key = _key(followed.effect, followed.at)
-            part = name.rpartition(".")[0]
+            part = Place.of(name).part
             known = self._known.get(key, KnownEffect(followed.effect, followed.at, part, {}, 0.0, 0.0, False))
             size = Size(followed.value, followed.value, followed.neutral, followed.unit)
             self._known[key] = replace(known, sizes={**known.sizes, followed.parameter: size})
@@ -128,4 +129,4 @@ class KnownEffects:
 
 
 def _key(effect: str, at: str) -> tuple[str, str]:
-    return effect, at.partition(".")[0]
+    return effect, Place.of(at).part

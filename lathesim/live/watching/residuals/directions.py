@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from lathesim.engine.assembly import Place
 from lathesim.live.watching.residuals.residual_stream import Residual
 from lathesim.record import FloatArray
 
@@ -19,7 +20,7 @@ def direction_names(drive: Sequence[str]) -> tuple[str, ...]:
     several = len(drive) > 1
     names = ["at all times"]
     for name in drive:
-        of = f" of {name.partition('.')[0]}" if several else ""
+        of = f" of {Place.of(name).part}" if several else ""
         names += [f"moving backwards{of}", f"moving forwards{of}", f"in proportion to the speed{of}"]
     return (*names, "in proportion to its value")
 

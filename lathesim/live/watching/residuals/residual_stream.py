@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import Place
 from lathesim.identification.replay.converter_rounding import resolving_everything
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.identification.replay.open_loop import seen
@@ -131,14 +132,13 @@ class ResidualStream:
         return np.where(self.free, down, -most), np.where(self.free, up, most)
 
     def _declared(self, name: str) -> Parameter:
-        part, _, item = name.partition(".")
-        declared = self._prepared.plan.parts[part].component.declarations[item]
+        declared = self._prepared.plan.declaration(name)
         assert isinstance(declared, Parameter)
         return declared
 
     def _sticks(self, name: str) -> bool:
         """Return whether a followed size is that of a friction: it holds a machine still whose sensors have no steps to swing between."""
-        component = self._prepared.plan.parts[name.partition(".")[0]].component
+        component = self._prepared.plan.parts[Place.of(name).part].component
         return issubclass(component, Effect) and component.site == "effort" and bool(component.identification.sticks)
 
     def _values(self) -> list[dict[str, float]]:
