@@ -139,8 +139,7 @@ def _drawn(plan: Plan, name: str, deviation: float, rng: np.random.Generator) ->
     """Draw the true value of a name, ``deviation`` [SI] being one standard deviation."""
     kind, position = plan.settable(name)
     given = plan.parameter_values[position] if kind == "parameter" else plan.start_states[position]
-    part, _, item = name.partition(".")
-    declared = plan.parts[part].component.declarations[item]
+    declared = plan.declaration(name)
     low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-math.inf, math.inf)
     off = float(np.clip(rng.standard_normal(), -_LARGEST_DEVIATION, _LARGEST_DEVIATION)) * deviation
     return TrueValue(given, float(np.clip(given + off, low, high)), declared.unit)

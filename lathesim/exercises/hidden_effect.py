@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly
+from lathesim.engine.assembly import Assembly, Place
 from lathesim.errors import LessonError, nearest
 from lathesim.identification.catalogue.placement import WIDE_RANGE, insert_candidates
 from lathesim.identification.records.candidate import Candidate
@@ -117,7 +117,7 @@ def _ranges(candidate: Candidate | None) -> dict[str, tuple[float, float]]:
     """Return the range in which each parameter of a candidate is typical, as its starting values span it."""
     if candidate is None or not len(candidate.points):
         return {}
-    names = [name.partition(".")[2] for name in candidate.parameters]
+    names = [Place.of(name).port for name in candidate.parameters]
     lows, highs = candidate.points.min(axis=0), candidate.points.max(axis=0)
     return {name: (float(low), float(high)) for name, low, high in zip(names, lows, highs, strict=True)}
 

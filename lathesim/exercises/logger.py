@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place
 from lathesim.errors import LessonError
 from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 from lathesim.lessons.lesson import Lesson
@@ -127,14 +127,14 @@ def _compared(name: str, entry: RecordedSignal, assembly: Assembly) -> LoggedCol
 def _declared_resolution(entry: RecordedSignal, assembly: Assembly, name: str) -> float:
     from lathesim.units import quantity
 
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     unit = next(other.component.declarations[item].unit for other in assembly.parts if other.name == part)
     return quantity(entry.resolution, unit) if entry.resolution is not None else 0.0
 
 
 def _sensor(channel: str, assembly: Assembly) -> tuple[str, float]:
     """Return the sensor whose reading a channel is, with its resolution [SI], where it counts in steps."""
-    name, _, item = channel.partition(".")
+    name, item = Place.of(channel)
     part = next(other for other in assembly.parts if other.name == name)
     ports = part.component.ports
     if item != ports.get("reading") or "resolution" not in ports or "measured" not in ports:
@@ -172,6 +172,6 @@ def _column(channel: str, target: str, role: Literal["drive", "compare"], assemb
 
 
 def _unit(channel: str, assembly: Assembly) -> str:
-    name, _, item = channel.partition(".")
+    name, item = Place.of(channel)
     part: Part = next(other for other in assembly.parts if other.name == name)
     return part.component.declarations[item].unit

@@ -13,7 +13,7 @@ import numpy as np
 from lathesim.component import Output
 from lathesim.components.signals import DelayLine, RecordedSignal
 from lathesim.effects.backlash_and_screw import Backlash
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import Plan, wire
@@ -162,8 +162,8 @@ def _batch(setting: Setting, names: Sequence[str]) -> Batch:
 
 def _stands_alone(assembly: Assembly, part: Part, names: Sequence[str]) -> bool:
     """Return whether nothing of the machine feeds a part, and none of its values is among ``names``."""
-    fed = any(item.target.partition(".")[0] == part.name and item.source for item in assembly.wires)
-    return not fed and not any(name.partition(".")[0] == part.name for name in names)
+    fed = any(Place.of(item.target).part == part.name and item.source for item in assembly.wires)
+    return not fed and not any(Place.of(name).part == part.name for name in names)
 
 
 def _only_delays(assembly: Assembly, interpolator: Part) -> bool:
@@ -177,7 +177,7 @@ def _shortest_delay(assembly: Assembly, names: Sequence[str]) -> float:
     plan = wire(assembly)
     found = math.inf
     for name, position in plan.parameters.items():
-        part, _, item = name.partition(".")
+        part, item = Place.of(name)
         if issubclass(plan.parts[part].component, DelayLine) and item == "delay":
             found = min(found, plan.parameter_values[position])
     return found
@@ -214,7 +214,7 @@ def _on_tables(coarse: Assembly, interpolator: Part, wanted: Sequence[str], tabl
     parts = [part for part in coarse.parts if part is not interpolator]
     wires = [item for item in coarse.wires if not item.target.startswith(prefix)]
     for name, table in zip(wanted, tables, strict=True):
-        item = name.partition(".")[2]
+        item = Place.of(name).port
         unit = outputs[item].unit
         parts.append(Part(_laid(name), RecordedSignal.with_units({"signal": unit}), {"interpolation": 1.0}, tables={"samples": table}))
         wires = [Wire(wire_.target, f"{_laid(name)}.signal") if wire_.source == name else wire_ for wire_ in wires]
@@ -224,7 +224,7 @@ def _on_tables(coarse: Assembly, interpolator: Part, wanted: Sequence[str], tabl
 
 def _laid(output: str) -> str:
     """Return the name of the part that holds what an output of an interpolator gives."""
-    return f"laid_{output.partition('.')[2]}"
+    return f"laid_{Place.of(output).port}"
 
 
 def given_values(plan: Plan, names: Sequence[str]) -> FloatArray:

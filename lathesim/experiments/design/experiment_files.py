@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.engine.assembly import Place
 from lathesim.experiments.design.experiment import Designed
 from lathesim.experiments.design.prediction import Foretold
 from lathesim.experiments.design.rivals import NEXT_RUN
@@ -112,7 +113,7 @@ def _what_would(found: Designed, first: str, second: str, best: str) -> str:
     effects = [rival.term.effect for rival in found.scene.rivals if rival.name in (first, second) and rival.term is not None]
     sites = {effect.site for effect in effects}
     if "reading" in sites or "measured" in sites:
-        return f"A second sensor of the same motion would, behind or before the one of {best.partition('.')[0]}."
+        return f"A second sensor of the same motion would, behind or before the one of {Place.of(best).part}."
     if any(effect.experiment for effect in effects):
         return f"What would: {' '.join(dict.fromkeys(effect.experiment for effect in effects if effect.experiment))}"
     return f"A finer sensor at {best}, a load, or a longer way would."

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.experiments.design.laying import Laid
 from lathesim.experiments.design.rivals import Rival
 from lathesim.experiments.design.scene import Scene
@@ -85,7 +85,7 @@ def starts_alike(scene: Scene, a: int, b: int, draw: int) -> list[FloatArray]:
         return [row]
     own = _carried_over(first.term, second.term, first.sizes[draw])
     for place, column in enumerate(scene.columns(second)):
-        item = second.term.parameters[place].partition(".")[2]
+        item = Place.of(second.term.parameters[place]).port
         neutral = second.term.effect.neutral.get(item)
         if item in own:
             row[column] = min(max(own[item], float(second.term.low[place])), float(second.term.high[place]))
@@ -103,7 +103,7 @@ def _carried_over(first: Term, second: Term, sizes: FloatArray) -> dict[str, flo
     """Return what the sizes of the first would be as parameters of the second: by name, else in order, where the units agree."""
     units, values = [], {}
     for term in (first, second):
-        names = [name.partition(".")[2] for name in term.parameters]
+        names = [Place.of(name).port for name in term.parameters]
         units.append({name: term.effect.declarations[name].unit for name in names})
     for name, size in zip(units[0], sizes, strict=True):
         values[name] = float(size)

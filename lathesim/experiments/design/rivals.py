@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.component import Output
-from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.errors import LatheSimError, nearest
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.records.candidate import Candidate as Term
@@ -145,7 +145,7 @@ def place_rivals(
 def _unread(item: Named, effect: Any, terms: Sequence[Term], assembly: Assembly, compared: Sequence[str]) -> str:
     """Return the channel that would have to be recorded for an effect to sit at a sensor; empty where it has a place, or none at all."""
     sensor = next((part for part in assembly.parts if part.name == item.at), None)
-    if sensor is None or any(item.at in (term.at, term.of_motion, term.at.partition(".")[0]) for term in terms if term.name == item.effect):
+    if sensor is None or any(item.at in (term.at, term.of_motion, Place.of(term.at).part) for term in terms if term.name == item.effect):
         return ""
     for output in sensor.component.declared(Output):
         channel = f"{sensor.name}.{output}"
@@ -163,7 +163,7 @@ def _term(item: Named, terms: Sequence[Term], assembly: Assembly, place: str) ->
     exact = [term for term in own if term.at == item.at]
     if exact:
         return exact[0]
-    motion = [term for term in own if term.of_motion == item.at or term.at.partition(".")[0] == item.at]
+    motion = [term for term in own if term.of_motion == item.at or Place.of(term.at).part == item.at]
     if motion:
         return next((term for term in motion if term.second), motion[0])
     if not item.at and len(own) == 1:
@@ -189,11 +189,11 @@ def _sizes(term: Term, known: dict[str, tuple[float, float]], draws: int, seed: 
     unit = qmc.Sobol(count, seed=seed).random(1 << max(0, (draws - 1).bit_length()))[:draws]
     rows = np.empty((draws, count))
     for column, name in enumerate(term.parameters):
-        item = name.partition(".")[2]
+        item = Place.of(name).port
         low, high = known.get(item) or _range(term, column)
         low, high = max(low, float(term.low[column])), min(high, float(term.high[column]))
         rows[:, column] = low * (high / low) ** unit[:, column] if low > 0.0 else low + (high - low) * unit[:, column]
-    made = [column for column, name in enumerate(term.parameters) if name.partition(".")[2] in term.effect.neutral]
+    made = [column for column, name in enumerate(term.parameters) if Place.of(name).port in term.effect.neutral]
     if len(made) > 1 and not known:
         for draw in range(1, draws):
             idle = [column for column in made if column != made[(draw - 1) % len(made)]]

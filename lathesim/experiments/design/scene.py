@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.assembly import Assembly, FloatArray, of_part
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.experiments.design.families import Candidate
@@ -30,7 +30,7 @@ def _unrounded(assembly: Assembly, counts: Mapping[str, tuple[float, float]]) ->
     """Return the machine with sensors and converters that are exact: a count more or less tells no rival from another."""
     parts = []
     for part in assembly.parts:
-        own = {name.partition(".")[2]: exact for name, (_, exact) in counts.items() if name.partition(".")[0] == part.name}
+        own = {name: exact for name, (_, exact) in of_part(part.name, counts).items()}
         parts.append(dataclasses.replace(part, parameters={**part.parameters, **own}) if own else part)
     return dataclasses.replace(assembly, parts=tuple(parts))
 

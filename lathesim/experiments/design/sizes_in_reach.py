@@ -15,7 +15,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD
-from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.experiments.design.laying import Laid
@@ -56,7 +56,7 @@ def shown_lags(term: Term, sizes: FloatArray, plan: Plan) -> FloatArray:
     least = STANDARD.selection.least_lag * plan.assembly.sample_period
     found = np.array(sizes, dtype=float)
     for place, name in enumerate(term.parameters):
-        if name.partition(".")[2] in term.effect.neutral and plan.unit(name) == "s":
+        if Place.of(name).port in term.effect.neutral and plan.unit(name) == "s":
             short = np.abs(found[..., place] - term.neutral[place]) < least
             found[..., place] = np.where(short, term.neutral[place], found[..., place])
     return found
@@ -78,7 +78,7 @@ def with_sizes_in_reach(assembly: Assembly, rivals: Sequence[Rival], programs: S
     for term in terms:
         idle[[names.index(name) for name in term.parameters]] = term.neutral
     own = {term.part for term in terms}
-    looked = [place for place, name in enumerate(plan.channels) if name.partition(".")[0] not in own]
+    looked = [place for place, name in enumerate(plan.channels) if Place.of(name).part not in own]
     sizes = {(number, draw): row for number, rival in enumerate(rivals) for draw, row in enumerate(rival.sizes) if rival.term is not None}
 
     def row(number: int, draw: int) -> FloatArray:
@@ -116,7 +116,7 @@ def _halved(term: Term, sizes: FloatArray) -> FloatArray:
     """Return sizes of which those that make the effect are half as far from none."""
     found = np.array(sizes)
     for place, name in enumerate(term.parameters):
-        if name.partition(".")[2] in term.effect.neutral:
+        if Place.of(name).port in term.effect.neutral:
             found[place] = 0.5 * (found[place] + term.neutral[place])
     return found
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.component import Parameter
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Given
@@ -64,7 +64,7 @@ def free_values(lesson: Lesson, plan: Plan, named: Sequence[str], factor: float,
         names = [name for name in plan.parameters if _is_of_the_loop(plan, name)]
     for name in names:
         if name not in plan.parameters:
-            part, _, item = name.partition(".")
+            part, item = Place.of(name)
             wired = part in plan.parts and item in plan.parts[part].component.declared(Parameter)
             fact = (
                 f"{name} is wired to another value, so it cannot be learnt by itself."
@@ -77,7 +77,7 @@ def free_values(lesson: Lesson, plan: Plan, named: Sequence[str], factor: float,
 
 def _is_of_the_loop(plan: Plan, name: str) -> bool:
     """Return whether a parameter belongs to a controller or an axis, and is a size rather than a switch or a limit."""
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     component = plan.parts[part].component
     declared = component.declarations[item]
     if component.group not in _MOVING_GROUPS or not isinstance(declared, Parameter):
@@ -86,8 +86,7 @@ def _is_of_the_loop(plan: Plan, name: str) -> bool:
 
 
 def _free(lesson: Lesson, plan: Plan, name: str, factor: float) -> FreeValue:
-    part, _, item = name.partition(".")
-    declared = plan.parts[part].component.declarations[item]
+    declared = plan.declaration(name)
     given = plan.parameter_values[plan.parameters[name]]
     low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-math.inf, math.inf)
     spread, size = _spread(lesson, name, given, declared.unit)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.component import Component, Parameter
-from lathesim.engine.assembly import FloatArray, Part
+from lathesim.engine.assembly import FloatArray, Part, Place
 from lathesim.experiments.emulation.free_values import FreeValue
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import insert_effect
@@ -82,21 +82,21 @@ def _parted_values(prepared: Prepared) -> Iterable[Change]:
     """Yield for each value that two controllers of one kind share a change that parts them."""
     parts = {part.name: part for part in prepared.machinery.parts}
     for wire in prepared.machinery.wires:
-        target, source = wire.target.partition("."), wire.source.partition(".")
-        if not wire.source or source[0] not in parts or target[0] not in parts:
+        target, source = Place.of(wire.target), Place.of(wire.source)
+        if not wire.source or source.part not in parts or target.part not in parts:
             continue
-        own, other = parts[target[0]].component, parts[source[0]].component
-        declared = own.declarations.get(target[2])
+        own, other = parts[target.part].component, parts[source.part].component
+        declared = own.declarations.get(target.port)
         alike = own is other or own.__name__ == other.__name__
         if not alike or "update" in own.laws or own.group != "controllers" or not isinstance(declared, Parameter):
             continue
-        if not isinstance(other.declarations.get(source[2]), Parameter) or _value(parts[source[0]], source[2]) == 0.0:
+        if not isinstance(other.declarations.get(source.port), Parameter) or _value(parts[source.part], source.port) == 0.0:
             continue
-        name = f"{target[0]}_own_{target[2]}"
+        name = f"{target.part}_own_{target.port}"
         added = {name: {"component": "ScaledValue", "units": {"signal": declared.unit}}}
         value = FreeValue(f"{name}.factor", "1", 1.0, 0.2, 5.0, _PARTED)
         yield Change(
-            f"{target[0]} with its own {target[2]}", (value,), (1.0,), np.array([[0.6], [0.8], [1.25], [1.6]]), add=added,
+            f"{target.part} with its own {target.port}", (value,), (1.0,), np.array([[0.6], [0.8], [1.25], [1.6]]), add=added,
             wires={wire.target: f"{name}.outgoing", f"{name}.incoming": wire.source},
         )  # fmt: skip
 
