@@ -19,7 +19,7 @@ from lathesim.compensation.planning import BUILDERS
 from lathesim.compensation.recorded_lap import program_text
 from lathesim.compensation.remedying import Answer
 from lathesim.component import Table
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError, ProgramError
@@ -79,7 +79,7 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
 def _walker(prepared: Prepared, place: str) -> str:
     """Return the part that walks along the path of the program."""
     found = [part.name for part in prepared.machinery.parts if "path" in part.component.declared(Table)]
-    asking = {loop.reference.partition(".")[0] for loop in loops_of(prepared.machinery)}
+    asking = {Place.of(loop.reference).part for loop in loops_of(prepared.machinery)}
     walker = next((name for name in found if name in asking), None)
     if walker is None:
         remedy = "Write the remedy as a lesson, or as a table."

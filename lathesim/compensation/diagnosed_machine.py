@@ -13,7 +13,7 @@ import numpy as np
 from lathesim.component import Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place, of_part
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
@@ -179,7 +179,7 @@ class Diagnosed:
             else:
                 sound |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
         parts = tuple(
-            dataclasses.replace(part, parameters={**part.parameters, **_own(part.name, given)}) if _own(part.name, given) else part
+            dataclasses.replace(part, parameters={**part.parameters, **own}) if (own := of_part(part.name, given)) else part
             for part in machinery.parts
         )
         machinery = with_sensor_noise(dataclasses.replace(machinery, parts=parts), noise or {})
@@ -212,13 +212,9 @@ class Diagnosed:
 
 
 def _is_output(machinery: Machinery, name: str) -> bool:
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     placed = next((other for other in machinery.parts if other.name == part), None)
     return placed is not None and item in placed.component.declared(Output)
-
-
-def _own(part: str, given: Mapping[str, float]) -> dict[str, float]:
-    return {name.partition(".")[2]: value for name, value in given.items() if name.partition(".")[0] == part}
 
 
 _TO_ONE = 3.919928
@@ -284,7 +280,7 @@ def _seen(bench: Bench, record: FloatArray) -> FloatArray:
     """Return tables, readings and commands over what they resolve, all in one row."""
     rows = []
     for loop in bench.loops:
-        for name, sensor in ((loop.table, loop.beyond.partition(".")[0]), (loop.reading, loop.sensor), (f"{loop.controller}.voltage", "")):
+        for name, sensor in ((loop.table, Place.of(loop.beyond).part), (loop.reading, loop.sensor), (f"{loop.controller}.voltage", "")):
             values = bench.channel(record, name)
             if values is not None:
                 floor = resolution_of(bench.machinery, sensor) if sensor else 0.0
@@ -299,8 +295,8 @@ def _root(matrix: FloatArray) -> FloatArray:
 
 
 def _bounds(bench: Bench, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-    declared = {part.name: part.component.declared(Parameter) for part in bench.machinery.parts}
-    items = [declared.get(name.partition(".")[0], {}).get(name.partition(".")[2]) for name in names]
+    declared = {f"{part.name}.{name}": item for part in bench.machinery.parts for name, item in part.component.declared(Parameter).items()}
+    items = [declared.get(name) for name in names]
     return (
         np.array([item.low if item is not None else -np.inf for item in items]),
         np.array([item.high if item is not None else np.inf for item in items]),

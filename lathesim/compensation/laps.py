@@ -15,7 +15,7 @@ from lathesim.effects.remedy import Remedy
 from lathesim.effects.sensor_errors import SensorFilter
 from lathesim.effects.table_remedies import LearnedCorrection
 from lathesim.effects.time_shift import TransportDelay
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.running.batch import Batch
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
@@ -101,7 +101,7 @@ class Course:
 
     def axes_of_path(self) -> list[str]:
         """Return the word of each axis in a part program: by the output of the reference that it follows."""
-        return ["Z" if loop.reference.rpartition(".")[2].startswith("z") else "X" for loop in self.loops]
+        return ["Z" if Place.of(loop.reference).port.startswith("z") else "X" for loop in self.loops]
 
     def across(self, errors: FloatArray, corrections: FloatArray) -> FloatArray:
         """Return only the part of the errors across the path, where the machine tells the normal."""

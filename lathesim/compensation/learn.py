@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.compensation.lap_response import Filter
 from lathesim.compensation.laps import Course, Lap
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.part_tables import table_text
 from lathesim.lessons.simulate import Prepared
@@ -105,7 +105,7 @@ def write_learned(prepared: Prepared, course: Course, learning: Learning, folder
     contents: dict[Path, str] = {}
     tables, insert = {}, []
     for place, (loop, table) in enumerate(zip(course.loops, course.tables, strict=True)):
-        part = table.partition(".")[0]
+        part = Place.of(table).part
         file = folder / f"{part}.csv"
         unit = next(item for item in course.machinery.parts if item.name == part).component.declarations["samples"].unit
         contents[file] = table_text(("correction",), learning.corrections[place][:, None], unit)

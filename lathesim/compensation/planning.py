@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, Line
 from lathesim.compensation.diagnosis_file import Named
 from lathesim.component import Parameter
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.machine.position_loops import Loop
 from lathesim.lessons.insertion import effect_part_name
 
@@ -57,7 +57,7 @@ class Sized:
     @property
     def host(self) -> str:
         """The part it sits on."""
-        return self.named.at.partition(".")[0]
+        return Place.of(self.named.at).part
 
     @property
     def closes(self) -> bool:
@@ -114,7 +114,7 @@ def sized_effects(bench: Bench, effects: Sequence[Named], axes: tuple[Axis, ...]
     for named in effects:
         part = parts[named.entry.get("name") or effect_part_name(named.at, named.effect)]
         values = {name: part.parameters.get(name, item.default) for name, item in part.component.declared(Parameter).items()}
-        host = named.at.partition(".")[0]
+        host = Place.of(named.at).part
         axis = next((item for item in axes if host in item.loop.parts), None)
         found.append(Sized(named, values, axis, axes) if axis is not None else named)
     return found

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.compensation.diagnosed_machine import Bench
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.machine.position_loops import resolution_of
 from lathesim.limit import Limit
 
@@ -91,7 +91,7 @@ def noise_of(bench: Bench, floors: Mapping[str, float]) -> dict[str, float]:
     """Return the noise before each sensor of a loop [m], from what the diagnosis could not resolve:  sqrt(floor^2 - step^2/12)."""
     found = {}
     for loop in bench.loops:
-        for channel, sensor in ((loop.reading, loop.sensor), (loop.table, loop.beyond.partition(".")[0])):
+        for channel, sensor in ((loop.reading, loop.sensor), (loop.table, Place.of(loop.beyond).part)):
             if sensor and channel in floors:
                 step = resolution_of(bench.machinery, sensor)
                 found[sensor] = float(np.sqrt(max(floors[channel] ** 2 - step * step / 12.0, 0.0)))

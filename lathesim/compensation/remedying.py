@@ -18,6 +18,7 @@ from lathesim.compensation.tuning import deviation, merged, tuned, with_values
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
+from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.identification.machine.position_loops import level_of
 from lathesim.identification.replay.loading import uncertainties
@@ -120,7 +121,7 @@ def _refitted(lesson: Lesson, registry: Registry, found: Found, variant: str | N
 def _same_machine(diagnosed: Diagnosed, found: Found) -> None:
     parts = {part.name for part in prepare(diagnosed.lesson, diagnosed.registry, diagnosed.variant).machinery.parts}
     for item in found.effects:
-        host = item.at.partition(".")[0]
+        host = Place.of(item.at).part
         if host not in parts:
             fact = f"the diagnosis names {item.effect} at {item.at}, and the machine of this lesson has no part '{host}'."
             raise LessonError(fact, place=str(diagnosed.lesson.path), remedy="The diagnosis is of another machine: give its own lesson.")
@@ -254,7 +255,7 @@ def _intervals(bench: Bench, found: Found, lesson: Lesson) -> dict[str, tuple[fl
             if short in part.component.declared(Parameter) and short in part.parameters:
                 intervals[f"{name}.{short}"] = interval
     for full, (value, low, high, _) in found.baseline.items():
-        part_name, _, short = full.partition(".")
+        part_name, short = Place.of(full)
         if part_name in placed and short in placed[part_name].parameters and full not in bench.batch.plan.feeds:
             intervals[full] = (value, low, high)
     return intervals
@@ -263,4 +264,4 @@ def _intervals(bench: Bench, found: Found, lesson: Lesson) -> dict[str, tuple[fl
 def _free(bench: Bench, lines: Sequence[Line]) -> dict[str, tuple[float, float]]:
     """Return the ranges of what differs from one start to the next, whatever the diagnosis tells of its recording."""
     parts = {part.name for part in bench.machinery.parts}
-    return {name: ends for line in lines for name, ends in line.free.items() if name.partition(".")[0] in parts}
+    return {name: ends for line in lines for name, ends in line.free.items() if Place.of(name).part in parts}

@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.compensation.diagnosed_machine import Bench, Line
 from lathesim.component import Parameter
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place, of_part
 from lathesim.identification.estimation.fit import Problem, fit
 from lathesim.identification.records.fit import Free
 
@@ -111,7 +111,7 @@ def _cost(bench: Bench, names: Sequence[str], rows: Sequence[FloatArray], sound:
 def _step(name: str, value: float) -> float:
     if name.endswith((".lead", ".spread")):
         return _LEAD_STEP
-    return _STEP * abs(value) if value != 0.0 else _FIRST[name.rpartition(".")[2]]
+    return _STEP * abs(value) if value != 0.0 else _FIRST[Place.of(name).port]
 
 
 _FIRST = {
@@ -133,12 +133,11 @@ _FIRST = {
 
 
 def _bounds(bench: Bench, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
-    declared = {part.name: part.component.declared(Parameter) for part in bench.machinery.parts}
-    items = [declared[name.partition(".")[0]][name.partition(".")[2]] for name in names]
+    declared = {f"{part.name}.{name}": item for part in bench.machinery.parts for name, item in part.component.declared(Parameter).items()}
+    items = [declared[name] for name in names]
     return np.array([item.low for item in items]), np.array([item.high for item in items])
 
 
 def with_values(line: Line, found: Mapping[str, float]) -> Line:
     """Return a line with the values that were found for it."""
-    own = {name.partition(".")[2]: value for name, value in found.items() if name.partition(".")[0] == line.name}
-    return dataclasses.replace(line, values={**line.values, **own})
+    return dataclasses.replace(line, values={**line.values, **of_part(line.name, found)})
