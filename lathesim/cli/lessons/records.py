@@ -49,9 +49,11 @@ def plot(run: Path, channels: tuple[str, ...], save: Path | None) -> int:
 
 def _named(record: Record, wanted: tuple[str, ...]) -> list[str]:
     """Return the channels asked for; a part's name stands for all of its channels."""
+    from lathesim.engine.assembly import Place
+
     names: list[str] = []
     for name in wanted:
-        of_part = [channel for channel in record if channel.partition(".")[0] == name]
+        of_part = [channel for channel in record if Place.of(channel).part == name]
         names += of_part or [record.channel(name).name]
     return list(dict.fromkeys(names))
 

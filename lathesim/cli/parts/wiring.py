@@ -64,20 +64,21 @@ def _feeding(plan: Plan, target: str) -> str:
     source = plan.feeds[target][1]
     if source != target:
         return source
-    part, _, item = target.partition(".")
-    declared, value = plan.parts[part].component.declarations[item], plan.parameter_values[plan.parameters[target]]
+    declared, value = plan.declaration(target), plan.parameter_values[plan.parameters[target]]
     return "(not wired)" if isinstance(declared, Input) and not declared.shown and value == declared.default else f"{value:g}"
 
 
 def mermaid_graph(plan: Plan) -> str:
     """Return a Mermaid flow chart: a box for each part, an arrow for each wire with the name and unit of what it carries."""
+    from lathesim.engine.assembly import Place
+
     lines = ["flowchart LR"]
     lines += [f'    {name}["{name}<br/><i>{part.component.__name__}</i>"]' for name, part in plan.parts.items()]
     for target, (kind, source) in plan.feeds.items():
         if source != target:
-            start, _, item = source.partition(".")
+            start, item = Place.of(source)
             arrow = "-->" if kind == "output" else "-.->"
-            lines.append(f'    {start} {arrow}|"{item} [{plan.unit(source)}]"| {target.partition(".")[0]}')
+            lines.append(f'    {start} {arrow}|"{item} [{plan.unit(source)}]"| {Place.of(target).part}')
     return "\n".join(lines)
 
 

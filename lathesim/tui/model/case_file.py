@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError, RecordingError
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def _nearest_channel(word: str, case: Prepared) -> str:
     plain = word.lower().replace(" ", "_")
     best, likeness = "", _LIKE
     for channel in case.plan.channels:
-        part, _, item = channel.partition(".")
+        part, item = Place.of(channel)
         for name in (channel.lower(), f"{part}_{item}", item):
             ratio = difflib.SequenceMatcher(None, plain, name).ratio()
             if ratio > likeness:
@@ -263,7 +264,7 @@ def judged_guess(case: CaseFile) -> str:
         )
     for effect in found:
         if effect.effect == guess.effect:
-            if guess.at and effect.at.partition(".")[0] != guess.at.partition(".")[0]:
+            if guess.at and Place.of(effect.at).part != Place.of(guess.at).part:
                 return f"✗ {guess.effect} it is, but at {effect.at} and not at {guess.at}."
             return f"✓ Right: {effect.effect} at {effect.at}.{_size_words(guess, effect.parameters)}"
         if guess.effect in effect.tied_with:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from lathesim.component import GROUPS, Component, Input, Parameter, State
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Part
+from lathesim.engine.assembly import Part, Place
 from lathesim.errors import LatheSimError, UnitError
 from lathesim.lessons.case import Given
 from lathesim.lessons.part_values import placed_at, seconds, take_value
@@ -91,7 +91,7 @@ def taken_value(case: Prepared, entry: Entry, typed: str) -> str:
     Raises :class:`LatheSimError` if it is no value, or has two readings.
     """
     text = _in_shown_unit(entry, typed.strip())
-    part, _, item = entry.name.partition(".")
+    part, item = Place.of(entry.name)
     if item:
         component = next(found.component for found in case.machinery.parts if found.name == part)
         take_value(part, component, item, Given(text, entry.name, entry.name), {}, {})
@@ -119,7 +119,7 @@ def with_entry(setup: Setup, entry: Entry, text: str) -> Setup:
     """Return the setup with another value of an entry."""
     if "." not in entry.name:
         return setup.with_seed(int(text)) if entry.name == "seed" else setup.with_simulation(entry.name, text)
-    part, _, item = entry.name.partition(".")
+    part, item = Place.of(entry.name)
     position = inserted_at(setup, part)
     if position is not None:
         return setup.with_insert_value(position, item, text)
@@ -130,7 +130,7 @@ def without_entry(setup: Setup, entry: Entry) -> Setup:
     """Return the setup with the lesson's own value of an entry."""
     if "." not in entry.name:
         return setup.with_seed(None) if entry.name == "seed" else setup.without_simulation(entry.name)
-    part, _, item = entry.name.partition(".")
+    part, item = Place.of(entry.name)
     position = inserted_at(setup, part)
     if position is not None:
         return setup.with_insert_value(position, item, None)
@@ -143,8 +143,8 @@ def candidates(case: Prepared, registry: Registry, part: Part) -> dict[str, type
     They give every output that a wire takes from it, and the machine feeds every input they cannot do without. Wires to inputs that they do
     not have are dropped, as 'replace:' in a lesson does.
     """
-    needed = {wire.source.partition(".")[2] for wire in case.machinery.wires if wire.source.partition(".")[0] == part.name}
-    fed = {wire.target.partition(".")[2] for wire in case.machinery.wires if wire.target.partition(".")[0] == part.name}
+    needed = {Place.of(wire.source).port for wire in case.machinery.wires if Place.of(wire.source).part == part.name}
+    fed = {Place.of(wire.target).port for wire in case.machinery.wires if Place.of(wire.target).part == part.name}
     found = {}
     for name, component in registry.components.items():
         declared = component.declarations
@@ -158,7 +158,7 @@ def proposed_place(case: Prepared, effect: type[Component], chosen: str) -> str:
     """Return the part to put an effect on, which has the ports it sits on: the chosen one, one wired to it, or the first."""
     roles = set(effect.pairs()) if issubclass(effect, Effect) else set()
     fitting = [part.name for part in case.machinery.parts if roles <= set(part.component.ports)]
-    ends = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in case.machinery.wires]
+    ends = [(Place.of(wire.source).part, Place.of(wire.target).part) for wire in case.machinery.wires]
     beside = {name for pair in ends if chosen in pair for name in pair}
     return min(fitting, key=lambda name: (name != chosen, name not in beside), default=chosen)
 
@@ -166,9 +166,7 @@ def proposed_place(case: Prepared, effect: type[Component], chosen: str) -> str:
 def with_component(setup: Setup, part: str, component: type[Component]) -> Setup:
     """Return the setup with another component in a place; values of names it does not have are dropped."""
     values = {
-        name: text
-        for name, text in setup.values.items()
-        if name.partition(".")[0] != part or name.partition(".")[2] in component.declarations
+        name: text for name, text in setup.values.items() if (place := Place.of(name)).part != part or place.port in component.declarations
     }
     return setup.with_part(part, component.__name__, values)
 

@@ -17,7 +17,7 @@ from textual.widget import Widget
 from textual.widgets import DataTable, Input, Label, Static, TabbedContent, TabPane, Tree
 from textual.widgets.tree import TreeNode
 
-from lathesim.engine.assembly import Part
+from lathesim.engine.assembly import Part, Place
 from lathesim.errors import LatheSimError, WriteError
 from lathesim.lessons.simulate import Prepared
 from lathesim.manual.component_page import first_sentence
@@ -128,7 +128,7 @@ class ConfigureScreen(WorkbenchScreen):
     def _fill_tree(self, case: Prepared) -> None:
         tree = self.query_one("#machine", Tree)
         assert self._setup is not None
-        changed = {name.partition(".")[0] for name in self._setup.values} | set(self._setup.replaced)
+        changed = {Place.of(name).part for name in self._setup.values} | set(self._setup.replaced)
         open_before = {str(node.label) for node in tree.root.children if node.is_expanded} or set()
         first = not tree.root.children
         tree.show_root = False
@@ -187,7 +187,7 @@ class ConfigureScreen(WorkbenchScreen):
         table.clear(columns=True)
         table.add_columns(*_COLUMNS)
         for entry in self._entries:
-            name = entry.name.partition(".")[2] or entry.name
+            name = Place.of(entry.name).port or entry.name
             sign = "*" if entry.changed else "~" if entry.fed else ""
             style = "bold" if entry.changed else "dim" if entry.fed else ""
             cells = (sign, name, entry.text, entry.default, entry.bounds, entry.doc)
@@ -430,8 +430,8 @@ class ConfigureScreen(WorkbenchScreen):
 
     def show_parameter(self, name: str) -> None:
         """Show where a parameter is set: the palette asks for it."""
-        part, dot, _ = name.partition(".")
-        self._choice = _Choice(part if dot else "")
+        part, port = Place.of(name)
+        self._choice = _Choice(part if port else "")
         case = self.workbench.prepared()
         self._fill_tree(case)
         self._show_part(case)
