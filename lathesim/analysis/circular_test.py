@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.analysis.metric import Metric, find_channel, signal
+from lathesim.analysis.metric import CONTACT, CONTOUR_ERROR, Metric, find_channel, signal
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
@@ -48,9 +48,9 @@ class Circle:
 def circles(record: Record) -> list[Circle]:
     """Return the circles of a record: each stretch of samples on one programmed circle that is at least a whole turn long."""
     x, z = _position(record, "x"), _position(record, "z")
-    centre_x, centre_z = signal(record, "interpolator.centre_x", ".centre_x"), signal(record, "interpolator.centre_z", ".centre_z")
-    radius = signal(record, "interpolator.circle_radius", "interpolator.radius", ".circle_radius")
-    reference_x, reference_z = signal(record, ".x_reference"), signal(record, ".z_reference")
+    centre_x, centre_z = signal(record, "centre_x"), signal(record, "centre_z")
+    radius = signal(record, "circle_radius")
+    reference_x, reference_z = signal(record, "x_reference"), signal(record, "z_reference")
     turned = np.unwrap(np.arctan2(reference_z - centre_z, reference_x - centre_x))
     key = np.stack([centre_x, centre_z, radius])
     breaks = np.flatnonzero(np.any(np.diff(key, axis=1) != 0.0, axis=0)) + 1
@@ -196,10 +196,10 @@ def smallest_radial_deviation(record: Record) -> float:
 
 
 def _whole_path(record: Record) -> FloatArray:
-    name = find_channel(record, ".in_contact", ".in_cut", ".engaged")
+    name = find_channel(record, *CONTACT, "engaged")
     if name is not None:
         raise RecordError("not available: the machine cuts, and the metrics of contact tell more")
-    return signal(record, "contour.contour_error", ".contour_error")
+    return signal(record, *CONTOUR_ERROR)
 
 
 def max_path_error(record: Record) -> float:
@@ -215,7 +215,7 @@ def rms_path_error(record: Record) -> float:
 
 def rms_speed_error(record: Record) -> float:
     """Return the root mean square of a difference of squared path speeds [m^2/s^2]."""
-    error = signal(record, ".speed_error")
+    error = signal(record, "speed_error")
     return float(np.sqrt(np.mean(error * error)))
 
 
@@ -234,8 +234,8 @@ def smallest_quality_factor(record: Record) -> float:
 
 
 def _speed_over(record: Record, error: float) -> float:
-    excess = signal(record, ".speed_error")
-    x, z = signal(record, "x_axis.velocity", ".x_velocity"), signal(record, "z_axis.velocity", ".z_velocity")
+    excess = signal(record, "speed_error")
+    x, z = signal(record, "x_axis.velocity", "x_velocity"), signal(record, "z_axis.velocity", "z_velocity")
     if error == 0.0:
         raise RecordError("not available: the tool does not leave the path")
     return math.sqrt(max(float(np.mean(x * x + z * z - excess)), 0.0)) / error

@@ -10,6 +10,7 @@ import numpy as np
 
 from lathesim.analysis.display_unit import plain_number
 from lathesim.analysis.figure_style import ALERT, CYCLE, INK, QUIET, REFERENCE, SIMULATED, common_unit, dress, label, legend, new_figure
+from lathesim.engine.assembly import Place
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray
 
@@ -121,7 +122,7 @@ def experiment_figure(
     time = np.linspace(0.0, seconds, traces.shape[2])
     factor, unit = common_unit([traces[0, 0]], units[0])
     panels[0].plot(time, traces[0, 0] / factor, color=REFERENCE, linewidth=0.9)
-    dress(panels[0], label(channels[0].partition(".")[0], unit), "", f"{title}: the program that tells most")
+    dress(panels[0], label(Place.of(channels[0]).part, unit), "", f"{title}: the program that tells most")
     for row, (channel, own) in enumerate(zip(channels, units, strict=True)):
         panel = panels[row + 1]
         differences = [traces[number, row] - traces[0, row] for number in range(1, len(rivals))]

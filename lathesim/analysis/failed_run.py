@@ -10,7 +10,8 @@ from pathlib import PurePath
 import numpy as np
 
 from lathesim.analysis.display_unit import plain_number
-from lathesim.analysis.metric import NOTHING_CUT, find_channel, sign_of_cutting, was_cut
+from lathesim.analysis.metric import NOTHING_CUT, SPINDLE_SPEED, find_channel, sign_of_cutting, was_cut
+from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
 
 _AS_NEAR = 1e-9
@@ -62,12 +63,12 @@ def _told(record: Record) -> str:
 
 
 def _no_feed(record: Record) -> str:
-    feeding = find_channel(record, "interpolator.cutting_block", ".cutting_block")
+    feeding = find_channel(record, "cutting_block")
     return "" if feeding is None or (record[feeding] > 0.5).any() else f"every move of the program is a rapid one; {_AT_FEED}"
 
 
 def _only_rapids(record: Record) -> str:
-    touching, engaged = find_channel(record, ".rapid_contact"), find_channel(record, ".engaged")
+    touching, engaged = find_channel(record, "rapid_contact"), find_channel(record, "engaged")
     if touching is None or engaged is None or (record[engaged] > 0.5).any() or not (record[touching] > 0.5).any():
         return ""
     first = int(np.argmax(record[touching] > 0.5))
@@ -76,7 +77,7 @@ def _only_rapids(record: Record) -> str:
 
 def _without_chips(record: Record) -> str:
     """Return the sentence of a tool that touches the material and takes nothing."""
-    engaged, speed = find_channel(record, ".engaged"), find_channel(record, "spindle.speed", ".spindle_speed")
+    engaged, speed = find_channel(record, "engaged"), find_channel(record, *SPINDLE_SPEED)
     if engaged is None or not (record[engaged] > 0.5).any():
         return ""
     first = int(np.argmax(record[engaged] > 0.5))
@@ -89,8 +90,8 @@ def _led_beside(record: Record) -> str:
     """Return where the program leads the tool nearest to the stock in the blocks run at feed; empty where it leads it in."""
     stock = RawStock.of(record)
     x, z = (
-        find_channel(record, "interpolator.x_reference", ".x_reference"),
-        find_channel(record, "interpolator.z_reference", ".z_reference"),
+        find_channel(record, "x_reference"),
+        find_channel(record, "z_reference"),
     )
     if stock is None or x is None or z is None:
         return ""
@@ -132,7 +133,7 @@ def _nearest(record: Record, stock: RawStock, x: FloatArray, z: FloatArray) -> _
     end = stock.face + stock.stock_length
     outside, beyond = np.maximum(x - stock.stock_radius, 0.0), np.maximum(np.maximum(stock.face - z, z - end), 0.0)
     distance = np.hypot(outside, beyond)
-    feeding = find_channel(record, "interpolator.cutting_block", ".cutting_block")
+    feeding = find_channel(record, "cutting_block")
     if feeding is not None:
         distance = np.where(record[feeding] > 0.5, distance, np.inf)
     first = int(np.argmax(distance <= distance.min() + _AS_NEAR))
@@ -156,7 +157,7 @@ def _unseen(sign: str) -> str:
 
 def _line(record: Record, sample: int) -> str:
     """Return the line of the part program in work, as far as it was recorded."""
-    name, program = find_channel(record, "interpolator.program_line", ".program_line"), PurePath(str(record.meta.get("program", ""))).name
+    name, program = find_channel(record, "program_line"), PurePath(str(record.meta.get("program", ""))).name
     told = "" if name is None else f"in line {int(record[name][sample])} of {program or 'the program'}"
     return told or f"at {plain_number(float(record.time[sample]), 4)} s"
 
@@ -186,7 +187,7 @@ def unstable_loop(record: Record) -> str:
     if UNSTABLE in record.status:
         return "The loop is unstable, see the alarm: correct that first."
     for name in str(record.meta.get(COMMANDS, "")).split():
-        part, _, item = name.partition(".")
+        part, item = Place.of(name)
         if name in record and _bounces(record[name], record.sample_period):
             return f"The loop of {part} is unstable, its {item} goes from limit to limit: lower its gains first."
     return ""

@@ -45,8 +45,14 @@ class NoValueError(RecordError):
 NO_VALUE = "no value: "
 """How the reason of a metric without a value begins."""
 NOTHING_CUT = "nothing was cut"
-_SIGNS_OF_CUTTING = ((".removal_rate", 0.0), (".engaged", 0.5), (".in_cut", 0.5), (".in_contact", 0.5))
-"""Channels, the surest first, that are above so much while something is cut."""
+CONTACT = ("in_contact", "in_cut")
+CUTTING_FORCE = ("cutting_force", "main_force")
+CONTOUR_ERROR = ("contour.contour_error", "contour_error")
+"""A machine may work out its contour error twice, for the observer and from what its sensors read; the first is called ``contour``."""
+SPINDLE_SPEED = ("spindle_speed", "speed")
+"""Role of the speed of the spindle, and the usual name of that output where a spindle declares no role."""
+_SIGNS_OF_CUTTING = {"removal_rate": 0.0, "engaged": 0.5, "in_cut": 0.5, "in_contact": 0.5}
+"""Roles of channels, the surest first, that are above so much while something is cut."""
 
 
 @dataclass(frozen=True)
@@ -103,24 +109,28 @@ def measure(record: Record, metrics: Mapping[str, Metric] | Iterable[Metric]) ->
 
 def sign_of_cutting(record: Record) -> str | None:
     """Return the channel that shows whether something is cut; none where no cutting process was recorded."""
-    return find_channel(record, *(name for name, _ in _SIGNS_OF_CUTTING))
+    return find_channel(record, *_SIGNS_OF_CUTTING)
 
 
 def was_cut(record: Record) -> bool:
     """Return whether something was cut, as far as the record tells."""
-    name = sign_of_cutting(record)
-    return name is not None and any(name.endswith(ending) and bool((record[name] > least).any()) for ending, least in _SIGNS_OF_CUTTING)
+    for role, least in _SIGNS_OF_CUTTING.items():
+        if found := record.by_role(role):
+            return bool((record[found[0]] > least).any())
+    return False
 
 
 def find_channel(record: Record, *wanted: str) -> str | None:
-    """Return the first channel that is called, or ends, as one of ``wanted``: ``"contour.contour_error"``, ``".contour_error"``."""
+    """Return the first channel that plays a role among ``wanted``, or is called so: ``"contour_error"``, ``"x_axis.position"``.
+
+    A text that begins with a point, as ``".contour_error"``, is the end of a name.
+    """
     for name in wanted:
-        if name.startswith("."):
-            found = record.ending_with(name)
-            if found:
-                return found[0]
-        elif name in record:
+        if name in record:
             return name
+        found = record.ending_with(name) if name.startswith(".") else record.by_role(name)
+        if found:
+            return found[0]
     return None
 
 

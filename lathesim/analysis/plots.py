@@ -33,10 +33,9 @@ from lathesim.analysis.figure_style import (
     thinned,
     write_figure,
 )
-from lathesim.analysis.metric import find_channel
+from lathesim.analysis.metric import CONTACT as CONTACT_CHANNELS
+from lathesim.analysis.metric import CONTOUR_ERROR, CUTTING_FORCE, find_channel
 from lathesim.analysis.turned_part import part_shape, surface_figure, waves_figure
-from lathesim.analysis.turning_metrics import CONTACT as CONTACT_CHANNELS
-from lathesim.analysis.turning_metrics import CONTOUR_ERROR
 from lathesim.errors import RecordError, nearest
 from lathesim.record import FloatArray, Record
 from lathesim.whole_file import whole_file
@@ -75,7 +74,7 @@ def draw_path(panel: Any, record: Record, title: str = "") -> None:
         panel.fill_between(shape.z * 1e3, 0.0, shape.radius * 1e3, color=MATERIAL, linewidth=0, label="part")
         panel.plot(shape.z * 1e3, shape.radius * 1e3, color=QUIET, linewidth=0.8)
     panel.plot(z_reference, x_reference, color=REFERENCE, linewidth=1.0, linestyle=(0, (4, 2)), label="reference")
-    feeding = find_channel(record, "interpolator.cutting_block")
+    feeding = find_channel(record, "cutting_block")
     if feeding is None:
         panel.plot(z, x, color=SIMULATED, linewidth=1.3, label="actual")
     else:
@@ -201,7 +200,7 @@ def overview_figure(record: Record, title: str = "") -> Any:
     """Draw what matters of a run on one page: path, contour error, axis voltages, cutting force; what the record lacks is left out."""
     path = all(name in record for name in _PATH)
     strips: list[list[str]] = [[name for name in ("x_dac.voltage", "z_dac.voltage") if name in record]]
-    strips += [[name for name in (find_channel(record, "cutting_force.cutting_force", ".cutting_force", ".main_force"),) if name]]
+    strips += [[name for name in (find_channel(record, *CUTTING_FORCE),) if name]]
     strips = [names for names in strips if names]
     contour = find_channel(record, *CONTOUR_ERROR) is not None
     if not path and not contour and not strips:

@@ -31,7 +31,7 @@ def part_shape(record: Record, x: str = "x_axis.position", z: str = "z_axis.posi
     The tip runs straight from sample to sample; over each place the smallest radius it reached inside the stock counts. Left out: the
     nose radius, and material the tool never came near.
     """
-    stock, inside = find_channel(record, "stock.material_radius"), find_channel(record, "stock.inside_stock")
+    stock, inside = find_channel(record, "material_radius"), find_channel(record, "inside_stock")
     if stock is None or inside is None or x not in record or z not in record or len(record) < 2:
         return None
     within = record[inside] > 0.5
@@ -73,7 +73,7 @@ def roughness_along(record: Record, cells: int = _ROUGHNESS_CELLS) -> Surface:
     Between two samples in the cut the tool passes all cells from one z to the next. Raises :class:`RecordError` where the record has no
     roughness or no z position.
     """
-    roughness, z = signal(record, "surface_finish.roughness", ".roughness"), signal(record, "z_axis.position")
+    roughness, z = signal(record, "roughness"), signal(record, "z_axis.position")
     cut = roughness > 0.0
     if not cut.any():
         return Surface(np.zeros(0), np.zeros(0))
@@ -129,9 +129,9 @@ def waves_on_part(record: Record, until: int | None = None, turns: int = _SHOWN)
 
     Raises :class:`MissingChannelError` where the record holds no cut in the loop, and :class:`NoValueError` before its first turn.
     """
-    wave, angle = find_channel(record, "cut.wave", ".wave"), find_channel(record, "spindle.angle", ".angle")
+    wave, angle = find_channel(record, "wave"), find_channel(record, "angle")
     if wave is None or angle is None:
-        raise MissingChannelError("cut.wave", "spindle.angle")
+        raise MissingChannelError("wave", "angle")
     turned, height = record[angle][:until], record[wave][:until]
     if not len(turned) or turned[-1] - turned[0] < _TURN:
         raise NoValueError("the part has not turned once")

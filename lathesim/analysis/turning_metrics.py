@@ -12,15 +12,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from lathesim.analysis.metric import NOTHING_CUT, Metric, NoValueError, find_channel, signal
+from lathesim.analysis.metric import (
+    CONTACT,
+    CONTOUR_ERROR,
+    CUTTING_FORCE,
+    NOTHING_CUT,
+    SPINDLE_SPEED,
+    Metric,
+    NoValueError,
+    find_channel,
+    signal,
+)
 from lathesim.analysis.turned_part import wave_roughness
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
-
-CONTACT = ("cutting.in_contact", "stock.in_contact", ".in_contact", ".in_cut")
-CONTOUR_ERROR = ("contour.contour_error", "contour.error", ".contour_error")
-CUTTING_FORCE = ("cutting_force.cutting_force", ".cutting_force", ".main_force")
-AXIS_LOADS = {"x": ("load.x_disturbance", ".x_disturbance"), "z": ("load.z_disturbance", ".z_disturbance")}
 
 
 def in_contact(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -52,7 +57,7 @@ def cycle_time(record: Record) -> float:
     """Return the time from the start until the reference reaches the end of the program, else the length of the record [s]."""
     if not len(record):
         raise RecordError("not available: the record is empty")
-    name = find_channel(record, "interpolator.finished", ".finished")
+    name = find_channel(record, "finished")
     if name is not None:
         done = np.flatnonzero(record[name] > 0.5)
         if len(done):
@@ -83,12 +88,12 @@ def contour_error_squared_integral(record: Record) -> float:
 
 def max_surface_roughness(record: Record) -> float:
     """Return the largest average roughness R_a of the surface being cut [m]."""
-    return float(np.max(signal(record, "surface_finish.roughness", ".roughness")))
+    return float(np.max(signal(record, "roughness")))
 
 
 def mean_surface_roughness(record: Record) -> float:
     """Return the mean of R_a over the time in which a surface is cut [m]."""
-    roughness = signal(record, "surface_finish.roughness", ".roughness")
+    roughness = signal(record, "roughness")
     cut = roughness[roughness > 0.0]
     return float(np.mean(cut)) if len(cut) else 0.0
 
@@ -105,52 +110,52 @@ def mean_cutting_force(record: Record) -> float:
 
 def max_feed(record: Record) -> float:
     """Return the largest actual feed per revolution while cutting [m]."""
-    return float(np.max(signal(record, "cutting.feed", ".feed_per_revolution")))
+    return float(np.max(signal(record, "feed_per_revolution")))
 
 
 def max_feed_speed(record: Record) -> float:
     """Return the largest commanded path speed in contact [m/s]."""
-    return largest(while_in_contact(record, "interpolator.feed_speed", ".feed_speed"))
+    return largest(while_in_contact(record, "feed_speed"))
 
 
 def max_depth_of_cut(record: Record) -> float:
     """Return the largest actual depth of cut [m]."""
-    return float(np.max(signal(record, "cutting.depth_of_cut", ".depth_of_cut")))
+    return float(np.max(signal(record, "depth_of_cut")))
 
 
 def removed_volume(record: Record) -> float:
     """Return the volume cut off the part [m^3]."""
-    return float(signal(record, "stock.removed_volume", ".removed_volume")[-1])
+    return float(signal(record, "removed_volume")[-1])
 
 
 def max_spindle_torque(record: Record) -> float:
     """Return the largest magnitude of the cutting torque on the spindle [N m]."""
-    return largest(signal(record, "load.torque", "spindle.load_torque"))
+    return largest(signal(record, "cutting_torque"))
 
 
 def rms_spindle_torque(record: Record) -> float:
     """Return the root mean square of the cutting torque in contact [N m]."""
-    return root_mean_square(while_in_contact(record, "load.torque", "spindle.load_torque"))
+    return root_mean_square(while_in_contact(record, "cutting_torque"))
 
 
 def max_cutting_power(record: Record) -> float:
     """Return the largest cutting power at the spindle [W]."""
-    return largest(signal(record, "load.power", ".cutting_power"))
+    return largest(signal(record, "cutting_power"))
 
 
 def rms_cutting_power(record: Record) -> float:
     """Return the root mean square of the cutting power in contact [W]."""
-    return root_mean_square(while_in_contact(record, "load.power", ".cutting_power"))
+    return root_mean_square(while_in_contact(record, "cutting_power"))
 
 
 def cutting_energy(record: Record) -> float:
     """Return the work of cutting, sum(power) T [J]."""
-    return float(np.sum(signal(record, "load.power", ".cutting_power"))) * record.sample_period
+    return float(np.sum(signal(record, "cutting_power"))) * record.sample_period
 
 
 def while_engaged(record: Record, *wanted: str) -> FloatArray:
     """Return a channel's samples in which material is cut; :class:`NoValueError` where there is none."""
-    values = signal(record, *wanted)[signal(record, "cutting.engaged", ".engaged") > 0.5]
+    values = signal(record, *wanted)[signal(record, "engaged") > 0.5]
     if not len(values):
         raise NoValueError(NOTHING_CUT)
     return values
@@ -158,23 +163,23 @@ def while_engaged(record: Record, *wanted: str) -> FloatArray:
 
 def min_cutting_speed(record: Record) -> float:
     """Return the lowest cutting speed while cutting [m/s]."""
-    return float(np.min(while_engaged(record, "cutting.cutting_speed")))
+    return float(np.min(while_engaged(record, "cutting_speed")))
 
 
 def mean_cutting_speed(record: Record) -> float:
     """Return the mean cutting speed while cutting [m/s]."""
-    return float(np.mean(while_engaged(record, "cutting.cutting_speed")))
+    return float(np.mean(while_engaged(record, "cutting_speed")))
 
 
 def max_cutting_speed(record: Record) -> float:
     """Return the highest cutting speed while cutting [m/s]."""
-    return float(np.max(while_engaged(record, "cutting.cutting_speed")))
+    return float(np.max(while_engaged(record, "cutting_speed")))
 
 
 def mean_spindle_droop(record: Record) -> float:
     """Return by how much the spindle turns slower than it should, on average while cutting [rad/s]."""
-    reference = np.abs(while_engaged(record, "interpolator.spindle_reference", ".spindle_reference"))
-    return float(np.mean(reference - np.abs(while_engaged(record, "spindle.speed"))))
+    reference = np.abs(while_engaged(record, "spindle_reference"))
+    return float(np.mean(reference - np.abs(while_engaged(record, *SPINDLE_SPEED))))
 
 
 def voltage_unrest(record: Record, channel: str) -> float:
@@ -192,28 +197,28 @@ def spindle_voltage_unrest(record: Record) -> float:
 
 def spindle_speed_error(record: Record) -> float:
     """Return the largest deviation of the spindle from its reference in contact [rad/s]."""
-    reference = while_in_contact(record, "interpolator.spindle_reference", ".spindle_reference")
-    return largest(reference - while_in_contact(record, "spindle.speed"))
+    reference = while_in_contact(record, "spindle_reference")
+    return largest(reference - while_in_contact(record, *SPINDLE_SPEED))
 
 
 def rapid_contact_time(record: Record) -> float:
     """Return how long the tool stood in the part in rapid blocks: more than 0 means a lagging axis cut a corner there [s]."""
-    return float(np.count_nonzero(signal(record, "cutting.rapid_contact", ".rapid_contact") > 0.5)) * record.sample_period
+    return float(np.count_nonzero(signal(record, "rapid_contact") > 0.5)) * record.sample_period
 
 
 def tool_wear(record: Record) -> float:
     """Return the flank wear at the end [m]."""
-    return float(signal(record, "tool_wear.flank_wear", ".flank_wear")[-1])
+    return float(signal(record, "flank_wear")[-1])
 
 
 def _axis_metrics(axis: str) -> list[Metric]:
-    load, error, drive = AXIS_LOADS[axis], (f"contour.{axis}_error", f".{axis}_error"), f"{axis}_axis"
+    load, error, drive = f"{axis}_disturbance", (f"contour.{axis}_error", f"{axis}_error"), f"{axis}_axis"
 
     def max_force(record: Record) -> float:
-        return largest(signal(record, *load))
+        return largest(signal(record, load))
 
     def rms_force(record: Record) -> float:
-        return root_mean_square(while_in_contact(record, *load))
+        return root_mean_square(while_in_contact(record, load))
 
     def max_following_error(record: Record) -> float:
         return largest(signal(record, *error))
@@ -301,7 +306,7 @@ def reversals(reference: FloatArray) -> int:
 
 def _of_axis(axis: str) -> Metric:
     def counted(record: Record) -> float:
-        return float(reversals(signal(record, f"interpolator.{axis}_reference", f".{axis}_reference")))
+        return float(reversals(signal(record, f"{axis}_reference")))
 
     return Metric(f"{axis}_reversals", "1", f"how often the reference of the {axis} axis turns round", counted)
 
@@ -319,12 +324,12 @@ def _settled(values: FloatArray) -> FloatArray:
 
 def chatter_swing(record: Record) -> float:
     """Return the vibration of the tool at the end of the run, peak to peak [m]."""
-    return float(np.ptp(_settled(signal(record, ".displacement"))))
+    return float(np.ptp(_settled(signal(record, "vibration", ".displacement"))))
 
 
 def settled_removal_rate(record: Record) -> float:
     """Return the volume cut per time at the end of the run [m^3/s]."""
-    return float(np.mean(_settled(signal(record, "cut.removal_rate", ".removal_rate"))))
+    return float(np.mean(_settled(signal(record, "removal_rate"))))
 
 
 CHATTER_METRICS: tuple[Metric, ...] = (
@@ -349,7 +354,7 @@ def weighed(cost: float, time: float) -> float:
 
 def machine_cost(record: Record) -> float:
     """Return what the lathe costs [dollar]."""
-    return float(signal(record, "design.machine_cost", ".machine_cost")[-1])
+    return float(signal(record, "machine_cost")[-1])
 
 
 def performance_index(record: Record) -> float:
@@ -359,17 +364,17 @@ def performance_index(record: Record) -> float:
 
 def part_cost(record: Record) -> float:
     """Return what the part cost, tool changes and edges included [dollar]."""
-    return float(signal(record, "economy.part_cost", ".part_cost")[-1])
+    return float(signal(record, "part_cost")[-1])
 
 
 def time_per_part(record: Record) -> float:
     """Return the time for the part with its share of tool changes [s]."""
-    return float(signal(record, "economy.time_per_part", ".time_per_part")[-1])
+    return float(signal(record, "time_per_part")[-1])
 
 
 def parts_per_edge(record: Record) -> float:
     """Return how many such parts an edge lasts [1]."""
-    used = float(signal(record, "tool_wear.used_life", ".used_life")[-1])
+    used = float(signal(record, "used_life")[-1])
     return 1.0 / used if used > 0.0 else float("inf")
 
 

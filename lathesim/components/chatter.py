@@ -295,7 +295,7 @@ class ToolMode(Component):
 
     group = "tool and part"
 
-    ports = {"effort": "force", "displacement": "displacement", "flow": "velocity"}
+    ports = {"effort": "force", "displacement": "displacement", "vibration": "displacement", "flow": "velocity"}
 
     swing = State("m", doc="displacement along the mode")
     swing_rate = State("m/s", doc="its rate")

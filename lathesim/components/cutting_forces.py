@@ -169,6 +169,8 @@ class CuttingLoad(Component):
 
     group = "process"
 
+    ports = {"cutting_torque": "torque", "cutting_power": "power"}
+
     cutting_force = Input("N", doc="force along the cutting speed, F_C")
     longitudinal_force = Input("N", doc="force against the feed, F_lon")
     radial_force = Input("N", doc="force across feed and cutting speed, F_rad")

@@ -183,6 +183,8 @@ class ConstantVelocityInterpolator(Component):
 
     group = "interpolator"
 
+    ports = {"circle_radius": "radius"}
+
     example_tables: ClassVar[dict[str, list[list[float]]]] = {"path": EXAMPLE_PATH}
 
     path = Table("1", PATH_COLUMNS, doc="the path, one row a segment, SI")

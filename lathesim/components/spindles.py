@@ -17,7 +17,7 @@ class EmpiricalSpindle(Component):
 
     group = "spindle"
 
-    ports = {"effort": "torque", "flow": "speed", "displacement": "angle", "drive": "voltage"}
+    ports = {"effort": "torque", "flow": "speed", "spindle_speed": "speed", "displacement": "angle", "drive": "voltage"}
 
     voltage = Input("V", doc="voltage to the amplifier")
     torque = Input("N*m", default=0.0, doc="torque on the spindle, positive against positive rotation")
@@ -62,6 +62,7 @@ class AnalyticalSpindle(Component):
     ports = {
         "effort": "torque",
         "flow": "speed",
+        "spindle_speed": "speed",
         "displacement": "angle",
         "drive": "voltage",
         "inertia": "equivalent_inertia",
@@ -233,6 +234,7 @@ class TorqueSpindle(Component):
     ports = {
         "effort": "disturbance",
         "flow": "speed",
+        "spindle_speed": "speed",
         "displacement": "angle",
         "drive": "torque",
         "applied": "torque",
@@ -277,6 +279,8 @@ class SteadySpindle(Component):
     """
 
     group = "spindle"
+
+    ports = {"spindle_speed": "speed"}
 
     target = Parameter("rad/s", 104.71975511965977, low=0.0, doc="mean speed")
     variation = Parameter("1", 0.0, low=0.0, high=0.9, doc="amplitude of the speed over the mean")

@@ -156,7 +156,7 @@ class CuttingGeometry(Component):
 
     group = "process"
 
-    ports = {"displacement": "x_position"}
+    ports = {"displacement": "x_position", "feed_per_revolution": "feed"}
 
     x_position = Input("m", doc="actual radius of the tool tip")
     x_velocity = Input("m/s", doc="actual speed of the x axis")

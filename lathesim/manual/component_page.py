@@ -43,7 +43,7 @@ def component_page(component: type[Component], origin: str) -> str:
     if component.laws:
         lines += ["Laws", *(f"  {name}({', '.join(arguments)})" for name, arguments in component.arguments.items()), ""]
     if component.ports:
-        lines += ["Ports for effects", *(f"  {role}: {name}" for role, name in component.ports.items()), ""]
+        lines += ["Ports by role, for effects and metrics", *(f"  {role}: {name}" for role, name in component.ports.items()), ""]
     return "\n".join([*lines, f"From {origin}."])
 
 

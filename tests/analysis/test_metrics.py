@@ -8,10 +8,27 @@ import pytest
 from lathesim.analysis.display_unit import display_unit, shown_with_unit
 from lathesim.analysis.metric import Metric, MissingChannelError, measure, stock_metrics
 from lathesim.analysis.turned_part import part_shape
+from lathesim.component import Component, Output
+from lathesim.components.spindles import SteadySpindle
+from lathesim.engine.assembly import Assembly, Part
+from lathesim.engine.running.run import run
+from lathesim.engine.wiring import wire
 from lathesim.record import Record
 from tests.analysis.small_record import shoulder
 
 RUN = shoulder()
+
+
+class Cut(Component):
+    """A tool in contact all the time, and the speed that is wanted; its names are its own."""
+
+    ports = {"in_contact": "bites", "spindle_reference": "wish"}
+    bites = Output("1", doc="1 in contact")
+    wish = Output("rad/s", doc="wanted speed")
+
+    @staticmethod
+    def output() -> tuple[float, float]:
+        return 1.0, 120.0
 
 
 @pytest.mark.parametrize(
@@ -73,6 +90,12 @@ def test_what_cannot_be_measured_says_why() -> None:
     assert found.values == {}
     assert found.skipped["broken"].startswith("the metric failed: IndexError: ")
     assert found.skipped["lacking"] == "not available: needs channel a.b or c.d"
+
+
+def test_a_metric_finds_its_channels_by_their_roles_whatever_the_parts_are_called() -> None:
+    machine = Assembly((Part("chuck", SteadySpindle, {"target": 100.0}), Part("tool", Cut)), (), 0.1, 0.1)
+    record = run(wire(machine), duration=1.0, engine="plain")
+    assert measure(record, stock_metrics()).values["spindle_speed_error"].value == pytest.approx(20.0)
 
 
 def test_a_value_that_is_no_number_is_null_in_json() -> None:

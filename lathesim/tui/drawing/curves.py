@@ -145,7 +145,7 @@ def _in_unit(item: Scaled, factor: float, unit: str) -> Scaled:
 
 def _to_be_seen(curve: Curve, finite: BoolArray, fit_to_feed: bool) -> BoolArray:
     """Return the samples that bound the axis: those in the cut, or else those in blocks at feed, if they are recorded."""
-    for sign in (".engaged", ".cutting_block") if fit_to_feed else ():
+    for sign in ("engaged", "cutting_block") if fit_to_feed else ():
         name = find_channel(curve.record, sign)
         there = finite & (curve.record[name][: curve.until] > 0.5) if name is not None else finite
         if name is not None and there.any():

@@ -147,11 +147,11 @@ class Motion:
     def of(cls, record: Record) -> Motion | None:
         """Return the motion in a record, or None where it has no two axes."""
         stock = RawStock.of(record)
-        x = stock.x if stock is not None else find_channel(record, "x_axis.position", ".x_position")
-        z = stock.z if stock is not None else find_channel(record, "z_axis.position", ".z_position")
+        x = stock.x if stock is not None else find_channel(record, "x_axis.position", "x_position")
+        z = stock.z if stock is not None else find_channel(record, "z_axis.position", "z_position")
         if x is None or z is None:
             return None
-        x_reference, z_reference = find_channel(record, ".x_reference"), find_channel(record, ".z_reference")
+        x_reference, z_reference = find_channel(record, "x_reference"), find_channel(record, "z_reference")
         if x_reference is None or z_reference is None:
             return cls(record[x], record[z], record[x], record[z])
         return cls(record[x], record[z], record[x_reference], record[z_reference])
@@ -184,7 +184,7 @@ def scene_of_record(record: Record) -> LatheScene:
     """Return the scene of a record: the stock it names and the reference it followed."""
     motion = Motion.of(record)
     if motion is None:
-        has_waves = find_channel(record, "cut.wave", ".wave") is not None and find_channel(record, "spindle.angle", ".angle") is not None
+        has_waves = find_channel(record, "wave") is not None and find_channel(record, "angle") is not None
         return LatheScene(None, np.empty(0), np.empty(0), record if has_waves else None)
     stride = max(1, len(motion) // _MOST_POINTS)
     return LatheScene(RawStock.of(record), motion.x_reference[::stride], motion.z_reference[::stride])

@@ -98,7 +98,7 @@ def overlaid(runs: Sequence[tuple[str, Record]], channels: Sequence[str]) -> Rec
 
 def contact(record: Record) -> FloatArray | None:
     """Return where tool and part touch in a block run at feed (1 or 0, (samples,)); None where the record does not tell."""
-    name = find_channel(record, ".engaged", ".in_contact")
+    name = find_channel(record, "engaged", "in_contact")
     return record[name] if name is not None else None
 
 

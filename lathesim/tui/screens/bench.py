@@ -15,7 +15,7 @@ from textual.widget import Widget
 from textual.widgets import Label, ProgressBar, Select, Static
 
 from lathesim.analysis.display_unit import plain_number
-from lathesim.analysis.metric import find_channel
+from lathesim.analysis.metric import CONTOUR_ERROR, find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve
@@ -45,7 +45,7 @@ RATES = (10.0, 4.0, 1.0, 0.0)
 """Choices a key goes through: error magnifier, width around the tip [m], simulated seconds a second, pictures a second."""
 _REPLAY_TIME = 12.0
 """Seconds in which a run is played again where the pace is as fast as possible."""
-_FIRST_CHANNELS = ("contour.contour_error", ".contour_error", ".following_error", ".error")
+_FIRST_CHANNELS = (*CONTOUR_ERROR, "following_error", "error")
 
 
 class BenchScreen(WorkbenchScreen):

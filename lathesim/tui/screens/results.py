@@ -17,7 +17,7 @@ from textual.widgets import DataTable, Input, Label, SelectionList, Static
 from textual.widgets.selection_list import Selection
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metric import Measurements, find_channel, measure
+from lathesim.analysis.metric import CONTOUR_ERROR, Measurements, find_channel, measure
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve
@@ -29,7 +29,7 @@ from lathesim.tui.widgets.time_plot import TimePlot
 
 TIME, PATH, ERROR, SURFACE = "over time", "path", "contour error", "surface"
 _FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFACE: "surface"}
-_FIRST_CHANNELS = ("contour.contour_error", ".contour_error", ".following_error", ".position")
+_FIRST_CHANNELS = (*CONTOUR_ERROR, "following_error", "position")
 _SEEN = {
     PATH: "The path asked for, and where the tip went.",
     SURFACE: "Roughness R_a along the part, from feed, nose and tool wear; of a cut in the loop the waves of its last turn.",
@@ -169,7 +169,7 @@ class ResultsScreen(WorkbenchScreen):
         elif self._view == ERROR:
             curves = []
             for title, record in runs:
-                name = find_channel(record, "contour.contour_error", ".contour_error")
+                name = find_channel(record, *CONTOUR_ERROR)
                 if name is not None:
                     curves.append(Curve(record, name, "contour error in contact", run=title if several else "", only=contact(record)))
             plot.show(curves, cursor=self._cursor)

@@ -11,7 +11,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metric import find_channel
+from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, find_channel
 from lathesim.record import Record
 
 NONE = "-"
@@ -34,15 +34,15 @@ def readings(record: Record, sample: int, *, as_diameter: bool = False) -> list[
     speed = values.length("x_axis.velocity", "z_axis.velocity")
     return [
         Reading("Time", f"{record.time[sample]:.2f} s" if len(record) else NONE),
-        Reading(f"X {sign}", values.shown("m", "x_axis.position", factor=factor), values.shown("m", ".x_reference", factor=factor)),
-        Reading("Z", values.shown("m", "z_axis.position"), values.shown("m", ".z_reference")),
-        Reading("Error", values.shown("m", "contour.contour_error", ".contour_error") if values.in_cut else "not in cut"),
-        Reading("Spindle", values.shown("rad/s", "spindle.speed"), values.shown("rad/s", ".spindle_reference")),
-        Reading("Feed", _text(speed, "m/s"), values.shown("m/s", ".feed_speed")),
+        Reading(f"X {sign}", values.shown("m", "x_axis.position", factor=factor), values.shown("m", "x_reference", factor=factor)),
+        Reading("Z", values.shown("m", "z_axis.position"), values.shown("m", "z_reference")),
+        Reading("Error", values.shown("m", *CONTOUR_ERROR) if values.in_cut else "not in cut"),
+        Reading("Spindle", values.shown("rad/s", *SPINDLE_SPEED), values.shown("rad/s", "spindle_reference")),
+        Reading("Feed", _text(speed, "m/s"), values.shown("m/s", "feed_speed")),
         Reading("Feed/rev", values.shown("m", "cutting.feed"), values.shown("m", ".feed_per_revolution")),
-        Reading("Depth", values.shown("m", ".depth_of_cut")),
-        Reading("Force", values.shown("N", ".cutting_force")),
-        Reading("Roughness", values.shown("m", ".roughness")),
+        Reading("Depth", values.shown("m", "depth_of_cut")),
+        Reading("Force", values.shown("N", "cutting_force")),
+        Reading("Roughness", values.shown("m", "roughness")),
     ]
 
 
@@ -55,7 +55,7 @@ def blank_readings(*, as_diameter: bool = False) -> list[Reading]:
 
 def program_line(record: Record, sample: int) -> int | None:
     """Return the line of the part program in work at a sample, or None where the record does not tell."""
-    name = find_channel(record, ".program_line")
+    name = find_channel(record, "program_line")
     if name is None or not 0 <= sample < len(record):
         return None
     value = record[name][sample]
@@ -74,7 +74,7 @@ class _At:
     @property
     def in_cut(self) -> bool:
         """Whether the tool cuts; a contour error of a rapid move says nothing of the part."""
-        return not self.value(".engaged", ".in_contact") < 0.5
+        return not self.value("engaged", "in_contact") < 0.5
 
     def shown(self, unit: str, *wanted: str, factor: float = 1.0) -> str:
         return _text(self.value(*wanted) * factor, unit)
