@@ -194,6 +194,12 @@ def quantity(text: str, unit: str) -> float:
     return value * factor
 
 
+def product_unit(first: str, second: str) -> str:
+    """Return the unit of a product: ``"1/s"`` for ``"1/m"`` and ``"m/s"``."""
+    unit = registry().Unit(first) * registry().Unit(second)
+    return "1" if unit.dimensionless else f"{unit:~C}"
+
+
 def shown(value: float, unit: str, digits: int = 4) -> str:
     """Return an SI value as a person reads it, for example ``"0.684 mm"``: with the prefix that keeps the number between 1 and 1000."""
     if not math.isfinite(value):

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.discovery.generated_plugin import plugin_text
 from lathesim.diagnosis.discovery.sparse_regression import discover
-from lathesim.diagnosis.explaining.chance import due, is_clear
+from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
@@ -23,7 +22,6 @@ from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
 from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
-from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import (
     NAMING,
     TOO_SLOW,
@@ -34,20 +32,20 @@ from lathesim.diagnosis.records.diagnosis import (
     FoundEffect,
     Interval,
     Location,
+    Unnamed,
     Verdict,
-    listed,
-    no_surer_than,
 )
 from lathesim.diagnosis.records.discovered import Discovered
 from lathesim.diagnosis.records.ranked_effect import RankedEffect
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import Found, Gain
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located
-from lathesim.diagnosis.reporting.explanations import explanations_of
+from lathesim.diagnosis.reporting.explanations import explanations_of, faults_as_explanations
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
+from lathesim.diagnosis.reporting.summary import without_name
 from lathesim.diagnosis.verdict.deciding_channel import deciding_channel
-from lathesim.diagnosis.verdict.decision import decided, sentence_of, shortfall_of
+from lathesim.diagnosis.verdict.decision import decided
 from lathesim.diagnosis.verdict.doubt import Doubt, doubts
 from lathesim.diagnosis.verdict.ranking import ranked, removed_share
 from lathesim.identification.estimation.estimates import (
@@ -86,14 +84,20 @@ class _Outcome:
     @property
     def adequate(self) -> bool:
         """Whether nothing is left that could be predicted."""
-        return not any(doubt.clear for doubt in self.doubts) and not self.laws
+        return not self.unnamed and not self.laws
+
+    @property
+    def unnamed(self) -> tuple[Unnamed, ...]:
+        """What is left that could be predicted, what gains most first."""
+        clear = sorted((doubt for doubt in self.doubts if doubt.clear), key=lambda doubt: -doubt.gain)
+        return tuple(Unnamed(doubt.at, doubt.structured, doubt.unit, doubt.depends_on) for doubt in clear)
 
 
 def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) -> Diagnosis:
     """Return the answer: effects ranked, what is left put to the flexible explanation, the verdict, and all of it in words."""
     question, (experiment, validation), method = prepared.question, prepared.experiments, study.method
     study.progress("simulating the lesson before and after")
-    moved = _values_moved(study, found, as_measured(experiment, found).by_name)
+    moved = _over_given(study, found, as_measured(experiment, found).by_name)
     before = found.baseline.validation_fit if found.model.candidates else as_measured(validation, found)
     reported_fit = on_validation(validation, found, values.values())
     own = _own_simulation(validation, found, before, reported_fit)
@@ -101,19 +105,19 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
     counts = coarse_counts(prepared.experiments, found.model.candidates, method=method)
     effects_found = _ranked(study, found, counts)
     taken = removed_share(validation, before, reported_fit)
-    study.progress("asking whether what is left could be predicted")
+    study.progress("predicting it by smooth functions")
     doubted = doubts(study, found.model)
     laws = other_laws(question, found, experiment, validation)
     tied = bool(effects_found and effects_found[0].tied)
-    differ = moved or bool(found.values_off)
-    rule = decided(bool(effects_found), doubted, tied=tied, values_differ=differ, another_law=bool(laws))
+    differ = is_clear(moved, method) and moved.share > method.share_of_all
+    rule = decided(bool(effects_found), doubted, tied=tied, values_differ=differ or bool(found.values_off), another_law=bool(laws))
     outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), rule.verdict in NAMING)
-    effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **_read(counts)}), taken)
+    effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **_read(counts)}))
     location = _location(outcome, effects, [candidate for candidate, _ in counts])
     formula = _formula(outcome, rule.verdict, study.progress)
     return Diagnosis(
         verdict=rule.verdict,
-        sentence=sentence_of(rule.verdict, effects, found.jointly_off or found.values_off, changed=question.before is not None),
+        sentence=VERDICTS[rule.verdict],
         lesson=question.lesson,
         recording=question.fitted.name,
         validation="",
@@ -122,7 +126,9 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
         fit=own.fit,
         removed_share=taken,
         adequate=outcome.adequate,
-        shortfall=shortfall_of(doubted) if outcome.names else "",
+        unnamed=outcome.unnamed,
+        far_off=found.jointly_off or found.values_off,
+        before=question.before.name if question.before else "",
         baseline=outcome.baseline,
         insert=_entries(outcome, effects, effects_found),
         left=_left(outcome),
@@ -132,7 +138,7 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
         evidence=evidence,
         rule=rule.reason,
         history=found.history,
-        explanations=(*explanations_of(found, method), *(_as_explanation(doubt, method) for doubt in doubted)),
+        explanations=explanations_of(study, found, moved, doubted, differ=differ),
     )
 
 
@@ -161,19 +167,14 @@ def _read(counts: Sequence[tuple[Candidate, Estimate]]) -> dict[str, Estimate]:
     return {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
 
 
-def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimates, taken: float) -> tuple[FoundEffect, ...]:
-    """Return the effects as they are reported: of those that are named what the recordings determine, of others no more than is surely
-    explained."""
+def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimates) -> tuple[FoundEffect, ...]:
+    """Return the effects as they are reported, with what the recordings determine of them."""
     found, validation = outcome.found, outcome.prepared.validation
     experiment, method = outcome.prepared.experiment, outcome.method
-    channels = [deciding_channel(experiment, found, item, method) if outcome.names else None for item in ranked]
+    channels = [deciding_channel(experiment, found, item, method) for item in ranked]
     effects = tuple(reported(item, values, experiment, str(one or "")) for item, one in zip(ranked, channels, strict=True))
-    if outcome.names:
-        candidates = [item.candidate for item in ranked]
-        effects = tuple(without_undetermined(effects, candidates, validation, found, values.values(), method=outcome.method))
-    else:
-        effects = tuple(no_surer_than(max(0.0, taken), effect) for effect in effects)
-    return effects
+    candidates = [item.candidate for item in ranked]
+    return tuple(without_undetermined(effects, candidates, validation, found, values.values(), method=method))
 
 
 def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequence[Candidate]) -> Location:
@@ -182,6 +183,9 @@ def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequen
     location = located(outcome.prepared.validation, found, outcome.evidence, named=outcome.names, method=outcome.method)
     if found.controller and not effects:
         location = replace(location, components=(found.controller.name.partition(".")[0],))
+    if outcome.unnamed and not outcome.names:
+        parts = [left.at.partition(".")[0] for left in outcome.unnamed]
+        location = replace(location, components=tuple(dict.fromkeys([*parts, *location.components])))
     if outcome.laws and not outcome.names:
         location = replace(location, components=tuple(law.controller for law in outcome.laws))
     if counted:
@@ -195,7 +199,7 @@ def _formula(outcome: _Outcome, verdict: Verdict, progress: Progress) -> Discove
     """Return a formula for what no effect of the catalogue explains, where there is one."""
     if verdict != "unknown" or outcome.method.ends.is_over:
         return None
-    progress("looking for a formula for what is left")
+    progress("looking for a formula")
     model, prepared = outcome.found.model, outcome.prepared
     return discover(prepared.experiment, model.fitted, prepared.validation, model.validation_fit, method=outcome.method)
 
@@ -215,7 +219,7 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
     return (
         *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in outcome.laws),
         *(f"{one} explains as much of the recording from before the change." for one in _there_before(found)),
-        *(_left_at(doubt) for doubt in outcome.doubts if doubt.clear and not outcome.names),
+        *map(without_name, outcome.unnamed[1:]),
         *resting(validation, found.model.validation_fit, method=method),
         *told(
             turn_lines(validation, found.model.validation_fit, method=method), {name: item.unit for name, item in outcome.own.fit.items()}
@@ -230,22 +234,6 @@ def _there_before(found: Found) -> list[str]:
     return [f"{one.name} at {one.at}" for one in found.model.candidates if one.part in found.there_before]
 
 
-def _as_explanation(doubt: Doubt, method: Method) -> Explanation:
-    """Return the flexible explanation of what is left behind a channel as one of the explanations that were compared."""
-    name = doubt.depends_on[0] if doubt.depends_on else "depends on nothing that the machine was doing"
-    reason = (
-        "what is left could be predicted" if doubt.clear else "what is left could not be predicted, or is within errors of laws and sensors"
-    )
-    return Explanation(name, doubt.channel, "flexible", doubt.gain, doubt.error, due(method), doubt.clear, reason)
-
-
-def _left_at(doubt: Doubt) -> str:
-    """Return what is left behind a channel, and what it depends on."""
-    on = f" It {listed(list(doubt.depends_on[:2]))}." if doubt.depends_on else ""
-    size = shown_with_unit(doubt.structured, doubt.unit, 3)
-    return f"Behind {doubt.channel}, {size} are left at {doubt.at} that could be predicted.{on}"
-
-
 def recording_fault(question: Question, faults: Sequence[Finding], findings: tuple[str, ...], began: float) -> Diagnosis:
     """Return the answer to recordings that are at fault, or too slow for the controllers of the machine."""
     too_slow = faults[0].kind == SLOW_LOG
@@ -257,17 +245,17 @@ def recording_fault(question: Question, faults: Sequence[Finding], findings: tup
         question.validation.name if question.validation else question.fitted.name,
         findings=tuple(dict.fromkeys((*findings, *(str(one) for one in faults)))),
         rule="a check of the recordings fails",
+        explanations=faults_as_explanations(faults),
         wall_time=time.perf_counter() - began,
     )
 
 
-def _values_moved(study: Study, found: Found, given: dict[str, float]) -> bool:
-    """Return whether other values of the uncertain parameters predict the recordings much better than the given ones do."""
+def _over_given(study: Study, found: Found, given: dict[str, float]) -> Gain:
+    """Return what other values of the uncertain parameters gain over the given ones, on the recording that is fitted."""
     experiment = study.estimation
     constant = {name: given[name] for name in experiment.machine.uncertain}
     as_given = fit(experiment.sensed, _not_of_the_lesson(experiment, found), constant, rounds=2, iterations=6, slopes="kept")
-    moved = gain(found.baseline.fitted, as_given, full_band=False)
-    return is_clear(moved, study.method) and moved.share > study.method.share_of_all
+    return gain(found.baseline.fitted, as_given, full_band=False)
 
 
 def _not_of_the_lesson(experiment: Experiment, found: Found) -> list[Free]:

@@ -25,8 +25,16 @@ from lathesim.diagnosis.verdict.added_signals import agrees, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
 from lathesim.identification.execution.budget import Progress
+from lathesim.identification.records.model import Standing
 from lathesim.identification.replay.experiment import Machine
 from lathesim.identification.replay.loading import Recorded
+
+_STEPS = (
+    "step 1 of 4, checking the recordings",
+    "step 2 of 4, comparing explanations",
+    "step 3 of 4, estimating sizes",
+    "step 4 of 4, looking at what is left",
+)
 
 
 def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
@@ -41,24 +49,25 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     Interrupted with Ctrl-C, or where its time is over, the answer holds what was known until then (``complete`` is false).
     """
     began, progress = time.perf_counter(), tell or (lambda text: None)
+    progress(f"{_STEPS[0]}: against the commands of the controllers")
     if question.before is not None:
         question = replace(question, method=question.method.beside_an_earlier_recording())
     prepared = prepare(question)
     if prepared.faults:
         return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
-    progress("fitting the lesson as it stands")
-    study = _study(prepared, progress)
+    study = _study(prepared, _in_step(_STEPS[1], progress))
+    study.progress("the lesson as it stands")
     prepared, study, found = _with_signs(prepared, study, replace(explain(study), controller=prepared.controller))
     if not found.model.candidates and (
         faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None)
     ):
         return recording_fault(prepared.question, faults, prepared.findings, began)
-    progress("fitting the found model to everything")
+    progress(f"{_STEPS[2]}: fitting both recordings")
     values = estimates(found.model, prepared.experiment, prepared.validation, prepared.whole)
     implausible = bool(deviations(found.model.fitted).max(initial=0.0) > IMPLAUSIBLE)
     if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=implausible):
         return recording_fault(prepared.question, faults, prepared.findings, began)
-    answer = describe(replace(study, progress=progress), prepared, found, values)
+    answer = describe(replace(study, progress=_in_step(_STEPS[3], progress)), prepared, found, values)
     if prepared.turned and answer.verdict in ("no_mismatch", "parameters_only"):
         return recording_fault(prepared.question, fault("sign", " ".join(prepared.turned)), prepared.findings, began)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):
@@ -69,7 +78,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
     sentence, findings = " ".join((*prepared.turned, answer.sentence)), (*prepared.findings, *prepared.turned)
     answer = replace(answer, sentence=sentence, validation=prepared.validation_name, findings=findings, untried=_untried(prepared, found))
-    return replace(answer, wall_time=spent, complete=complete)
+    return replace(answer, wall_time=spent, complete=complete, judges_itself=question.validation is None)
 
 
 def _study(prepared: Prepared, progress: Progress) -> Study:
@@ -97,6 +106,16 @@ def _with_signs(prepared: Prepared, study: Study, found: Found) -> tuple[Prepare
             prepared, study = turned, study_of_turned
             found = replace(other, controller=prepared.controller, history=(step, *other.history))
     return prepared, study, found
+
+
+def _in_step(step: str, progress: Progress) -> Progress:
+    """Return a function that reports lines of progress as those of a step."""
+
+    def tell(text: str) -> None:
+        told = f"{step}: {text.strip()}"
+        progress(Standing.told(told, text.candidates) if isinstance(text, Standing) else told)
+
+    return tell
 
 
 def _untried(prepared: Prepared, found: Found) -> tuple[str, ...]:

@@ -164,7 +164,7 @@ def test_ctrl_c_keeps_what_is_known(
     said = diagnosed(capsys, rubbing, "--out", tmp_path)
     assert said.code == 130
     assert "The simulation left out CoulombFriction at x_axis." in said.out
-    assert "The search was stopped; this is what was known until then." in said.out
+    assert "The search was stopped before it had tried everything." in said.out
     assert (tmp_path / "report.html").is_file()
 
 
@@ -198,7 +198,7 @@ def test_without_a_terminal_a_line_every_ten_seconds_tells_the_last_step(capsys:
         return passed.pop(0)
 
     with progress_lines(waited) as tell:
-        tell("screening 34 candidates")
+        tell("34 effects by a linear estimate, beside 0 found")
         tell("  CoulombFriction at x_axis: 12 nats")
         begun.set()
     assert waits == [10.0, 10.0, 10.0]
@@ -211,7 +211,7 @@ def test_without_a_terminal_a_line_every_ten_seconds_tells_the_last_step(capsys:
 def test_a_search_ends_after_the_time_it_is_given(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
     said = diagnosed(capsys, rubbing, "--no-report", "--at-most", "0 s")
     assert said.code == 0
-    assert "The search was stopped; this is what was known until then." in said.out
+    assert "The search was stopped before it had tried everything." in said.out
 
 
 @pytest.mark.parametrize(

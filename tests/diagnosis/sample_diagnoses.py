@@ -8,6 +8,7 @@ import numpy as np
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.diagnosis import (
+    VERDICTS,
     BaselineValue,
     ChannelFit,
     ChannelTrace,
@@ -17,6 +18,7 @@ from lathesim.diagnosis.records.diagnosis import (
     Interval,
     Location,
     MissingSignal,
+    Unnamed,
     VariableBar,
 )
 
@@ -71,7 +73,6 @@ COULOMB = FoundEffect(
     (),
     None,
     0.97,
-    0.97,
     "Friction of constant size against the motion, which holds the body at rest while less than that pushes it.",
 )
 
@@ -81,16 +82,19 @@ def _tried(name: str, at: str, gain: float, reason: str, *, kept: bool = False) 
 
 
 EXPLANATIONS = (
-    Explanation("the lesson, its uncertain values refitted", "", "lesson", 0.0, 0.0, 0.0, False, "every gain is counted from here"),
-    _tried("CoulombFriction", "x_axis", 7871.2, "explains 97% of what was left", kept=True),
-    _tried("PreslidingFriction", "x_axis", 7862.7, "another one predicts as well or better"),
-    _tried("AsymmetricFriction", "x_axis", 7870.9, "another one predicts as well or better"),
+    Explanation("the lesson, its uncertain values refitted", "", "lesson", 0.0, 0.0, 0.0, False, "the others compete with it"),
+    _tried("CoulombFriction", "x_axis", 7871.2, "predicts best", kept=True),
+    _tried("PreslidingFriction", "x_axis", 7862.7, "is a finer form of CoulombFriction, and explains little of what that leaves"),
+    _tried("AsymmetricFriction", "x_axis", 7870.9, "is a finer form of CoulombFriction, and explains little of what that leaves"),
     _tried("Backlash", "x_scale", 11.0, "gains no more than chance may"),
     _tried("TorqueRipple", "x_axis", 12.4, "gains no more than chance may"),
-    _tried("TransportDelay", "x_drive", -31.0, "predicts the held-out data worse"),
-    _tried("ForceOffset", "x_axis", math.nan, "not fitted: 8 is the most that it can gain on the recording that is fitted"),
+    _tried("TransportDelay", "x_drive", -31.0, "predicts worse than without it"),
+    _tried("ForceOffset", "x_axis", math.nan, "gains too little, by a linear estimate, to be fitted"),
 )
 NOTHING_KEPT = (replace(EXPLANATIONS[0], kept=True), *EXPLANATIONS[4:])
+SMOOTH = Explanation(
+    "depends on position and direction of x_axis", "x_controller.voltage", "flexible", 2220.0, 210.0, 630.0, True, "predicts what is left",
+)  # fmt: skip
 LOCATION = Location(
     ("x_axis", "x_drive"),
     ("x_controller.voltage", "x_encoder.position"),
@@ -100,7 +104,7 @@ LOCATION = Location(
 
 NAMED = Diagnosis(
     "named",
-    "The simulation left out CoulombFriction at x_axis.",
+    VERDICTS["named"],
     "EMPS axis with mass and viscous friction only",
     "recording.csv",
     "validate.csv",
@@ -128,12 +132,12 @@ NAMED = Diagnosis(
 TIED = replace(
     NAMED,
     verdict="tied",
-    sentence="A constant force of 11 N is missing at x_axis, or a constant voltage of 0.31 V at x_drive: this recording cannot tell.",
+    sentence=VERDICTS["tied"],
     effects=(
         FoundEffect(
             "ForceOffset", "x_axis", "constants", 0.52, {"force": Interval(11.0, "N", 10.4, 11.6)}, ("ConverterOffset at x_drive",),
             "Record the current as well, or switch the power off: an offset of the converter vanishes, gravity does not.",
-            0.91, 0.91,
+            0.91,
         ),
     ),
     insert=({"effect": "ForceOffset", "at": "x_axis", "force": "11.0 N"},),
@@ -142,14 +146,15 @@ TIED = replace(
 UNKNOWN = replace(
     NAMED,
     verdict="unknown",
-    sentence="A force is missing at x_axis that nothing in the catalogue explains; it depends on the position of x_axis and the direction.",
+    sentence=VERDICTS["unknown"],
     effects=(),
-    explanations=NOTHING_KEPT,
+    explanations=(*NOTHING_KEPT, SMOOTH),
     adequate=False,
     removed_share=0.61,
     discovered="F = 3.1 N (x / 10 mm)^2 sgn(v),   0 < x < 120 mm, abs(v) < 0.1 m/s   (empirical, unverified)",
     insert=({"effect": "DiscoveredTerm", "at": "x_axis"},),
-    left=("x_encoder.position is still 12 times over its floor, most of it between 6.0 and 6.05 s.",),
+    unnamed=(Unnamed("x_axis.disturbance", 3.1, "N", ("depends on position and direction of x_axis",)),),
+    left=("x_axis stands still in 15% of the samples.",),
 )
 
 FAULT = replace(
@@ -163,13 +168,13 @@ FAULT = replace(
     left=(),
     not_told=("No physics is named from this recording. Mend the unit in the lesson, and diagnose again.",),
     evidence=Evidence((), (), _evidence().traces[:1], WIRES),
-    explanations=(),
+    explanations=(Explanation("unit", "x_encoder.position", "fault", math.nan, math.nan, math.nan, True, "25.4 times too small"),),
 )
 
 CLEAN = replace(
     NAMED,
     verdict="no_mismatch",
-    sentence="The simulation explains the recording as it is.",
+    sentence=VERDICTS["no_mismatch"],
     effects=(),
     explanations=NOTHING_KEPT,
     location=Location(),
@@ -183,7 +188,7 @@ CLEAN = replace(
 PARAMETERS = replace(
     CLEAN,
     verdict="parameters_only",
-    sentence="No physics is missing; x_axis.viscous is 410 N·s/m and not 203.5 N·s/m.",
+    sentence=VERDICTS["parameters_only"],
     removed_share=0.99,
     fit=FIT,
     baseline=BASELINE,

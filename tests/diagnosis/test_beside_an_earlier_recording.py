@@ -94,3 +94,5 @@ def test_three_forces_that_grew_are_one_edge_that_wore(
     found = answer(capsys, run, "--before", earlier, *only, lesson=str(CUT_LESSON))
     assert found["verdict"] == verdict
     assert [effect["effect"] for effect in found["effects"]] == names
+    # how fast the edge wears and what that does show in a product alone
+    assert not any(effect["may_be_zero"] for effect in found["effects"])

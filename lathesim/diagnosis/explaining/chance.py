@@ -11,9 +11,14 @@ def due(method: Method, parameters: int = 0) -> float:
     return method.margin + method.per_parameter * parameters
 
 
+def chance_level(gain: Gain, method: Method, parameters: int = 0) -> float:
+    """Return what a gain has to exceed: what chance and its parameters give, and its standard errors [nats]."""
+    return max(due(method, parameters), method.explaining.errors * gain.error)
+
+
 def is_clear(gain: Gain, method: Method, parameters: int = 0) -> bool:
-    """Return whether a gain is above what chance and its parameters give, and above its standard errors."""
-    return gain.nats > max(due(method, parameters), method.explaining.errors * gain.error)
+    """Return whether a gain is above the level that chance may reach."""
+    return gain.nats > chance_level(gain, method, parameters)
 
 
 def unresolved(difference: Gain, explained: float, method: Method) -> float:

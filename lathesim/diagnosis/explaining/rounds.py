@@ -41,7 +41,7 @@ def _round(study: Study, model: Model) -> list[Tried]:
     experiment = study.estimation
     candidates = [*may_come(model, experiment), *finer(model, experiment)]
     points = starting_points(experiment, model.fitted, candidates, method=study.method)
-    study.progress(f"screening {len(candidates)} candidates")
+    study.progress(f"{len(candidates)} effects by a linear estimate, beside {len(model.candidates)} found")
     screening = screen(experiment.sensed, model.fitted, candidates, points, method=study.method)
     # what acts in several places shows wholly only with a size in each
     everywhere = [one.shaped for one in candidates if one.shaped is not None and one.acts_elsewhere]
@@ -59,7 +59,7 @@ def _round(study: Study, model: Model) -> list[Tried]:
         """Return a trial fitted further where it may be the best."""
         if made.predicted.nats > least:
             made = settled_trial(study, model, made)
-        text = f"  {made.name}: {made.fitted.nats:.0f} nats, predicts {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"
+        text = f"{made.name} gains {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"
         study.progress(Standing.told(text, [CandidateStanding(made.name, made.fitted.nats, made.predicted.nats, made.predicted.share)]))
         return made
 

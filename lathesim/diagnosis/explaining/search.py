@@ -66,7 +66,7 @@ def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:
     """
     if deviations(found.baseline.fitted).max(initial=0.0) < IMPLAUSIBLE:
         return found
-    study.progress("trying values that are further off than the lesson declares")
+    study.progress("values further off than the lesson declares")
     values = modelled(study, (), fit(study.estimation.sensed, released(study), rounds=3))
     fitted, predicted = over(study, values, found.baseline)
     if not (is_clear(fitted, study.method) and is_clear(predicted, study.method)):
@@ -95,8 +95,8 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             continue
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
-        study.progress(f"{best.name} predicts better by {best.predicted.nats:.0f} nats")
-        found = found.changed("add", best, f"predicts better by {best.predicted.nats:.0f} nats than without it")
+        study.progress(f"{best.name} predicts better, by a gain of {best.predicted.nats:.0f}")
+        found = found.changed("add", best, f"predicts better than without it, by a gain of {best.predicted.nats:.0f}")
         yield found
         for candidate in found.model.candidates[:-1]:
             left = without(study, found.model, candidate)

@@ -31,11 +31,5 @@ class ReportingLimits:
     """Noise floors below which a value is said to move nothing: some ten thousand samples average noise down to that."""
     most_named: int = 3
     """Values, effects or channels that one line of the answer names at most."""
-    far_off: float = 100.0
-    """Times the noise from which a ratio is given as more than that."""
     hardly_worse: float = 1.05
     """Ratio of the errors after and before up to which a channel is called slightly worse."""
-    predicts_as_well: float = 1.0
-    """Difference of two log densities [nats] up to which one predicts as well as the other."""
-    clearly_worse: float = 5.0
-    """Difference of two log densities [nats] from which one predicts clearly worse: 150 to 1."""

@@ -6,15 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-Kind = Literal["lesson", "values", "effect", "effects", "fault", "signal", "flexible"]
+Kind = Literal["lesson", "values", "effects", "effect", "fault", "signal", "flexible"]
+KINDS: tuple[Kind, ...] = ("lesson", "values", "effects", "effect", "fault", "signal", "flexible")
+"""The kinds of explanations, in the order of a table."""
 
 
 @dataclass(frozen=True)
 class Explanation:
     """An explanation that was tried: the lesson, other values, effects, a fault of the recording, a signal, or a flexible function.
 
-    ``gain`` is by how much it raises the predicted log density of held-out data above that of the lesson [nats], ``standard_error`` the
-    error of that, and ``chance`` what such an explanation gains where nothing is hidden. ``reason`` says why it is ``kept`` or not.
+    ``gain`` is by how much the log predictive density of the recording that judges is larger with it than without it [nats],
+    ``standard_error`` the error of that, and ``chance`` the level that a gain has to exceed. ``reason`` says why it is ``kept`` or not.
     """
 
     name: str
@@ -33,8 +35,8 @@ class Explanation:
 
     @property
     def is_clear(self) -> bool:
-        """Whether the gain is above chance by two standard errors."""
-        return self.gain - 2.0 * self.standard_error > self.chance
+        """Whether the gain is above the level that chance may reach."""
+        return self.gain > self.chance
 
 
 def explanation_as_json(one: Explanation) -> dict[str, Any]:

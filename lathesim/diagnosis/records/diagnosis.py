@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -59,7 +59,8 @@ class FoundEffect:
     ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
     ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes; ``undetermined`` names parameters
     that the recording does not determine, ``left_out`` those of them that the lines to paste do without. ``may_be_zero`` says that the
-    intervals of all its sizes hold the value with which it vanishes.
+    intervals of all its sizes hold the value with which it vanishes. ``products`` are those of two parameters that recordings determine
+    where they determine neither of the two.
     """
 
     effect: str
@@ -74,6 +75,17 @@ class FoundEffect:
     undetermined: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     may_be_zero: bool = False
+    products: Mapping[str, Interval] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Unnamed:
+    """What is left ``at`` a port, could be predicted and has no name: its root mean square ``size`` [``unit``], and on what it depends."""
+
+    at: str
+    size: float
+    unit: str
+    depends_on: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -208,9 +220,14 @@ class Diagnosis:
     evidence: Evidence = field(default_factory=Evidence)
     plugin: str = ""
     """The text of a plug-in file with the discovered candidate as an effect; empty where none was discovered."""
-    shortfall: str = ""
-    """Why the model that is named is not adequate, in one sentence; empty where it is, or where nothing is named."""
-
+    judges_itself: bool = False
+    """Whether one part of the recording judged what was fitted to another part of it."""
+    unnamed: tuple[Unnamed, ...] = ()
+    """What is left that could be predicted and has no name."""
+    far_off: tuple[str, ...] = ()
+    """Values of the lesson that are further off than it declares possible."""
+    before: str = ""
+    """The recording from before a change; empty where the question is not what changed."""
     rule: str = ""
     """The rule of the decision that held, in words."""
     history: tuple[Step, ...] = ()
@@ -224,12 +241,6 @@ class Diagnosis:
     def names(self) -> bool:
         """Whether the effects are what was left out; else they only explain part of what is missing."""
         return self.verdict in NAMING
-
-
-def no_surer_than(share: float, effect: FoundEffect) -> FoundEffect:
-    """Return an effect that is no name for what is missing: as sure as it explained of it (``share``, the whole model) and no more."""
-    own = effect.share if math.isfinite(effect.share) else share
-    return replace(effect, probability=min(effect.probability, share, max(0.0, own)))
 
 
 def with_unit(number: str, unit: str) -> str:
@@ -289,7 +300,12 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         }
         | _OF_EARLIER_METHODS
         | {"untried": list(diagnosis.untried), "explanations": [explanation_as_json(one) for one in diagnosis.explanations]}
+        | {"unnamed": [_unnamed(one) for one in diagnosis.unnamed]}
     )
+
+
+def _unnamed(one: Unnamed) -> dict[str, Any]:
+    return {"at": one.at, "size": _number(one.size), "unit": one.unit, "depends_on": list(one.depends_on)}
 
 
 def _location(location: Location) -> dict[str, Any]:

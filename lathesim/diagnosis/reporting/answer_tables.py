@@ -1,38 +1,32 @@
-"""The tables under the six lines: effects with their sizes and gains, values of the lesson, channels before and after."""
+"""The tables under the six lines: effects with their sizes, values of the lesson, channels before and after."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
-from lathesim.diagnosis.records.diagnosis import Diagnosis, FoundEffect, Interval
-from lathesim.diagnosis.reporting.number_text import NOTHING, interval_texts, number, quantity_text
+from lathesim.diagnosis.records.diagnosis import Diagnosis, Interval
+from lathesim.diagnosis.reporting.number_text import NOTHING, interval_texts, probability_text, quantity_text
 from lathesim.diagnosis.reporting.summary import is_worse
 
 Rows = list[tuple[str, ...]]
 
-GAIN = "Gain: by how much the logarithm of the probability of the held-out data rises (in nats); a gain of 5 is 150 to 1."
-_NOISE = "Noise: rounding and noise of the recording."
 
-
-def effect_rows(diagnosis: Diagnosis, effects: Iterable[FoundEffect]) -> Rows:
-    """Return effect, place, size with interval and gain, a row for each size."""
-    gains = {one.text: one.gain for one in diagnosis.explanations}
+def effect_rows(diagnosis: Diagnosis) -> Rows:
+    """Return effect, place, size with interval and probability, a row for each size."""
     rows: Rows = []
-    for effect in effects:
-        gain = gains.get(f"{effect.effect} at {effect.at}", math.nan)
-        first = (effect.effect, effect.at)
-        sizes = [(name, item_text(item, name in effect.undetermined)) for name, item in effect.parameters.items()] or [("", NOTHING)]
-        for place, (name, text) in enumerate(sizes):
-            beginning = first if place == 0 else ("", "")
-            rows.append((*beginning, f"{name.replace('_', ' ')} {text}".strip(), number(gain, 0) if place == 0 else ""))
+    for effect in diagnosis.effects:
+        sizes = [(name, item_text(item, name in effect.undetermined)) for name, item in effect.parameters.items()]
+        sizes += [(name, item_text(item, undetermined=False)) for name, item in effect.products.items()]
+        for place, (name, text) in enumerate(sizes or [("", NOTHING)]):
+            first = (effect.effect, effect.at) if place == 0 else ("", "")
+            rows.append((*first, f"{name.replace('_', ' ')} {text}".strip(), probability_text(effect.probability) if place == 0 else ""))
     return rows
 
 
 def before_text(diagnosis: Diagnosis) -> str:
     """Return what "before" and "noise" mean in the table of channels."""
     lesson = "the lesson with its uncertain values fitted, nothing inserted" if diagnosis.effects else "the lesson as it is given"
-    return f"Before: {lesson}. {_NOISE}"
+    return f"Before: {lesson}. Noise: rounding and noise of the recording."
 
 
 def item_text(item: Interval, undetermined: bool) -> str:
@@ -43,7 +37,7 @@ def item_text(item: Interval, undetermined: bool) -> str:
 
 
 def channel_rows(diagnosis: Diagnosis) -> Rows:
-    """Return channel, held-out error before, after and its noise; where it got worse, the row says so."""
+    """Return channel, error before, after and its noise; where it got worse, the row says so."""
     rows: Rows = []
     for name, item in diagnosis.fit.items():
         before, after, noise = (quantity_text(value, item.unit, 3) for value in (item.before, item.after, item.floor))

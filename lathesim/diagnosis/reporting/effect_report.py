@@ -10,9 +10,10 @@ from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.records.ranked_effect import RankedEffect
-from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral
+from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral, is_there, products_of
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.units import product_unit
 
 
 def reported(item: RankedEffect, values: Estimates, experiment: Experiment, channel: str = "") -> FoundEffect:
@@ -52,7 +53,22 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         _first_line(candidate),
         tuple(undetermined),
         may_be_zero=interval_includes_neutral(candidate, values),
+        products=_products(candidate, values, experiment),
     )
+
+
+def _products(candidate: Candidate, values: Estimates, experiment: Experiment) -> dict[str, Interval]:
+    """Return the products of two parameters that the recordings determine, where they determine no more."""
+    found = {}
+    for pair in products_of(candidate):
+        product = values.products.get(pair)
+        if product is not None and is_there(product):
+            unit = product_unit(*(declared_in(experiment, name).unit for name in pair))
+            half = CONFIDENCE * product.error
+            found[" x ".join(name.partition(".")[2] for name in pair)] = Interval(
+                product.value, unit, product.value - half, product.value + half
+            )
+    return found
 
 
 def _one_law(candidate: Candidate, other: Candidate) -> bool:

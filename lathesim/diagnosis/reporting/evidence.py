@@ -13,8 +13,7 @@ from lathesim.diagnosis.location.missing_share import missing_signals
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, VariableBar
 from lathesim.diagnosis.records.search import Found, Tried
-from lathesim.diagnosis.reporting.explanations import best_of_each
-from lathesim.identification.records.candidate import Candidate
+from lathesim.diagnosis.reporting.explanations import best_of_each, gains
 from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import Experiment
 
@@ -27,35 +26,24 @@ def gather(experiment: Experiment, validation: Experiment, found: Found, own: Co
         missing=missing_signals(validation, before, after, method=method),
         traces=tuple(_traces(validation, own)),
         wires=_wires(validation),
-        tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found.tried)),
+        tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found)),
         runners_up=tuple(runners_up(found)),
     )
 
 
 def runners_up(found: Found) -> Iterator[tuple[str, str, float]]:
     """Return for each effect the next best of what was tried in its place, beside the same other effects: gains of other rounds, with
-    more or less of the error explained already, are none to hold it against."""
-    names = {_name(candidate) for candidate in found.model.candidates}
-    for candidate in found.model.candidates:
-        own = found.worth.get(candidate.part)
-        if own is not None:
-            beside = _beside(own)
-            rivals = [trial for trial in found.tried if _beside(trial) == beside and trial.name not in names]
-            best = max((trial for trial in rivals if np.isfinite(trial.predicted.nats)), key=_gains, default=None)
-            if best is not None:
-                yield _name(candidate), best.name, own.predicted.nats - best.predicted.nats
+    more or less of the error found already, are none to hold it against."""
+    kept = {f"{candidate.name} at {candidate.at}" for candidate in found.model.candidates}
+    for own in found.worth.values():
+        rivals = [one for one in found.tried if _beside(one) == _beside(own) and one.name not in kept]
+        best = max((one for one in rivals if np.isfinite(one.predicted.nats)), key=gains, default=None)
+        if best is not None:
+            yield own.name, best.name, own.predicted.nats - best.predicted.nats
 
 
 def _beside(trial: Tried) -> set[str]:
     return {candidate.part for candidate in trial.model.candidates if candidate.part != trial.candidate.part}
-
-
-def _name(candidate: Candidate) -> str:
-    return f"{candidate.name} at {candidate.at}"
-
-
-def _gains(trial: Tried) -> tuple[float, float]:
-    return trial.predicted.nats, trial.fitted.nats
 
 
 def _bars(experiment: Experiment, validation: Experiment, before: Model, after: Model, method: Method = STANDARD) -> list[VariableBar]:

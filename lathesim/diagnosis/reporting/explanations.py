@@ -1,95 +1,197 @@
-"""Every explanation that a search tried, with what it predicts of held-out data and why it was kept or not: as rows and as text."""
+"""The table of the decision: every explanation that competed, with its gain, the error of that, and why it was kept or not."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import text_table
-from lathesim.diagnosis.explaining.chance import due, is_clear
-from lathesim.diagnosis.explaining.density import gain
+from lathesim.diagnosis.explaining.chance import chance_level, due, is_clear
+from lathesim.diagnosis.explaining.plausible import is_plausible
+from lathesim.diagnosis.explaining.resolution import as_good, significant
+from lathesim.diagnosis.explaining.rounds import is_finer
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.trial import over
+from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.comparison import Explanation
-from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.records.search import Found, Tried
-from lathesim.diagnosis.reporting.number_text import NOTHING, number, plain
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import is_full_band
+from lathesim.diagnosis.records.comparison import KINDS, Explanation, Kind
+from lathesim.diagnosis.records.diagnosis import Diagnosis, listed
+from lathesim.diagnosis.records.search import Found, Gain, Tried
+from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, plain
+from lathesim.diagnosis.verdict.doubt import Doubt
+from lathesim.recordings.finding import Finding, counted
 
-HEAD = ("explanation", "kind", "gain", "error", "chance", "kept", "why")
-LEGEND = (
-    "Gain: by how much the logarithm of the predicted probability density of the held-out data rises above the lesson's (nats).",
-    "A gain of 5 makes the data 150 times as probable. Error: the standard error of the gain. Chance: what the best of as many",
-    "explanations gains where nothing is hidden. An explanation is kept if its gain is clearly above chance and no other gains more.",
-)
-LESSON = "the lesson, its uncertain values refitted"
+HEAD = ("explanation", "gain", "error", "chance level", "kept", "why")
+ON_NOTHING = "depends on nothing recorded"
+UNKNOWN = Gain(math.nan, math.nan)
 
 
-def explanations_of(found: Found, method: Method = STANDARD) -> tuple[Explanation, ...]:
-    """Return the explanations of a search: the lesson, the model that was found, and every effect that was fitted."""
-    model = found.model
-    rows = [Explanation(LESSON, "", "lesson", 0.0, 0.0, 0.0, not model.candidates, "every gain is counted from here")]
-    if len(model.candidates) > 1:
-        whole = gain(model.validation_fit, found.baseline.validation_fit, full_band=is_full_band(model.candidates))
-        name = " + ".join(_text(candidate) for candidate in model.candidates)
-        rows.append(Explanation(name, "", "effects", whole.nats, whole.error, due(method), True, "the answer"))
-    return (*rows, *sorted((_of_trial(trial, found, method) for trial in best_of_each(found.tried)), key=lambda one: -one.gain))
+def legend(method: Method = STANDARD) -> tuple[str, ...]:
+    """Return what the columns of the table mean."""
+    each = f"{method.margin:.0f} and {method.per_parameter:.0f} for each fitted value"
+    return (
+        "Gain: how much better the recording that judges is predicted with an explanation than without it.",
+        "It is the logarithm of a ratio of probabilities: 0 is as probable, 5 is 150 times as probable. Error: its standard error.",
+        f"Chance level: smaller gains may be chance. It is {method.explaining.errors:.0f} errors, or {each} if that is more.",
+    )
 
 
-def _of_trial(trial: Tried, found: Found, method: Method) -> Explanation:
-    candidate, kept = trial.candidate, found.holds(trial.candidate)
-    reason = _why_kept(candidate, found) if kept else _why_not(trial, method)
-    chance = due(method, len(candidate.parameters))
-    return Explanation(candidate.name, candidate.at, "effect", trial.predicted.nats, trial.predicted.error, chance, kept, reason)
+def explanations_of(study: Study, found: Found, moved: Gain, doubted: Sequence[Doubt], *, differ: bool) -> tuple[Explanation, ...]:
+    """Return the explanations of an answer: the lesson, other values (``moved`` is their gain over the given ones, from which they
+    ``differ`` or not), effects, a fault of the recording, and smooth functions of what is left."""
+    method, model = study.method, found.model
+    name, why = "the lesson, its uncertain values fitted", "the others compete with it"
+    lesson = Explanation(name, "", "lesson", 0.0, 0.0, 0.0, not (model.candidates or any(doubt.clear for doubt in doubted)), why)
+    effects = [_effect(study, found, one) for one in best_of_each(found)]
+    tried = {one.candidate.part for one in found.tried}
+    waiting = [
+        _row((one.name, one.at, "effect"), UNKNOWN, method, kept=False, why="gains too little, by a linear estimate, to be fitted")
+        for one in study.estimation.candidates
+        if one.part not in tried
+    ]
+    sound = _row(("a fault of the recording", "", "fault"), UNKNOWN, method, kept=False, why="no check of the recording finds one")
+    flexible = [_flexible(doubt, method) for doubt in doubted]
+    return (lesson, *_values(study, found, moved, differ=differ), *_together(study, found), *effects, *waiting, sound, *flexible)
 
 
-def _why_not(trial: Tried, method: Method) -> str:
+def faults_as_explanations(faults: Sequence[Finding]) -> tuple[Explanation, ...]:
+    """Return the findings of checks that decided, as explanations."""
+    return tuple(Explanation(one.kind, one.channel, "fault", math.nan, math.nan, math.nan, True, one.fact) for one in faults)
+
+
+def _row(what: tuple[str, str, Kind], gain: Gain, method: Method, *, kept: bool, why: str, parameters: int = 0) -> Explanation:
+    level = chance_level(gain, method, parameters) if math.isfinite(gain.nats) else math.nan
+    return Explanation(*what, gain.nats, gain.error, level, kept, why)
+
+
+def _values(study: Study, found: Found, moved: Gain, *, differ: bool) -> list[Explanation]:
+    """Return the rows of other values of the lesson: within their uncertainty, and beyond it."""
+    method = study.method
+    why = f"fit the first recording {'clearly' if differ else 'hardly'} better than the given values"
+    rows = [_row(("other values, within their uncertainty", "", "values"), moved, method, kept=differ, why=why)]
+    beyond: tuple[str, str, Kind] = ("other values, beyond their uncertainty", "", "values")
+    if found.values is not None:
+        _, gained = over(study, found.values, found.baseline)
+        rows.append(_row(beyond, gained, method, kept=True, why="no effect predicts better"))
+    else:
+        strains = deviations(found.baseline.fitted).max(initial=0.0) >= IMPLAUSIBLE
+        why = "gain no more than chance, or less than an effect" if strains else "not tried: no value is far from the given one"
+        rows.append(_row(beyond, UNKNOWN, method, kept=False, why=why))
+    return rows
+
+
+def _together(study: Study, found: Found) -> list[Explanation]:
+    """Return the row of several effects together."""
+    candidates = found.model.candidates
+    if len(candidates) < 2:
+        return []
+    _, gained = over(study, found.model, found.values or found.baseline)
+    name = " + ".join(f"{one.name} at {one.at}" for one in candidates)
+    return [_row((name, "", "effects"), gained, study.method, kept=True, why="all of these together")]
+
+
+def best_of_each(found: Found) -> list[Tried]:
+    """Return for each effect what it is worth in the model, or else the trial of it that predicts best."""
+    best = {one.name: one for one in sorted(found.tried, key=gains)}
+    return list({**best, **{one.name: one for one in found.worth.values()}}.values())
+
+
+def gains(one: Tried) -> tuple[float, float]:
+    """Return by what trials of one effect are ordered: what they gain on the validation and on the estimation recording [nats]."""
+    return one.predicted.nats, one.fitted.nats
+
+
+def _effect(study: Study, found: Found, one: Tried) -> Explanation:
+    kept = any(one.candidate.part == candidate.part for candidate in found.model.candidates)
+    judged = one.fitted.nats >= due(study.method)
+    why = _why_kept(found, one) if kept else _why_not(study, found, one)
+    what: tuple[str, str, Kind] = (one.candidate.name, one.candidate.at, "effect")
+    return _row(what, one.predicted if judged else UNKNOWN, study.method, kept=kept, why=why, parameters=one.parameters)
+
+
+def _why_kept(found: Found, one: Tried) -> str:
+    if one.candidate.part in found.there_before:
+        return "explains the recording from before the change too"
+    rivals = [rival.name for rival in found.rivals.get(one.candidate.part, ())]
+    return f"predicts as well as {listed(rivals)}" if rivals else "predicts clearly better than without it"
+
+
+def _why_not(study: Study, found: Found, one: Tried) -> str:
     """Return what speaks against a trial, the weightiest first."""
-    if trial.fitted.nats <= due(method):
-        return "gains too little on the recording that is fitted to be judged"
-    if trial.predicted.nats <= 0.0:
-        return "predicts the held-out data worse"
-    if not is_clear(trial.predicted, method, len(trial.candidate.parameters)):
+    method = study.method
+    if one.fitted.nats < due(method, one.parameters):
+        return "fits the first recording hardly better"
+    if one.predicted.nats <= 0.0:
+        return "predicts worse than without it"
+    if not is_clear(one.predicted, method, one.parameters):
         return "gains no more than chance may"
-    return "another explanation of the same error predicts as well or better, or is simpler"
+    if not significant(one, study):
+        return f"explains {percent(max(0.0, min(one.predicted.share, one.fitted.share)))} of what is left: no more than errors of laws may"
+    if not is_plausible(study, one.model):
+        return "needs a size that machines do not have"
+    return _why_another(study, found, one)
 
 
-def best_of_each(tried: Iterable[Tried]) -> list[Tried]:
-    """Return of every candidate that was tried in several ways or rounds the trial that predicts best."""
-    best: dict[str, Tried] = {}
-    for trial in tried:
-        other = best.get(trial.name)
-        if other is None or (trial.predicted.nats, trial.fitted.nats) > (other.predicted.nats, other.fitted.nats):
-            best[trial.name] = trial
-    return list(best.values())
+def _why_another(study: Study, found: Found, one: Tried) -> str:
+    """Return which explanation was taken in the place of a trial that is good by itself."""
+    kept = found.model.candidates
+    for candidate in kept:
+        if any(one.candidate.part == rival.candidate.part for rival in found.rivals.get(candidate.part, ())):
+            return f"predicts as well as {candidate.name} at {candidate.at}, and may be there in its place"
+        if is_finer(one.candidate, [candidate]):
+            return f"is a finer form of {candidate.name}, and explains little of what that leaves"
+    beside = [other for other in found.tried if other.before is one.before and any(other.candidate.part == of.part for of in kept)]
+    taken = max(beside, key=lambda other: other.predicted.nats, default=None)
+    if taken is None and found.values is not None:
+        return "predicts no better than other values of the lesson"
+    if taken is None:
+        return "is not needed beside what was kept"
+    if as_good(one.model, taken, study):
+        return f"predicts hardly better than {taken.name}, which has fewer values or comes first in the catalogue"
+    than = "worse" if one.predicted.nats < taken.predicted.nats else "better"
+    return f"predicts {than} than {taken.name}, and is not needed beside it"
 
 
-def _why_kept(candidate: Candidate, found: Found) -> str:
-    steps = (step.why for step in found.history if _text(candidate) in step.came_in)
-    return next(steps, "") or "it predicts better than what was tried in its place"
+def _flexible(doubt: Doubt, method: Method) -> Explanation:
+    """Return the smooth functions of what is left behind a channel as one of the explanations that compete."""
+    gained = Gain(doubt.gain, doubt.error)
+    small = "less than errors of laws or the noise" if is_clear(gained, method) else "predicts nothing of what is left"
+    why = "predicts what is left, which no effect explains" if doubt.clear else small
+    on = doubt.depends_on[0] if doubt.depends_on else ON_NOTHING
+    return _row((on, doubt.channel, "flexible"), gained, method, kept=doubt.clear, why=why)
 
 
-def _text(candidate: Candidate) -> str:
-    return f"{candidate.name} at {candidate.at}"
+def explanation_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
+    """Return the table of a decision as lines of text; effects that were not fitted are counted."""
+    shown, more = _judged(diagnosis.explanations)
+    rows = [tuple(plain(cell) for cell in row) for row in map(explanation_row, shown)]
+    return ["", "How it was decided:", *text_table([HEAD, *rows]), *more, *legend(method)]
 
 
-def explanation_lines(diagnosis: Diagnosis, most_waiting: int = 5) -> list[str]:
-    """Return the table of a decision as lines of text; of effects that were not fitted the ``most_waiting`` that promise most."""
-    if not diagnosis.explanations:
-        return ["", "No explanation was tried: a check of the recording decided."]
-    rows = [tuple(plain(cell) for cell in row) for row in explanation_rows(diagnosis.explanations)]
-    judged = sum(math.isfinite(one.gain) for one in diagnosis.explanations)
-    shown = judged + most_waiting
-    more = [f"{len(rows) - shown} more were not fitted: they can gain no more than the last of these."] if len(rows) > shown else []
-    return ["", "How it was decided:", *text_table([HEAD, *rows[:shown]]), *more, *LEGEND]
+def explanation_rows(diagnosis: Diagnosis, most: int) -> tuple[list[tuple[str, ...]], list[str]]:
+    """Return the rows of what was kept and of what else gains most, at most so many, and a sentence on the others."""
+    shown, more = _judged(diagnosis.explanations)
+    likeliest = sorted(shown, key=lambda one: (not one.kept, -one.gain if math.isfinite(one.gain) else math.inf))
+    left_out = max(0, len(shown) - most)
+    printed = [f"{left_out} more stand in the table of lathesim diagnose --explain-decision."] if left_out else []
+    return [explanation_row(one) for one in shown if one in likeliest[:most]], [*printed, *more]
 
 
-def explanation_rows(explanations: tuple[Explanation, ...]) -> list[tuple[str, ...]]:
-    """Return a row for each explanation, those that gain most first and those without a gain last."""
-    ordered = sorted(explanations, key=lambda one: -one.gain if math.isfinite(one.gain) else math.inf)
-    return [(one.text, one.kind, *_numbers(one), "yes" if one.kept else "no", one.reason) for one in ordered]
+def _judged(explanations: Sequence[Explanation]) -> tuple[list[Explanation], list[str]]:
+    """Return the explanations in the order of the table, without effects that were not judged, and a sentence on those."""
+    shown = [one for one in explanations if one.kind != "effect" or math.isfinite(one.gain)]
+    waiting = len(explanations) - len(shown)
+    ordered = sorted(shown, key=lambda one: (KINDS.index(one.kind), not one.kept, -one.gain if math.isfinite(one.gain) else math.inf))
+    return ordered, [f"Not judged, as the first recording is fitted hardly better: {counted(waiting, 'effect')}."] if waiting else []
 
 
-def _numbers(one: Explanation) -> tuple[str, str, str]:
-    gain, error, chance = (number(value, 0) if math.isfinite(value) else NOTHING for value in (one.gain, one.standard_error, one.chance))
-    return gain, error, chance
+def explanation_row(one: Explanation) -> tuple[str, ...]:
+    """Return a row of the table."""
+    text, why = one.text, one.reason
+    if one.kind == "flexible":
+        text, why = (
+            f"smooth functions, for what is left at {one.place}",
+            f"{why}; it {one.name}" if one.kept and one.name != ON_NOTHING else why,
+        )
+    numbers = (number(value, 0) if math.isfinite(value) else NOTHING for value in (one.gain, one.standard_error, one.chance))
+    return text, *numbers, "yes" if one.kept else "no", why

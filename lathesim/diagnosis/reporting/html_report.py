@@ -15,23 +15,20 @@ import numpy as np
 
 import lathesim
 from lathesim.analysis.display_unit import known_share
+from lathesim.diagnosis.location.missing_share import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal, VariableBar
-from lathesim.diagnosis.reporting.answer_tables import GAIN, before_text, effect_rows
-from lathesim.diagnosis.reporting.explanations import HEAD, LEGEND, explanation_rows
+from lathesim.diagnosis.reporting.answer_tables import before_text, effect_rows
+from lathesim.diagnosis.reporting.explanations import HEAD, explanation_rows, legend
 from lathesim.diagnosis.reporting.number_text import (
     NOTHING,
     interval_texts,
-    number,
     percent,
     pretty,
-    probability_text,
     quantity_text,
-    takes_part,
     words,
 )
-from lathesim.diagnosis.reporting.remarks import what_is_left
-from lathesim.diagnosis.reporting.summary import is_worse, summary_lines, unexplained
+from lathesim.diagnosis.reporting.summary import is_worse, summary_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.identification.estimation.estimates import CONFIDENCE
 from lathesim.identification.machine.roles import is_recorded_signal
@@ -62,63 +59,46 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     order = _by_size(diagnosis.fit)
     changes = [_change(name, diagnosis) for name in order[: method.reporting.most_rows]]
     summary = summary_lines(diagnosis, method)
+    decided, more = explanation_rows(diagnosis, 2 * method.reporting.most_rows)
     return {
         "verdict": diagnosis.verdict,
-        "verdict_word": _verdict_word(diagnosis, method),
+        "verdict_word": _WORDS[diagnosis.verdict],
         "headline": summary[0].partition(". ")[::2],
         "summary": [pretty(line).partition(": ")[::2] for line in summary[1:]],
-        "legends": (GAIN, before_text(diagnosis)),
-        "takes_part": "" if diagnosis.names else takes_part(diagnosis),
+        "before": before_text(diagnosis),
         "lesson": diagnosis.lesson,
         "recording": diagnosis.recording,
         "held_out": diagnosis.validation if diagnosis.validation != diagnosis.recording else "",
         "findings": list(diagnosis.findings),
-        "effects": _effects(diagnosis),
+        "effects": [(name, words(at), size, probability) for name, at, size, probability in effect_rows(diagnosis)],
         "docs": [(effect.effect, effect.doc) for effect in diagnosis.effects if effect.doc],
         "discovered": diagnosis.discovered,
-        "located": _located(diagnosis),
+        "located": f"seen in {', '.join(diagnosis.location.channels[:3])}" if diagnosis.location.channels else "",
         "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
         "suspects": _suspects(diagnosis),
         "strip": _strip(diagnosis),
         "bars": _bars(diagnosis.evidence.bars, changed, method),
         "bars_in": max(diagnosis.evidence.bars, key=lambda bar: bar.before).channel if diagnosis.evidence.bars else "",
         "bars_after": changed,
-        "sure": _sure(diagnosis),
         "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
         "changed": changed,
         "modelled": modelled,
         "changes": changes,
         "shares": [
-            {"at": item.at, "before": percent(known_share(item.share_before)), "after": percent(known_share(item.share_after)),
+            {"at": item.at, "of": "of what acts there" if item.unit in FORCES else "of the signal there",
+             "before": percent(known_share(item.share_before)), "after": percent(known_share(item.share_after)),
              "removed": _removed(item.share_before, item.share_after)}
             for item in _missing(diagnosis) if changed
         ],
         "drawings": _drawings(diagnosis, order, method),
         "baseline": [_baseline(name, item, modelled, method=method) for name, item in diagnosis.baseline.items()],
-        "left": list(map(pretty, what_is_left(diagnosis))),
+        "left": list(map(pretty, diagnosis.left)),
         "not_told": list(diagnosis.not_told),
         "insert": insert_lines(diagnosis.insert),
         "version": lathesim.__version__,
         "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
-    } | _decided(diagnosis, method)  # fmt: skip
-
-
-def _verdict_word(diagnosis: Diagnosis, method: Method) -> str:
-    """Return a word for the verdict; none that a channel contradicts which stays off."""
-    nothing_missing = diagnosis.verdict in ("no_mismatch", "parameters_only")
-    return "Not all explained" if nothing_missing and unexplained(diagnosis, method) else _WORDS[diagnosis.verdict]
-
-
-def _decided(diagnosis: Diagnosis, method: Method) -> dict[str, Any]:
-    """Return what the page says of how the answer was decided."""
-    return {
-        "tried": _tried(diagnosis, method),
-        "tried_head": HEAD,
-        "tried_legend": " ".join(LEGEND),
-        "tried_more": max(0, len(diagnosis.explanations) - method.reporting.most_rows),
-        "rule": diagnosis.rule,
-        "history": _history(diagnosis),
-    }
+        "decided": decided, "decided_head": HEAD, "decided_legend": " ".join([*more, *legend(method)]), "rule": diagnosis.rule,
+    }  # fmt: skip
 
 
 def _own(wires: Wires) -> list[tuple[str, str]]:
@@ -141,24 +121,6 @@ def _by_size(fit: Mapping[str, ChannelFit]) -> list[str]:
 
 def _over(size: float, floor: float) -> float:
     return size / floor if floor > 0.0 and math.isfinite(size) else 0.0
-
-
-def _effects(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Return the rows of a table of effects."""
-    rows = effect_rows(diagnosis, diagnosis.effects)
-    return [{"name": name, "at": words(at), "size": size, "gain": gain} for name, at, size, gain in rows]
-
-
-def _located(diagnosis: Diagnosis) -> str:
-    location = diagnosis.location
-    said = []
-    if location.components:
-        said.append(f"in {location.components[0]}")
-    if location.channels:
-        said.append(f"seen in {', '.join(location.channels[:3])}")
-    if location.variables:
-        said.append(f"depends on {', '.join(location.variables[:2])}")
-    return "; ".join(said)
 
 
 def _suspects(diagnosis: Diagnosis) -> dict[str, str]:
@@ -215,38 +177,6 @@ def _bars(bars: Sequence[VariableBar], changed: bool, method: Method) -> list[di
 
 def _width(share: float) -> float:
     return round(100.0 * min(1.0, max(0.0, share)), 1) if math.isfinite(share) else 0.0
-
-
-def _history(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Return the rows of the course of the search."""
-    return [
-        {
-            "move": step.move,
-            "came_in": ", ".join(step.came_in),
-            "went": ", ".join(step.went),
-            "gain": number(step.gain, 0),
-            "validation_gain": number(step.validation_gain, 0),
-            "why": step.why,
-        }
-        for step in diagnosis.history
-    ]
-
-
-def _tried(diagnosis: Diagnosis, method: Method) -> list[tuple[str, ...]]:
-    """Return the rows of the explanations that gain most; those that are kept are marked."""
-    return explanation_rows(tuple(one for one in diagnosis.explanations if math.isfinite(one.gain)))[: method.reporting.most_rows]
-
-
-def _sure(diagnosis: Diagnosis) -> list[str]:
-    """Return for each of several names how probable it is, and what cannot be told from it."""
-    named = diagnosis.effects if diagnosis.names else ()
-    lines = [f"{effect.effect} at {effect.at}: probability {probability_text(effect.probability)}." for effect in named if len(named) > 1]
-    for effect in named:
-        if effect.tied_with:
-            lines.append(f"{effect.effect} cannot be told from {', '.join(effect.tied_with)} here.")
-        if effect.separating_experiment:
-            lines.append(f"What would tell: {effect.separating_experiment}")
-    return lines
 
 
 def _change(name: str, diagnosis: Diagnosis) -> dict[str, Any]:

@@ -7,17 +7,15 @@ import re
 from collections.abc import Iterable
 
 from lathesim.analysis.display_unit import display_unit
-from lathesim.diagnosis.records.diagnosis import Diagnosis
 
 _SMALLEST_PLAIN, _LARGEST_PLAIN = -4, 7
 """Powers of ten between which a number is written without an exponent."""
-_WHOLE_RATIO = 10.0
-"""Ratio from which no decimal is written."""
 _ALMOST_ALL = 0.999
 """Share above which a number would round to all."""
+_NEAR_AN_END = 0.05
+"""Distance from nothing or all within which a share has a decimal."""
 _SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
-TIMES = "\N{MULTIPLICATION SIGN}"
 NOTHING = "\N{EN DASH}"
 ARROW = "\N{RIGHTWARDS ARROW}"
 
@@ -46,8 +44,10 @@ def number(value: float, decimals: int | None = None, digits: int = 4) -> str:
     if value == 0.0:
         return "0"
     size = math.floor(math.log10(abs(value)))
-    if not _SMALLEST_PLAIN <= size < _LARGEST_PLAIN and decimals is None:
-        return f"{value:.3e}".replace("e-0", "e-").replace("e+0", "e").replace("-", MINUS)
+    if not _SMALLEST_PLAIN <= size < _LARGEST_PLAIN and (decimals is None or size < 0):
+        mantissa, _, power = f"{value:.{3 if decimals is None else max(0, decimals + size)}e}".partition("e")
+        mantissa = mantissa.rstrip("0").rstrip(".") if decimals is None and "." in mantissa else mantissa
+        return f"{mantissa}e{int(power)}".replace("-", MINUS)
     places = max(0, digits - 1 - size) if decimals is None else max(0, decimals)
     text = f"{value:.{places}f}"
     if not text.strip("-0."):
@@ -76,30 +76,21 @@ def interval_texts(value: float, low: float, high: float, unit: str) -> tuple[st
 
 
 def percent(share: float) -> str:
-    """Return a share as ``"98.3 %"``; between 99.9 % and all, as many digits as it takes to tell them apart."""
+    """Return a share as ``"98 %"``, with a decimal where it is near nothing or all; less than all is never written as all."""
     if not math.isfinite(share):
         return NOTHING
-    shown = 100.0 * share
     if _ALMOST_ALL < share < 1.0:
-        return f"{min(shown, 99.999):.3f} %"
-    tenths = round(abs(share), 3)
-    return f"{number(shown, 1 if 0.0 < tenths < 1.0 else 0)} %"
+        return f"> {number(100.0 * _ALMOST_ALL, 1)} %"
+    fine = 0.0 < min(abs(share), 1.0 - abs(share)) < _NEAR_AN_END
+    return f"{number(100.0 * share, 1 if fine else 0)} %"
 
 
 def probability_text(probability: float) -> str:
     """Return a probability; never as certainty."""
-    return "> 99.9 %" if probability > _ALMOST_ALL else percent(probability)
+    return percent(min(probability, 1.0 - 1e-9))
 
 
-def times(ratio: float) -> str:
-    """Return a ratio as ``"135 x"``, with the proper sign."""
-    if not math.isfinite(ratio):
-        return NOTHING
-    digits = 0 if ratio >= _WHOLE_RATIO else 1
-    return f"{ratio:.{digits}f} {TIMES}"
-
-
-_PLAIN = str.maketrans({"µ": "u", "·": "*", "²": "^2", "³": "^3", MINUS: "-", TIMES: "x", NOTHING: "-"})
+_PLAIN = str.maketrans({"µ": "u", "·": "*", "²": "^2", "³": "^3", MINUS: "-", NOTHING: "-"})
 
 
 def plain(text: str) -> str:
@@ -116,10 +107,3 @@ def pretty(text: str) -> str:
 def words(name: str) -> str:
     """Return ``x_axis.position`` with places where a line may break."""
     return name.replace("_", "_\N{ZERO WIDTH SPACE}").replace(".", ".\N{ZERO WIDTH SPACE}")
-
-
-def takes_part(diagnosis: Diagnosis) -> str:
-    """Return what effects are where nothing is named: they explain part of what is missing, or not even that."""
-    judged = diagnosis.validation or "the recording that judges"
-    where = "" if diagnosis.removed_share > 0.0 else f" in {diagnosis.recording}, but nothing in {judged},"
-    return f"These explain a part of it{where} and are no name for the whole"

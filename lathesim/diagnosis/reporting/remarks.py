@@ -9,7 +9,6 @@ import numpy as np
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import (
     BaselineValue,
-    Diagnosis,
     FoundEffect,
     listed,
     with_unit,
@@ -43,24 +42,20 @@ def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue],
 
 
 def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
-    """Return what a recording cannot tell apart and which values it leaves open, with the experiment that would."""
-    sentences = []
+    """Return which names and values a recording leaves open, with what the lines to paste hold; the experiment that would tell more of the
+    first such effect is the next step, those of the others stand here."""
+    sentences, experiments = [], []
     for effect in effects:
         if effect.tied_with:
-            # the same effect at the other of two sensors is told by where it is
             name = f"{effect.effect} at {effect.at}" if any(" at " in other for other in effect.tied_with) else effect.effect
-            fact = f"{name} cannot be told from {', '.join(effect.tied_with)} here; the lines to paste hold {name}."
-            sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
+            sentences.append(f"The lines to paste hold {name}, and not {' or '.join(effect.tied_with)}.")
         pasted = [name for name in effect.undetermined if name not in effect.left_out]
         several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
         for names, done in ((effect.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
             if names:
                 verb = "is" if len(names) == 1 else "are"
-                fact = f"{listed(names)} of {effect.effect} {verb} not determined by this recording; the lines to paste {done}."
-                sentences.append(f"{fact} {effect.separating_experiment or ''}".strip())
-    return tuple(sentences)
-
-
-def what_is_left(diagnosis: Diagnosis) -> list[str]:
-    """Return why a model is not adequate, where it is not, and all that is left."""
-    return [*filter(None, [diagnosis.shortfall]), *diagnosis.left]
+                named = listed([name.replace("_", " ") for name in names])
+                sentences.append(f"{named} of {effect.effect} {verb} not determined by this recording; the lines to paste {done}.")
+        if effect.separating_experiment:
+            experiments.append(f"What would tell more of {effect.effect}: {effect.separating_experiment}")
+    return (*sentences, *experiments[1:])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -37,10 +37,12 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Estimates:
-    """Values by name; ``inflation`` is by how much more than their errors allow the two recordings disagree."""
+    """Values by name; ``inflation`` is by how much more than their errors allow the two recordings disagree. ``products`` are those of two
+    values, by the names of both, of effects of which recordings determine the product alone."""
 
     by_name: Mapping[str, Estimate]
     inflation: float
+    products: Mapping[tuple[str, str], Estimate] = field(default_factory=dict)
 
     def values(self) -> dict[str, float]:
         """Return the values alone."""
@@ -96,7 +98,31 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     both = (joint_covariance(fits, names, 1.0), joint_covariance(fits, names, inflation))
     alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
     found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
-    return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation)
+    products = _products(fits, model.candidates, inflation)
+    return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation, products)
+
+
+def _products(fits: Sequence[Fitted], candidates: Sequence[Candidate], inflation: float) -> dict[tuple[str, str], Estimate]:
+    """Return the weighted means of products a b over fits, each with the variance g C g, g = (b, a): along a b = constant it is none."""
+    pairs = [pair for one in candidates for pair in products_of(one) if set(pair) <= set(fits[0].names)]
+    found = {}
+    for pair in pairs:
+        values, variances = [], []
+        for fitted in fits:
+            places = [fitted.names.index(name) for name in pair]
+            slope = fitted.values[places[::-1]]
+            values.append(float(np.prod(slope)))
+            variances.append(max(float(slope @ fitted.covariance[np.ix_(places, places)] @ slope), 1e-300))
+        weights = 1.0 / np.array(variances)
+        error = inflation / float(np.sqrt(weights.sum()))
+        found[pair] = Estimate(float(weights @ values / weights.sum()), error, error)
+    return found
+
+
+def products_of(candidate: Candidate) -> list[tuple[str, str]]:
+    """Return the names of two parameters each of which recordings determine the product alone."""
+    products = candidate.effect.identification.products
+    return [(f"{candidate.part}.{size}", f"{candidate.part}.{other}") for size, others in products.items() for other in others]
 
 
 def _biases(model: Model, experiments: Sequence[Experiment], fits: Sequence[Fitted]) -> Sequence[Mapping[str, float]]:
@@ -198,8 +224,14 @@ def _same_way_round(fitted: Fitted, other: Fitted, candidates: Sequence[Candidat
 
 def interval_includes_neutral(candidate: Candidate, values: Estimates) -> bool:
     """Return whether the intervals of all sizes of an effect hold the value with which it vanishes, whatever they are wide from: noise, a
-    form that is a little wrong, recordings that disagree."""
-    return all(size < half for size, half in _sizes(candidate, values))
+    form that is a little wrong, recordings that disagree. Of a size that shows in products alone these decide."""
+    products = [values.products[pair] for pair in products_of(candidate) if pair in values.products]
+    return all(size < half for size, half in _sizes(candidate, values)) and not any(is_there(product) for product in products)
+
+
+def is_there(product: Estimate) -> bool:
+    """Return whether the interval of a product does not hold zero."""
+    return abs(product.value) > CONFIDENCE * product.error
 
 
 def _sizes(candidate: Candidate, values: Estimates) -> list[tuple[float, float]]:

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, Interval, Location
 from lathesim.diagnosis.reporting.html_report import _baseline, insert_lines, report_html
-from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, quantity_text, times
+from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, quantity_text
 from lathesim.diagnosis.reporting.summary import headline
 from lathesim.diagnosis.reporting.wiring_diagram import wiring_diagram
-from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, TIED, UNKNOWN, WIRES
+from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, UNKNOWN, WIRES
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 
@@ -83,8 +84,8 @@ def test_the_page_of_a_named_effect_says_it_all(pages: dict[str, str]) -> None:
     for said in (
         "CoulombFriction", "20.41 N", "20.22 to 20.60 N", "97.4 %", "98.3 %", "sign of velocity of x_axis", "27 µm",
         "0.44 µm",
-        "17.1 %", "4.3 %", "203.5 N·s/m", "410.2 N·s/m", "+102 %", "the next best, AsymmetricFriction at x_axis",
-        "2 more gained less", "7871",
+        "17 %", "4.3 %", "203.5 N·s/m", "410.2 N·s/m", "+102 %", "The closest rival, AsymmetricFriction at x_axis",
+        "7871",
         "it repeats with the position", "A current sensor", "x_encoder.position moves in steps of 50 nm",
         "insert: - {effect: CoulombFriction, at: x_axis, level: 20.41 N}",
     ):  # fmt: skip
@@ -99,16 +100,19 @@ def test_the_suspect_is_the_red_box_of_the_wiring(pages: dict[str, str]) -> None
     assert "#c0272d" not in {fill for fill, _ in re.findall(r'fill="(#\w+)" stroke="#(\w+)"/>', pages["no_mismatch"])}
 
 
-def test_a_tie_is_said_with_what_would_tell() -> None:
-    text = Page(report_html(TIED)).text
-    assert "ForceOffset cannot be told from ConverterOffset at x_drive here." in text
-    assert "What would tell: Record the current as well" in text
+def test_of_many_explanations_the_page_shows_what_was_kept_and_the_best_others() -> None:
+    many = tuple(Explanation(f"Effect{place}", "x_axis", "effect", 100.0 + place, 1.0, 13.0, place == 0, "why") for place in range(20))
+    text = Page(report_html(replace(NAMED, explanations=many))).text
+    assert all(f"Effect{place} at x_axis" in text for place in (0, 9, 19))
+    assert "Effect8 at" not in text
+    assert "8 more stand in the table of lathesim diagnose --explain-decision." in text
 
 
 def test_the_other_verdicts_say_what_is_theirs(pages: dict[str, str]) -> None:
-    assert "A term that was discovered, empirical and unverified" in Page(pages["unknown"]).text
-    assert "TorqueRipple at x_axis effect 12 1 12 no gains no more than chance may" in Page(pages["no_mismatch"]).text
+    assert "A formula for what is left, empirical and unverified" in Page(pages["unknown"]).text
+    assert "TorqueRipple at x_axis 12 1 12 no gains no more than chance may" in Page(pages["no_mismatch"]).text
     assert "The search was stopped before it had tried everything." in Page(pages["stopped"]).text
+    assert "This recording cannot tell ForceOffset from ConverterOffset at x_drive." in Page(pages["tied"]).text
     fault = Page(pages["recording_fault"]).text
     assert "About the recording" in fault
     assert "What was found" not in fault
@@ -125,7 +129,9 @@ def test_text_of_a_file_is_shown_and_never_obeyed() -> None:
         missing=tuple(replace(item, at=nasty) for item in NAMED.evidence.missing),
     )
     html = report_html(
-        replace(NAMED, sentence=nasty, lesson=nasty, recording=nasty, findings=(nasty,), left=(nasty,), discovered=nasty, evidence=evidence)
+        replace(
+            UNKNOWN, sentence=nasty, lesson=nasty, recording=nasty, findings=(nasty,), left=(nasty,), discovered=nasty, evidence=evidence
+        )
     )
     assert "<script" not in html
     assert Page(html).text.count(nasty) >= 7
@@ -163,6 +169,7 @@ def test_the_template_goes_into_the_wheel() -> None:
         ((203.4, 100.0, 300.0, "N*s/m"), ("203 N·s/m", "100 to 300 N·s/m")),
         ((-0.02, -0.03, -0.01, "1"), ("\N{MINUS SIGN}0.020", "\N{MINUS SIGN}0.030 to \N{MINUS SIGN}0.010")),
         ((5.0, float("-inf"), 7.0, "N"), ("5 N", "not determined here")),
+        ((4.812e-6, 4.73e-6, 4.89e-6, "kg*m^2"), ("4.81e\N{MINUS SIGN}6 kg·m²", "4.73e\N{MINUS SIGN}6 to 4.89e\N{MINUS SIGN}6 kg·m²")),
     ],
 )
 def test_an_interval_is_told_to_the_digits_it_carries(interval: tuple[float, float, float, str], told: tuple[str, str]) -> None:
@@ -170,10 +177,9 @@ def test_an_interval_is_told_to_the_digits_it_carries(interval: tuple[float, flo
 
 
 def test_numbers_read_well() -> None:
-    assert [percent(share) for share in (0.974, 1.0, 0.99973, 0.0, -0.5)] == ["97.4 %", "100 %", "99.973 %", "0 %", "\N{MINUS SIGN}50.0 %"]
-    assert [times(ratio).replace("\N{MULTIPLICATION SIGN}", "x") for ratio in (134.6, 2.57)] == ["135 x", "2.6 x"]
+    assert [percent(share) for share in (0.974, 1.0, 0.99973, 0.0, -0.5)] == ["97.4 %", "100 %", "> 99.9 %", "0 %", "\N{MINUS SIGN}50 %"]
     assert [quantity_text(value, "m") for value in (2.7e-5, 0.012, 4e-9)] == ["27 µm", "12 mm", "4 nm"]
-    assert [number(value) for value in (0.0, 1234.5678, 1.5e-7, 2.0)] == ["0", "1235", "1.500e\N{MINUS SIGN}7", "2"]
+    assert [number(value) for value in (0.0, 1234.5678, 1.5e-7, 2.0)] == ["0", "1235", "1.5e\N{MINUS SIGN}7", "2"]
 
 
 def test_the_wiring_runs_from_the_controller_and_feedback_runs_below() -> None:
@@ -198,7 +204,7 @@ def test_a_value_that_is_told_to_be_far_off_lies_in_its_interval() -> None:
     """What the refitted baseline had absorbed belongs beside a model; without one the value is the one that was fitted last."""
     row = _baseline("x_axis.mass", BaselineValue("kg", 400.0, 442.0, 520.0, 510.0, 530.0), modelled=False)
     assert row["with_it"].startswith("520")
-    assert row["off"] == "+30.0 %"
+    assert row["off"] == "+30 %"
 
 
 def test_a_discovery_without_parameters_to_paste_shows_no_lines() -> None:

@@ -23,27 +23,17 @@ def test_a_value_that_is_impossible_is_told_with_what_it_does() -> None:
     assert value_instead((), BASELINE, whole=True) == []
 
 
-def test_a_tie_without_an_experiment_ends_with_its_sentence() -> None:
-    effect = FoundEffect("StribeckFriction", "x_axis", "reversal", 1.0, {}, tied_with=("x_axis.viscous",), separating_experiment=None)
-    (sentence,) = not_determined((effect,))
-    assert sentence == "StribeckFriction cannot be told from x_axis.viscous here; the lines to paste hold StribeckFriction."
-
-
-def test_an_effect_that_is_tied_with_itself_at_another_sensor_is_told_with_its_place() -> None:
-    effect = FoundEffect(
-        "LostCounts",
-        "x_scale",
-        "encoder",
-        0.5,
-        {},
-        tied_with=("LostCounts at x_encoder",),
-        separating_experiment="Return to the index mark.",
+def test_ties_and_open_values_say_what_the_lines_to_paste_hold_and_each_experiment_stands_once() -> None:
+    effects = (
+        FoundEffect("LostCounts", "x_scale", "encoder", 0.5, {}, ("LostCounts at x_encoder",), "Return to the index mark."),
+        FoundEffect("StribeckFriction", "x_axis", "reversal", 1.0, {}, (), "Creep.", undetermined=("stribeck_velocity", "excess")),
     )
-    (sentence,) = not_determined((effect,))
-    assert sentence == (
-        "LostCounts at x_scale cannot be told from LostCounts at x_encoder here; the lines to paste hold LostCounts at x_scale. "
-        "Return to the index mark."
+    name, values, experiment = not_determined(effects)
+    assert name == "The lines to paste hold LostCounts at x_scale, and not LostCounts at x_encoder."
+    assert values.startswith(
+        "stribeck velocity and excess of StribeckFriction are not determined by this recording; the lines to paste hold a set"
     )
+    assert experiment == "What would tell more of StribeckFriction: Creep."
 
 
 def test_a_value_that_no_channel_shows_is_said_to_be_one() -> None:
