@@ -1,8 +1,12 @@
-"""Read JSON from users: every text that cannot be read raises ValueError."""
+"""Read JSON from users, where every text that cannot be read raises ValueError, and write results as JSON."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 
@@ -12,3 +16,30 @@ def parsed_json(text: str | bytes) -> Any:
         return json.loads(text)
     except RecursionError:
         raise ValueError("the JSON text is nested too deeply") from None
+
+
+def written_json(value: Any) -> str:
+    """Return a value as the JSON text of a result, indented by two."""
+    return json.dumps(plain(value), indent=2)
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON has it: dataclasses by their fields, arrays as lists, and nothing for what is no finite number."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    elif hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Sequence):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return str(value) if isinstance(value, Path) else value
+
+
+def eight_digits(value: float | None) -> float | None:
+    """Return a number with eight digits, which are enough for a program that reads a result; nothing where it is not finite."""
+    return float(f"{value:.8g}") if value is not None and math.isfinite(value) else None

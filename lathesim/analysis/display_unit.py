@@ -61,11 +61,11 @@ def plain_number(value: float, digits: int) -> str:
     return f"{value:.0f}" if "e+" in text and abs(value) < 1e9 else text
 
 
-def text_table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """Return rows, the first of which is the head, as lines with columns of one width."""
+def text_table(rows: Sequence[tuple[str, ...]], *, ruled: bool = True) -> list[str]:
+    """Return rows, the first of which is the head, as lines with columns of one width; ``ruled``, a line stands under the head."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return [lines[0], "  ".join("-" * width for width in widths), *lines[1:]]
+    return [lines[0], *(["  ".join("-" * width for width in widths)] if ruled else []), *lines[1:]]
 
 
 BESIDE_NOTHING = 10.0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import click
+
+from lathesim.json_text import written_json
 
 
 @dataclass(frozen=True)
@@ -35,30 +35,13 @@ def write(result: Result, as_json: bool, save: Path | None = None) -> int:
 
         save_figure(result.figure(), save)
     if as_json:
-        click.echo(json.dumps(plain({"schema": result.schema, **result.data}), indent=2))
+        click.echo(written_json({"schema": result.schema, **result.data}))
     else:
         for line in result.lines:
             click.echo(line)
         if save is not None and result.figure is not None:
             click.echo(f"See {save}")
     return result.code
-
-
-def plain(value: Any) -> Any:
-    """Return a value as JSON has it: dataclasses by their fields, arrays as lists, and nothing for what is no finite number."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-    elif hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, str):
-        return value
-    if isinstance(value, Sequence):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return str(value) if isinstance(value, Path) else value
 
 
 @dataclass(frozen=True)
@@ -95,13 +78,6 @@ def table(columns: Sequence[Column], rows: Iterable[Sequence[Any]]) -> Iterator[
     yield "".join(column.cell(column.heading) for column in columns)
     for row in rows:
         yield "".join(column.cell(value) for column, value in zip(columns, row, strict=True))
-
-
-def aligned(rows: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield rows as columns as wide as their texts, the first row as a heading with a line under it."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    yield from (lines[0], "  ".join("-" * width for width in widths), *lines[1:])
 
 
 def sentence(text: str) -> str:

@@ -30,6 +30,7 @@ from lathesim.lessons.program_path import limits_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.program.loading import load_program
 from lathesim.program.path import lay_path
+from lathesim.units import in_unit
 from lathesim.whole_file import write_text
 
 PROGRAM_FILE, LESSON_FILE = "mirrored.nc", "lesson_program.yaml"
@@ -61,7 +62,7 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
     best = _mirrored(course, answer.bench.table(answer.bench.runs([answer.bench.sound])[0]), str(diagnosed.lesson.path))
     largest = float(np.max(np.abs(best)))
     if largest > _LARGEST_SHIFT:
-        fact = f"the mirrored path would shift a point by {1e3 * largest:.3g} mm, which gouges."
+        fact = f"the mirrored path would shift a point by {in_unit(largest, 'mm', '.3g')}, which gouges."
         raise LessonError(fact, place=str(diagnosed.lesson.path), remedy="Repair the machine; a program does not take up so much.")
     file = folder / PROGRAM_FILE
     write_text(file, program_text(course.references() + best, course.period, course.axes_of_path(), _spindle(prepared, walker)))
@@ -110,7 +111,7 @@ def _mirrored(course: Course, sound: FloatArray, place: str) -> FloatArray:
         elif best is not None and _rms(off) > 1.5 * least:
             break
     if best is None:
-        sizes = f"{1e6 * reached:.3g} um off, which gouges: without it the tool is {1e6 * furthest:.3g} um off"
+        sizes = f"{in_unit(reached, 'um', '.3g')} off, which gouges: without it the tool is {in_unit(furthest, 'um', '.3g')} off"
         fact = f"the mirrored path would take the tool {sizes}."
         raise LessonError(fact, place=place, remedy="Write the remedy as a lesson, or as a table.")
     return best

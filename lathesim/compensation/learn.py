@@ -14,6 +14,7 @@ from lathesim.engine.assembly import FloatArray, Place
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.part_tables import table_text
 from lathesim.lessons.simulate import Prepared
+from lathesim.units import in_unit
 from lathesim.whole_file import WholeFiles, make_folder
 
 Tell = Callable[[str], None]
@@ -74,7 +75,7 @@ def learn(course: Course, chosen: Filter, laps: int, *, on: str = "axis", tell: 
             errors = course.across(errors, kept[-1])
         corrections = chosen.applied(kept[-1], errors)
         lap = course.lap(corrections)
-        tell(f"lap {number} of {laps}: largest distance from the path {1e3 * lap.largest:.4g} mm")
+        tell(f"lap {number} of {laps}: largest distance from the path {in_unit(lap.largest, 'mm')}")
         done.append(lap)
         kept.append(corrections)
         if not np.isfinite(lap.rms) or lap.rms > _DIVERGED * done[0].rms or lap.rms > _DIVERGED * min(item.rms for item in done):
@@ -93,10 +94,10 @@ def _no_better(number: int, lap: Lap, floor: float, level: float, count: float) 
     told = f"lap {number} is no better than the one before"
     if lap.rms > 10.0 * _WORST_OF * max(floor, 1e-15):
         return f"{told}, though the floor of converter and encoder is far below: what is left is not the same in each lap"
-    what = f"one level of the converter is {1e3 * level:.3g} mV" if level > 0.0 else ""
-    fine = f"one count of the encoder {1e6 * count:.3g} um" if count > 0.0 else ""
+    what = f"one level of the converter is {in_unit(level, 'mV', '.3g')}" if level > 0.0 else ""
+    fine = f"one count of the encoder {in_unit(count, 'um', '.3g')}" if count > 0.0 else ""
     cause = " and ".join(text for text in (what, fine) if text)
-    return f"{told}: {cause}, which alone leaves a tracking error of {1e6 * floor:.3g} um" if cause else told
+    return f"{told}: {cause}, which alone leaves a tracking error of {in_unit(floor, 'um', '.3g')}" if cause else told
 
 
 def write_learned(prepared: Prepared, course: Course, learning: Learning, folder: Path) -> list[Path]:

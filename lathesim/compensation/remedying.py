@@ -26,6 +26,7 @@ from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
+from lathesim.units import in_unit
 
 Tell = Callable[[str], None]
 MARGIN = 0.5
@@ -196,8 +197,12 @@ def _kept(diagnosed: Diagnosed, lines: Sequence[Line], found: Found, tell: Tell)
 def _no_help(line: Line, level: float) -> str:
     size = _voltage(line)
     if 0.0 < size < level:
-        return f"{1e3 * size:.3g} mV under a level of {1e3 * level:.3g} mV: take a converter of more bits first"
+        return f"{_under(size, level)}: take a converter of more bits first"
     return f"{line.remedy} was tried in the simulation and does not make it better: the loop takes most of it away already"
+
+
+def _under(size: float, level: float) -> str:
+    return f"{in_unit(size, 'mV', '.3g')} under a level of {in_unit(level, 'mV', '.3g')}"
 
 
 def _voltage(line: Line) -> float:
@@ -211,7 +216,7 @@ def _limits(bench: Bench, lines: Sequence[Line]) -> list[NotMended]:
         level = max((level_of(bench.machinery, loop.converter) for loop in bench.loops if loop.controller == line.at), default=0.0)
         size = _voltage(line)
         if 0.0 < size < level:
-            why = f"{1e3 * size:.3g} mV under a level of {1e3 * level:.3g} mV: take more bits first; the promise is with these"
+            why = f"{_under(size, level)}: take more bits first; the promise is with these"
             told += [NotMended(name, line.at, why) for name in line.answers]
     return told
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,13 +18,14 @@ from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import loops_of
-from lathesim.json_text import parsed_json
+from lathesim.json_text import eight_digits, parsed_json, written_json
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
 from lathesim.recordings.reading import read_recording
+from lathesim.units import in_unit
 from lathesim.whole_file import make_folder, write_text
 
 TABLE_FILE = "control_table.txt"
@@ -49,11 +49,14 @@ def write_control_table(answer: Answer, folder: Path) -> Path:
 def _of(line: Line, answer: Answer) -> list[str]:
     value = {name: number * line.share if name in line.one_sided else number for name, number in line.values.items()}
     if line.remedy == "BacklashShift":
-        return [f"  play                    {1e6 * value['width']:10.3f} um", f"  taken up within         {1e3 * value['spread']:10.3f} ms"]
+        return [
+            f"  play                    {in_unit(value['width'], 'um', '10.3f')}",
+            f"  taken up within         {in_unit(value['spread'], 'ms', '10.3f')}",
+        ]
     if line.remedy == "FrictionFeedforward":
         rows = [
-            f"  friction pulse          {1e3 * value.get('level', 0.0):10.3f} mV",
-            f"  lead                    {1e3 * value.get('lead', 0.0):10.3f} ms",
+            f"  friction pulse          {in_unit(value.get('level', 0.0), 'mV', '10.3f')}",
+            f"  lead                    {in_unit(value.get('lead', 0.0), 'ms', '10.3f')}",
         ]
         return rows + _over_acceleration(line, value, answer)
     if line.remedy in ("PitchTable", "AcrossTable"):
@@ -102,11 +105,11 @@ def as_json(answer: Answer, lesson: str, files: list[str], wall_time: float) -> 
             {
                 "remedy": line.remedy,
                 "at": line.at,
-                "answers": list(line.answers),
+                "answers": line.answers,
                 "share": line.share,
                 "parameters": {name: {"value": value, "unit": answer.bench.units(line.name)[name]} for name, value in line.values.items()},
                 "tables": [f"{line.name}_{name}.csv" for name in line.tables],
-                "limits": list(_class(answer, line).limits),
+                "limits": _class(answer, line).limits,
                 "cannot": _class(answer, line).cannot,
             }
             for line in answer.lines
@@ -116,22 +119,22 @@ def as_json(answer: Answer, lesson: str, files: list[str], wall_time: float) -> 
         "loop_gains_per_s": [
             {
                 "controller": item.controller,
-                "gain": _number(item.gain),
-                "largest": _number(item.largest),
-                "largest_without_effect": _number(item.largest_without) if item.largest_without is not None else None,
+                "gain": eight_digits(item.gain),
+                "largest": eight_digits(item.largest),
+                "largest_without_effect": eight_digits(item.largest_without),
             }
             for item in answer.gains
         ],
-        "cautions": list(answer.cautions),
+        "cautions": answer.cautions,
         "better_in_share_of_draws": answer.better_in if answer.lines else None,
         "promise": {
             size.name: {
                 "unit": size.unit,
-                "before": _number(size.before),
-                "after": _number(size.after),
-                "low": _number(size.low),
-                "high": _number(size.high),
-                "removed_share": _number(size.removed),
+                "before": eight_digits(size.before),
+                "after": eight_digits(size.after),
+                "low": eight_digits(size.low),
+                "high": eight_digits(size.high),
+                "removed_share": eight_digits(size.removed),
             }
             for size in answer.promise
         },
@@ -144,14 +147,10 @@ def _class(answer: Answer, line: Line) -> Any:
     return answer.diagnosed.registry.remedies[line.remedy]
 
 
-def _number(value: float) -> float | None:
-    return float(f"{value:.8g}") if math.isfinite(value) else None
-
-
 def write_answer(data: dict[str, Any], folder: Path) -> Path:
     """Write the answer beside the lesson, where compare and conceal --again find it."""
     file = folder / ANSWER_FILE
-    write_text(file, json.dumps(data, indent=2) + "\n")
+    write_text(file, written_json(data) + "\n")
     return file
 
 

@@ -12,6 +12,7 @@ from lathesim.lessons.case import Case
 from lathesim.lessons.program_path import program_of, program_warnings
 from lathesim.lessons.raw_stock import raw_stock
 from lathesim.lessons.sensor_sides import assumed_sides
+from lathesim.units import in_unit
 
 _SAME_PLACE = 1e-6
 """The largest distance of one place from another that counts as none [m], assumed: below what an encoder of a lathe tells."""
@@ -62,9 +63,9 @@ def starts_elsewhere(case: Case, plan: Plan) -> list[str]:
             if abs(stands - start) > _SAME_PLACE:
                 radius = " (radius)" if letter == "X" else ""
                 told.append(
-                    f"{program.name}: the program starts at {letter}{1e3 * start:g} mm{radius}, "
-                    f"and the axis stands at {1e3 * stands:g} mm. "
-                    f"Set {state}: {1e3 * start:g} mm in the lesson, or give start_point."
+                    f"{program.name}: the program starts at {letter}{in_unit(start, 'mm', 'g')}{radius}, "
+                    f"and the axis stands at {in_unit(stands, 'mm', 'g')}. "
+                    f"Set {state}: {in_unit(start, 'mm', 'g')} in the lesson, or give start_point."
                 )
     return told
 

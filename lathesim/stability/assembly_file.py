@@ -21,6 +21,7 @@ from lathesim.lessons.yaml_source import read_source
 from lathesim.record import FloatArray
 from lathesim.stability.beams import MODELS, Beam, Complex, Material, assembly_tip, base_from_tip, cylinder, prism
 from lathesim.stability.tool_point import FrequencyResponse
+from lathesim.units import in_unit
 
 
 class _Model(BaseModel):
@@ -199,7 +200,8 @@ def _beam(entry: BeamEntry, place: str) -> Beam:
 def _check_start(start: float, reached: float, number: int, place: str) -> None:
     if abs(start - reached) > 1e-9 + 1e-6 * abs(reached):
         word = "a gap" if start > reached else "an overlap"
-        fact = f"part {number + 1} starts at {1e3 * start:g} mm and the parts before end at {1e3 * reached:g} mm: the assembly has {word}."
+        places = f"starts at {in_unit(start, 'mm', 'g')} and the parts before end at {in_unit(reached, 'mm', 'g')}"
+        fact = f"part {number + 1} {places}: the assembly has {word}."
         raise LessonError(fact, place=place, remedy="Correct a length or the start, or put a part between.")
 
 

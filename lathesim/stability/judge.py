@@ -18,6 +18,7 @@ from lathesim.record import FloatArray
 from lathesim.stability.signal_lines import Vibration, VibrationLine, vibration
 from lathesim.stability.thresholds import GROWTH, LINES, REPEATS, SHARES
 from lathesim.stability.turn_memory import TurnMemory, turn_memory, turn_shares
+from lathesim.units import in_unit
 
 KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")
 WORDS = {
@@ -119,7 +120,7 @@ def _judge_whole(found: Vibration, modes: tuple[float, ...], quiet: Vibration | 
         largest = max(orders, key=lambda item: item.share, default=None)
         if rung:
             return Judged("entry", largest, _mode_of(rung, modes), (f"each turn rings at {rung:.0f} Hz and dies down before the next",))
-        return Judged("forced", largest, 0, (f"{100 * whole:.0f} % of the power is at whole orders of the spindle",))
+        return Judged("forced", largest, 0, (f"{in_unit(whole, '%', '.0f')} of the power is at whole orders of the spindle",))
     return Judged("stable", None, 0, (shaken or "no line stands out",))
 
 
@@ -238,13 +239,14 @@ def _off_order(line: VibrationLine, found: Vibration, modes: tuple[float, ...], 
     grew = line.late >= GROWTH.grew and _grew_beyond_chance(line, memory, found)
     repeats = memory.kept >= REPEATS.keeps and (memory.variation <= REPEATS.steady or line.late >= GROWTH.grew)
     if not repeats and not grew:
-        kept = f"it keeps {100 * memory.kept:.0f} % of itself from turn to turn"
+        kept = f"it keeps {in_unit(memory.kept, '%', '.0f')} of itself from turn to turn"
         open_still = "hopf" if mode and memory.kept > REPEATS.order_keeps else ""
         if memory.is_steady:
             return Judged("segmentation", line, mode, (where, f"{kept}, and its amplitude is steady from the first turns on"), open_still)
         if found.departure > REPEATS.impulsive:
             return Judged("segmentation", line, mode, (where, f"{kept}, and it is struck again and again"), open_still)
-        told = f"noise of the cut shakes a mode at {line.frequency:.0f} Hz: its amplitude wanders by {100 * memory.variation:.0f} %"
+        wanders = in_unit(memory.variation, "%", ".0f")
+        told = f"noise of the cut shakes a mode at {line.frequency:.0f} Hz: its amplitude wanders by {wanders}"
         return Judged("stable", line, mode, (where, told))
     if line.late >= GROWTH.grew:
         return Judged("hopf", line, mode, (where, f"its amplitude grew {line.late:.1f} times"))

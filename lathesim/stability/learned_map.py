@@ -23,6 +23,7 @@ from lathesim.stability.belief import MISLABELLED, Belief, learn_all, log_likeli
 from lathesim.stability.next_cut import Proposal, Range, next_cuts
 from lathesim.stability.tried_cuts import TriedCut
 from lathesim.stability.uncertain_cut import carried_over, lesson_prior
+from lathesim.units import in_unit
 
 SAME_SPEED = 0.001
 """Speeds this close, relative, are the same."""
@@ -63,9 +64,8 @@ def adequacy(belief: Belief) -> Adequacy:
     if each[worst, best] > -2.0 * _VIOLATION:
         said = "was stable" if cut.stable else "chattered"
         told = f" at {cut.frequency:.1f} Hz" if math.isfinite(cut.frequency) else ""
-        return Adequacy(
-            False, f"no mode near the one given explains that cut {worst + 1} ({cut.speed:.0f} rpm, {1e3 * cut.width:.2f} mm) {said}{told}"
-        )
+        at = f"{cut.speed:.0f} rpm, {in_unit(cut.width, 'mm', '.2f')}"
+        return Adequacy(False, f"no mode near the one given explains that cut {worst + 1} ({at}) {said}{told}")
     if distance[best] > _STRAINED:
         names = ("natural frequency", "damping", "stiffness over cutting stiffness")
         place = int(np.argmax(np.abs(z[best])))
@@ -227,8 +227,8 @@ def learned_map(
         first, second = against[0]
         a, b = cuts[first - 1], cuts[second - 1]
         fact = (
-            f"cut {first} was stable at {a.speed:.0f} rpm and {1e3 * a.width:.3g} mm, and cut {second} chattered there "
-            f"at {1e3 * b.width:.3g} mm: they contradict each other."
+            f"cut {first} was stable at {a.speed:.0f} rpm and {in_unit(a.width, 'mm', '.3g')}, and cut {second} chattered there "
+            f"at {in_unit(b.width, 'mm', '.3g')}: they contradict each other."
         )
         raise LessonError(fact, remedy="Make one of them again, or take it out.")
     belief = learn_all(known.prior, cuts, seed)

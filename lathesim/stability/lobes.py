@@ -13,6 +13,7 @@ from lathesim.stability.frequency_limit import Limit, between_lines, limit_at, l
 from lathesim.stability.lesson_cut import Cut, with_modes
 from lathesim.stability.periodic_delay import DelayEquation, chatter_frequency, kind_of, milling, smallest_unstable, turning
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
+from lathesim.units import in_unit
 
 METHODS = ("frequency", "collocation", "time")
 _WIDEST = 50.0
@@ -68,7 +69,7 @@ def stability_map(cut: Cut, speeds: Sequence[float], method: str, progress: Prog
     if isinstance(cut.tool, FrequencyResponse) and any(point.limit.frequency > cut.tool.highest for point in points):
         findings += (f"Limits with chatter above {cut.tool.highest:g} Hz rest on the residual term, beyond the measured response.",)
     if any(math.isinf(point.limit.width) for point in points):
-        findings += (f"'stable' means up to {1e3 * _widest(cut, first_guess(cut, tool)):.4g} mm; wider cuts were not tried.",)
+        findings += (f"'stable' means up to {in_unit(_widest(cut, first_guess(cut, tool)), 'mm')}; wider cuts were not tried.",)
     return StabilityMap(tuple(points), method, smallest, findings)
 
 

@@ -24,6 +24,7 @@ from lathesim.stability.belief import Belief, Prior, begin, learn, log_limits, s
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.tool_point import Mode, ToolPoint
 from lathesim.stability.tried_cuts import TriedCut
+from lathesim.units import in_unit
 
 WIDTHS = 64
 RISK = 0.6
@@ -180,7 +181,9 @@ class ConcealedMachine:
         if not low <= speed <= high:
             raise LatheSimError(f"the speed is {speed:g} rpm.", remedy=f"Choose one from {low:g} to {high:g} rpm.")
         if not 0.0 < width <= self.inside.widest:
-            raise LatheSimError(f"the width is {1e3 * width:g} mm.", remedy=f"Choose one up to {1e3 * self.inside.widest:g} mm.")
+            raise LatheSimError(
+                f"the width is {in_unit(width, 'mm', 'g')}.", remedy=f"Choose one up to {in_unit(self.inside.widest, 'mm', 'g')}."
+            )
         limit = limit_at(self.tool, _STIFFNESS, speed)
         stable = width < limit.width
         return TriedCut(speed, width, stable, math.nan if stable else limit.frequency)

@@ -25,6 +25,7 @@ from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, RecordingError
 from lathesim.record import FloatArray
 from lathesim.stability.tool_point import Complex, FrequencyResponse, Quantity, ToolPoint, to_receptance
+from lathesim.units import in_unit
 
 _FEWEST_STEPS, _MOST_STEPS = 8, 32
 _ANGLE_OF_A_STEP = 0.04
@@ -233,7 +234,7 @@ def _judged(record: TapRecord, number: int) -> Hit:
         return Hit(number + 1, peak, "the response is overloaded")
     again = _second_pulse(force, top, max(SECOND_PULSE * peak, NOISE_LEVELS * noise))
     if again is not None:
-        fact = f"a second pulse of {force[again]:.0f} N follows {1e3 * (again - top) / record.rate:.1f} ms later"
+        fact = f"a second pulse of {force[again]:.0f} N follows {in_unit((again - top) / record.rate, 'ms', '.1f')} later"
         return Hit(number + 1, peak, fact)
     return Hit(number + 1, peak)
 

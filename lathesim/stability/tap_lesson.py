@@ -16,7 +16,7 @@ from lathesim.lessons.part_values import si_value
 from lathesim.record import FloatArray
 from lathesim.stability.tap import TapEstimate, TapRecord, TapSettings, estimate_response, judged_hits, tap
 from lathesim.stability.tool_point import Mode, Quantity, ToolPoint
-from lathesim.units import quantity
+from lathesim.units import in_unit, quantity
 
 if TYPE_CHECKING:
     from lathesim.lessons.lesson import Lesson
@@ -81,7 +81,7 @@ def _check(settings: TapSettings, place: str) -> None:
     if settings.length * settings.rate > 4e6:
         raise LessonError(f"a hit would have {settings.length * settings.rate:.3g} samples.", place=place, remedy="Shorten the record.")
     if settings.length < 0.05:
-        raise LessonError(f"a record of {1e3 * settings.length:g} ms is too short.", place=place, remedy="Use 0.5 s or more.")
+        raise LessonError(f"a record of {in_unit(settings.length, 'ms', 'g')} is too short.", place=place, remedy="Use 0.5 s or more.")
 
 
 def tap_until_good(tool: ToolPoint, settings: TapSettings, seed: int) -> TapEstimate:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.errors import LatheSimError, LessonError, nearest
-from lathesim.units import quantity
+from lathesim.units import in_unit, quantity
 
 _RPM = 9.549296585513721
 _STABLE = {
@@ -113,5 +113,5 @@ def _cut(row: list[str], at: dict[str, int], scale: dict[str, float], place: str
     if not (cut.speed > 0.0 and math.isfinite(cut.speed)):
         raise LessonError(f"the speed is {cut.speed:g} rpm.", place=place, remedy="Give one above 0.")
     if not (cut.width > 0.0 and math.isfinite(cut.width)):
-        raise LessonError(f"the width is {1e3 * cut.width:g} mm.", place=place, remedy="Give one above 0.")
+        raise LessonError(f"the width is {in_unit(cut.width, 'mm', 'g')}.", place=place, remedy="Give one above 0.")
     return cut

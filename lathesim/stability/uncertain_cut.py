@@ -19,7 +19,7 @@ from lathesim.stability.belief import Prior
 from lathesim.stability.frequency_limit import between_lines, widths_of_lines
 from lathesim.stability.lesson_cut import Cut, cut_of, with_modes
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
-from lathesim.units import split_quantity
+from lathesim.units import in_unit, split_quantity
 
 PREFIX = "tool_point."
 CLOSE = 0.03
@@ -85,7 +85,7 @@ def _deviation(cut: Cut, item: str, mode: int, text: str, place: str) -> float:
         )
         share = si_value(Given(text, place, place), _UNITS[item]) / middle if middle else 0.0
     if not 0.0 <= share < 3.0:
-        raise LessonError(f"an uncertainty of {100.0 * share:g} % makes no sense.", place=place, remedy="Give one from 0 to 300 %.")
+        raise LessonError(f"an uncertainty of {in_unit(share, '%', 'g')} makes no sense.", place=place, remedy="Give one from 0 to 300 %.")
     return share
 
 

@@ -13,7 +13,7 @@ import click
 
 from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, read_names, set_option, variant_option
 from lathesim.cli.output_path import OutputPath
-from lathesim.cli.writing import Result, aligned, write
+from lathesim.cli.writing import Result, write
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
@@ -78,15 +78,15 @@ def _progress(done: int, starts: int) -> None:
 
 def fit_lines(found: ParameterFit, findings: list[str]) -> Iterator[str]:
     """Yield the result of a fit as a person reads it."""
-    from lathesim.analysis.display_unit import shown_with_unit
+    from lathesim.analysis.display_unit import shown_with_unit, text_table
 
     yield from [f"Recording: {text}" for text in findings] + [""] * bool(findings)
     rows: list[tuple[str, ...]] = [("parameter", "value", "standard error", "unit", "given")]
-    yield from aligned(rows + [(item.name, *_value(item), _unit(item), f"{item.given:.6g}") for item in found.parameters])
+    yield from text_table(rows + [(item.name, *_value(item), _unit(item), f"{item.given:.6g}") for item in found.parameters])
     rows = [("channel", "misfit, rms, as given", "fitted", "floor")]
     for item in found.channels:
         rows.append((item.channel, *(shown_with_unit(size, item.unit, 3) for size in (item.before, item.after, item.floor))))
-    yield from ("", *aligned(rows), "")
+    yield from ("", *text_table(rows), "")
     yield from (f"{first} and {second} go together (correlation {rho:+.3f})." for first, second, rho in found.correlated)
     yield from found.undetermined
     yield f"{found.agreeing} of {found.starts} starts agree; {found.runs} runs, {found.wall_time:.1f} s."

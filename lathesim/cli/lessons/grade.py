@@ -10,7 +10,7 @@ import click
 
 from lathesim.cli.options import plugins_option
 from lathesim.cli.registry import open_registry
-from lathesim.cli.writing import Result, aligned, write
+from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:
     from lathesim.lessons.grading import GoalResult, Grade
@@ -64,6 +64,7 @@ def _in_full(graded: Grade) -> Iterator[str]:
 
 
 def _lines(grades: Sequence[Grade]) -> Iterator[str]:
+    from lathesim.analysis.display_unit import text_table
     from lathesim.cli.lessons.run_tables import words
     from lathesim.lessons.grading import REACHED
 
@@ -74,7 +75,7 @@ def _lines(grades: Sequence[Grade]) -> Iterator[str]:
         cells = [_shown(found.get(name)) for name in names]
         count = f"{item.met} of {len(item.goals)}" if item.goals else "-"
         rows.append((item.record, item.lesson, item.result, count, *cells, _plain(" ".join(item.notes))))
-    yield from aligned(rows)
+    yield from text_table(rows)
     yield f"\n{sum(item.result == REACHED for item in grades)} of {len(grades)} records meet all goals."
 
 

@@ -6,9 +6,8 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from lathesim.analysis.display_unit import plain_number, shown_with_unit
+from lathesim.analysis.display_unit import plain_number, shown_with_unit, text_table
 from lathesim.analysis.metric import NO_VALUE, Measured
-from lathesim.cli.writing import aligned
 from lathesim.lessons.grading import GoalResult
 from lathesim.units import from_si, split_quantity
 
@@ -37,7 +36,7 @@ def case_table(outcome: Outcome) -> str:
         published = outcome.published.get(name, "")
         rows.append((words(name), _like(measured, published), *([published] if beside else [])))
     rows += [(words(name), reason, *([outcome.published.get(name, "")] if beside else [])) for name, reason in outcome.without.items()]
-    return "\n".join(aligned(rows))
+    return "\n".join(text_table(rows))
 
 
 def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) -> str:
@@ -60,7 +59,7 @@ def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) ->
         if judged:
             row.append(f"{sum(goal.met for goal in outcome.goals)} of {len(outcome.goals)}" if outcome.status == "complete" else "-")
         rows.append(tuple(row))
-    return "\n".join(aligned(rows))
+    return "\n".join(text_table(rows))
 
 
 def _limit(outcome: Outcome, name: str) -> str:
@@ -93,7 +92,7 @@ def goals_text(results: Sequence[GoalResult]) -> str:
         reached = f"{plain_number(result.value, 5)} {result.unit}".strip() if not math.isnan(result.value) else "-"
         rows.append((words(result.metric), f"{result.sense} {result.limit}", reached, _verdict(result)))
     hints = dict.fromkeys(f"Hint: {result.hint}" for result in results if result.over > 0.0 and result.hint)
-    return "\n".join([*aligned(rows), *hints])
+    return "\n".join([*text_table(rows), *hints])
 
 
 def _verdict(result: GoalResult) -> str:

@@ -12,6 +12,7 @@ import click
 
 from lathesim.cli.options import grouped
 from lathesim.cli.output_path import OutputPath
+from lathesim.units import in_unit
 from lathesim.whole_file import write_new
 
 if TYPE_CHECKING:
@@ -182,7 +183,7 @@ def _table(interpreted: Program) -> Iterator[str]:
         yield f"{moves.lines[place]:>4}  {_arc(moves[place]) if kind == 'arc' else kind:<10}{x:>12.4f}{z:>12.4f}  {behind}"
     summary = interpreted.summary
     counts = ", ".join(f"{number} {kind}" for kind, number in summary.counts.items()) or "no moves"
-    yield f"{counts}; cut {1e3 * summary.cut_path:.3f} mm, rapid {1e3 * summary.rapid_path:.3f} mm"
+    yield f"{counts}; cut {in_unit(summary.cut_path, 'mm', '.3f')}, rapid {in_unit(summary.rapid_path, 'mm', '.3f')}"
     yield _taken_as(interpreted)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 from pathlib import Path
@@ -14,6 +13,7 @@ from lathesim.engine.assembly import Place
 from lathesim.experiments.design.experiment import Designed
 from lathesim.experiments.design.prediction import Foretold
 from lathesim.experiments.design.rivals import NEXT_RUN
+from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.whole_file import make_folder, write_text
 
@@ -63,10 +63,10 @@ def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
             {
                 "rival": rival.name,
                 "chance_to_decide": _rival_chance(found, foretold, number),
-                "apart": float(np.median(np.delete(found.worth.apart[number], number, axis=0).min(axis=0))),
-                "explains": float(np.median(found.worth.explained[number])),
+                "apart": np.median(np.delete(found.worth.apart[number], number, axis=0).min(axis=0)),
+                "explains": np.median(found.worth.explained[number]),
                 "verdict": next((item.verdict for item in foretold if item.rival == rival.name), None),
-                "named": next((list(item.named) for item in foretold if item.rival == rival.name), []),
+                "named": next((item.named for item in foretold if item.rival == rival.name), ()),
             }
             for number, rival in enumerate(found.scene.rivals)
         ],
@@ -75,7 +75,7 @@ def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
             for (first, second, far), places in zip(found.pairs, combinations(range(len(found.scene.rivals)), 2), strict=True)
         ],
         "record": [
-            {"channel": name, "at_least_hz": 1.0 / found.scene.period, "share": float(found.by_channel[:, place].mean())}
+            {"channel": name, "at_least_hz": 1.0 / found.scene.period, "share": found.by_channel[:, place].mean()}
             for place, name in enumerate(found.scene.channels)
         ],
         "if_nothing_tells": None if found.decidable else undecidable_sentence(found),
@@ -145,7 +145,7 @@ def write_experiment(found: Designed, foretold: Sequence[Foretold], folder: Path
     from lathesim.analysis.plots import save_figure
 
     places = {"prediction": folder / "prediction.json", "picture": folder / "experiment.png"}
-    write_text(places["prediction"], json.dumps(as_json(found, foretold), indent=2))
+    write_text(places["prediction"], written_json(as_json(found, foretold)))
     units = [found.scene.plan.unit(name) for name in found.scene.channels]
     names = [rival.name for rival in found.scene.rivals]
     chosen = (found.program.seconds, found.worth.chance)

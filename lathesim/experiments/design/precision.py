@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import threading
 import time as clock
@@ -25,6 +24,7 @@ from lathesim.experiments.design.room import Room, room_of
 from lathesim.experiments.emulation.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.hidden_directions import Telling, telling
 from lathesim.experiments.replica import ProgramRuns
+from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
@@ -255,7 +255,7 @@ def as_json(found: Precise) -> dict[str, Any]:
         "value": found.value,
         "known_to_10_percent": found.told.known,
         "information": found.told.information,
-        "singular_values": [float(size) for size in found.told.singular],
+        "singular_values": found.told.singular,
         "hidden": [item.sentence for item in found.told.hidden],
         "values": {
             item.name: {"relative_error": loose.get(item.name), "known_to_10_percent": item.name not in loose} for item in found.free
@@ -279,7 +279,7 @@ def write_precision(found: Precise, folder: Path) -> dict[str, Any]:
         further["duration"] = f"{np.ceil(10.0 * found.program.seconds) / 10.0:.1f} s"
     text = changed_lesson(found.lesson, [], {}, folder, program=folder / "program.nc", further=further)
     write_text(folder / "lesson.yaml", text)
-    write_text(folder / "prediction.json", json.dumps(told, indent=2))
+    write_text(folder / "prediction.json", written_json(told))
     return told
 
 

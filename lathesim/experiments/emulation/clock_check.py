@@ -8,6 +8,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.waypoints import Waypoints
+from lathesim.units import in_unit
 
 _LEAST_LEAD = 0.05
 """Time [s] by which a clock must be ahead or behind at the end before it is told; assumed: a shorter one is lag or jitter."""
@@ -32,9 +33,9 @@ def clocks_apart(recorded: Sequence[Waypoints], simulated: Sequence[FloatArray])
             continue
         pace, corners = ("fast", "slower") if late > 0.0 else ("slow", "quicker")
         yield (
-            f"{item.file.name}: its clock runs {100.0 * abs(skew):.2g} % {pace} against the program as simulated, "
-            f"{1e3 * abs(late):.3g} ms after {item.duration:.3g} s. Correct its time column, unless the control is that much {corners} at "
-            "corners."
+            f"{item.file.name}: its clock runs {in_unit(abs(skew), '%', '.2g')} {pace} against the program as simulated, "
+            f"{in_unit(abs(late), 'ms', '.3g')} after {item.duration:.3g} s. Correct its time column, unless the control is that much "
+            f"{corners} at corners."
         )
 
 

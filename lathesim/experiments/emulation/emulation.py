@@ -26,6 +26,7 @@ from lathesim.experiments.replica import Replica, Setting
 from lathesim.experiments.waypoints import Waypoints, read_waypoints
 from lathesim.lessons.lesson import Lesson
 from lathesim.plugins import Registry
+from lathesim.units import in_unit
 
 _LEAST_FLOOR = 1e-6
 """Noise [m] below which way-points of machines are not; assumed."""
@@ -186,7 +187,7 @@ class _Fitting:
         def tell(runs: int, cost: float) -> None:
             if clock.monotonic() - told[0] > 2.0:
                 told[0] = clock.monotonic()
-                say(f"  {runs} runs, off by {1e3 * np.sqrt(max(cost, 0.0)):.4g} mm")
+                say(f"  {runs} runs, off by {in_unit(np.sqrt(max(cost, 0.0)), 'mm')}")
 
         stopped = False
         try:
@@ -265,7 +266,7 @@ def _with_clock(fitted: _Fitting, best: _Found, say: Say) -> _Found:
     fitted.runs += with_clock.replica.runs
     if worth < SURE:
         return best
-    say(f"The control's clock wanders by {1e3 * with_clock.wandering.spread**0.5:.2g} ms in the first second.")
+    say(f"The control's clock wanders by {in_unit(with_clock.wandering.spread**0.5, 'ms', '.2g')} in the first second.")
     return _with_structure(fitted, _Found(best.changes, with_clock, point, float(np.square(with_clock.vector(point)).sum())), say)
 
 
@@ -336,4 +337,4 @@ def _cross(fitted: _Fitting, best: _Found, say: Say) -> tuple[tuple[float, ...],
 
 
 def _listed_mm(sizes: Sequence[float]) -> str:
-    return ", ".join(f"{1e3 * size:.4g} mm" for size in sizes)
+    return ", ".join(f"{in_unit(size, 'mm')}" for size in sizes)

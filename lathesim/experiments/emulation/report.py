@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import html
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lathesim.analysis.display_unit import text_table
 from lathesim.experiments.emulation.emulation import Emulation
 from lathesim.experiments.emulation.free_values import FreeValue
+from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.units import in_unit
 from lathesim.whole_file import make_folder, write_text
 
 SCHEMA = "lathesim-emulation/1"
@@ -28,7 +30,7 @@ def lesson_text(found: Emulation, folder: Path) -> str:
 
 def _before(value: FreeValue) -> str:
     """Return as a lesson writes it how far a value may be off before anything is recorded."""
-    return f"{100.0 * value.spread:g} %" if value.is_ratio else f"{value.size:g} {value.unit}".removesuffix(" 1")
+    return in_unit(value.spread, "%", "g") if value.is_ratio else f"{value.size:g} {value.unit}".removesuffix(" 1")
 
 
 def as_json(found: Emulation) -> dict[str, Any]:
@@ -41,7 +43,7 @@ def as_json(found: Emulation) -> dict[str, Any]:
         "lambda": found.question.weight,
         "structure": [change.title for change in found.changes],
         "values": {
-            item.name: {"value": float(value), "unit": item.unit, "given": item.given}
+            item.name: {"value": value, "unit": item.unit, "given": item.given}
             for item, value in zip(found.free, found.values, strict=True)
         },
         "recordings": [
@@ -50,23 +52,23 @@ def as_json(found: Emulation) -> dict[str, Any]:
                 "program": str(item.prepared.case.program) if item.prepared.case.program else None,
                 "rms_given_m": given,
                 "rms_m": fitted,
-                "waypoints": int(item.time.size),
+                "waypoints": item.time.size,
             }
             for name, item, given, fitted in zip(names, found.recorded, found.given_rms, found.fitted_rms, strict=True)
         ],
-        "cross_design_m": {"rows": names, "columns": names, "rms": [list(row) for row in found.cross]} if found.cross else None,
-        "clocks": list(found.clocks),
+        "cross_design_m": {"rows": names, "columns": names, "rms": found.cross} if found.cross else None,
+        "clocks": found.clocks,
         "clock_wandering_s2_per_s": found.wandering,
         "noise_m": found.noise,
         "model_error_share": found.error_share,
         "directions": {
             "known_to_10_percent": found.telling.known,
             "information": found.telling.information,
-            "singular_values": [float(size) for size in found.telling.singular],
+            "singular_values": found.telling.singular,
             "hidden": [{"powers": item.powers, "sentence": item.sentence} for item in found.telling.hidden],
             "loose": dict(found.telling.loose),
         },
-        "importance": [{"name": item.name, "trees": _plain(item.trees), "profile_factor": item.profile} for item in found.importance],
+        "importance": [{"name": item.name, "trees": item.trees, "profile_factor": item.profile} for item in found.importance],
         "unseen": [{"name": item.name, "rms": item.rms, "largest": item.largest, "in_band": item.covered} for item in found.unseen],
         "runs": found.runs,
         "wall_time_s": found.wall_time,
@@ -74,23 +76,19 @@ def as_json(found: Emulation) -> dict[str, Any]:
     }
 
 
-def _plain(value: float) -> float | None:
-    return None if np.isnan(value) else value
-
-
 def told_lines(found: Emulation) -> Iterator[str]:
     """Yield the emulation as a person reads it at a terminal."""
     if found.stopped:
         yield "Stopped: this is the best machine so far."
-    yield from _table(_fit_rows(found))
+    yield from text_table(_fit_rows(found), ruled=False)
     if found.changes:
         yield f"Structure: {', '.join(change.title for change in found.changes)}."
     if found.cross:
         yield ""
         yield "rms after 2 s, row: held against, column: fitted to"
-        yield from _table(_cross_rows(found))
+        yield from text_table(_cross_rows(found), ruled=False)
     for item in found.unseen:
-        yield f"Not fitted: {item.name}: {_rms(item.rms)}, {100 * item.covered:.1f} % of the way-points in the 95 % band."
+        yield f"Not fitted: {item.name}: {_rms(item.rms)}, {in_unit(item.covered, '%', '.1f')} of the way-points in the 95 % band."
     yield ""
     yield "What these recordings tell"
     yield from (f"  {sentence}" for sentence in telling_sentences(found))
@@ -101,7 +99,7 @@ def telling_sentences(found: Emulation) -> Iterator[str]:
     """Yield what the recordings tell, and what they cannot."""
     told = found.telling
     count = len(told.names)
-    yield f"{told.known} of {count} combinations of values are known to 10 % or better, with {1e6 * found.noise:.3g} um of noise."
+    yield f"{told.known} of {count} combinations of values are known to 10 % or better, with {in_unit(found.noise, 'um', '.3g')} of noise."
     for item in told.hidden:
         yield item.sentence
     if told.hidden:
@@ -113,7 +111,7 @@ def telling_sentences(found: Emulation) -> Iterator[str]:
         )
         yield f"{text}: the readings stay still when the machine is run again along {'it' if number == 1 else 'them'}."
     if found.wandering > 0.0:
-        yield f"The control's clock wanders against the program by {1e3 * found.wandering**0.5:.2g} ms in the first second."
+        yield f"The control's clock wanders against the program by {in_unit(found.wandering**0.5, 'ms', '.2g')} in the first second."
     rest = count - told.known - len(told.hidden)
     if rest > 0:
         yield f"{rest} more could show and do not, or not to 10 %: another program would tell more (lathesim experiment)."
@@ -127,22 +125,17 @@ def telling_sentences(found: Emulation) -> Iterator[str]:
 def _fit_rows(found: Emulation) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("recording", "way-points", "as given, rms", "emulated, rms")]
     for item, given, fitted in zip(found.recorded, found.given_rms, found.fitted_rms, strict=True):
-        rows.append((item.name, str(item.time.size), f"{1e3 * given:.4f} mm", f"{1e3 * fitted:.4f} mm"))
+        rows.append((item.name, str(item.time.size), in_unit(given, "mm", ".4f"), in_unit(fitted, "mm", ".4f")))
     return rows
 
 
 def _cross_rows(found: Emulation) -> list[tuple[str, ...]]:
     names = [item.name for item in found.recorded]
-    return [("", *names), *((name, *(f"{1e3 * size:.4f} mm" for size in row)) for name, row in zip(names, found.cross, strict=True))]
+    return [("", *names), *((name, *(in_unit(size, "mm", ".4f") for size in row)) for name, row in zip(names, found.cross, strict=True))]
 
 
 def _rms(sizes: dict[str, float]) -> str:
-    return ", ".join(f"{name} {1e3 * size:.4f} mm rms" if size < 10 else f"{name} {size:.4g}" for name, size in sizes.items())
-
-
-def _table(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return ", ".join(f"{name} {in_unit(size, 'mm', '.4f')} rms" if size < 10 else f"{name} {size:.4g}" for name, size in sizes.items())
 
 
 def report_html(found: Emulation, picture: str) -> str:
@@ -163,7 +156,7 @@ def report_html(found: Emulation, picture: str) -> str:
         parts += ["<h2>Cross-design table</h2><p>rms after 2 s; row: held against, column: fitted to.</p>", _html_table(_cross_rows(found))]
     if found.unseen:
         rows = [("not fitted", "deviation", "in the 95 % band")]
-        rows += [(item.name, _rms(item.rms), f"{100 * item.covered:.1f} %") for item in found.unseen]
+        rows += [(item.name, _rms(item.rms), in_unit(item.covered, "%", ".1f")) for item in found.unseen]
         parts += ["<h2>Programs that were not fitted</h2>", _html_table(rows)]
     parts += [f"<p><img src='{html.escape(picture)}' alt='deviations at the way-points'></p>"]
     parts += ["<h2>What these recordings tell, and what they cannot</h2><ul>"]
@@ -181,7 +174,7 @@ def _value_rows(found: Emulation) -> list[tuple[str, ...]]:
     ]
     for item, value in zip(found.free, found.values, strict=True):
         error = (
-            f"{100 * loose[item.name]:.3g} %"
+            in_unit(loose[item.name], "%", ".3g")
             if item.name in loose and loose[item.name] < 10.0
             else "not told"
             if item.name in loose
@@ -205,7 +198,7 @@ def write_emulation(found: Emulation, folder: Path) -> dict[str, Path]:
     from lathesim.analysis.plots import save_figure
 
     lesson, report = lesson_text(found, folder), report_html(found, "emulation.png")
-    told = json.dumps(as_json(found), indent=2)
+    told = written_json(as_json(found))
     make_folder(folder)
     panels = [
         (item.name, item.time, item.values, judged.deviation, judged.band)

@@ -18,6 +18,7 @@ from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import Lesson, lesson_from_text
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
+from lathesim.units import in_unit
 
 _EFFECTS = ("CoulombFriction", "Backlash", "AxialResonance")
 """What way-points at a few hertz can show of an axis; assumed."""
@@ -74,7 +75,7 @@ def _interpolators(prepared: Prepared) -> Iterable[Change]:
         elif part.component.__name__ != _INTERPOLATOR or _value(part, "cycle") > 0.0:
             continue
         for cycle in _CYCLES:
-            title, held = f"{part.name} counts blocks in cycles of {1e3 * cycle:g} ms", {f"{part.name}.cycle": cycle}
+            title, held = f"{part.name} counts blocks in cycles of {in_unit(cycle, 'ms', 'g')}", {f"{part.name}.cycle": cycle}
             yield Change(title, (), (), np.zeros((1, 0)), replace={part.name: _INTERPOLATOR}, held=held)
 
 

@@ -19,6 +19,7 @@ from lathesim.experiments.emulation.structure import Change
 from lathesim.experiments.emulation.wandering_clock import Wandering
 from lathesim.experiments.replica import Replica, given_values
 from lathesim.identification.estimation.fit import fit_linear
+from lathesim.units import in_unit
 
 _MOST_CHANGES = 8
 _TRIED = 3
@@ -146,7 +147,7 @@ class StructureSearch:
             yield found
 
     def _size(self, deviations: FloatArray) -> str:
-        return f"{1e3 * self.floor * float(np.sqrt(np.square(deviations).mean())):.4g} mm"
+        return f"{in_unit(self.floor * float(np.sqrt(np.square(deviations).mean())), 'mm')}"
 
     def _fitted(self, objective: Objective, start: FloatArray) -> FloatArray:
         """Return the end of a descent, with the floor at what is left so that what the lesson says of values has its weight."""

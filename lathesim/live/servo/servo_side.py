@@ -26,6 +26,7 @@ from lathesim.live.servo.stepped_machine import SteppedMachine
 from lathesim.live.servo.wire_format import Decoder, Frame, Kind, WireError, read_text, text_frame
 from lathesim.live.sources.listening import Listening
 from lathesim.live.sources.samples import LiveError, Sink
+from lathesim.units import in_unit
 
 MOST_CONNECTIONS = 32
 """Connections that are open at once; more are closed as they come."""
@@ -111,8 +112,9 @@ class ServoSide:
         try:
             machine = self._make(hello.axes)
             if not math.isclose(hello.period, machine.period, rel_tol=1e-9):
-                fact = f"the set-points come every {1e3 * hello.period:g} ms, and the machine takes one every {1e3 * machine.period:g} ms."
-                raise LiveError(fact, remedy=f"Time the path with --period '{1e3 * machine.period:g} ms'.")
+                taken = in_unit(machine.period, "ms", "g")
+                fact = f"the set-points come every {in_unit(hello.period, 'ms', 'g')}, and the machine takes one every {taken}."
+                raise LiveError(fact, remedy=f"Time the path with --period '{taken}'.")
             session = Session(peer)
             self.sessions.append(session)
             del self.sessions[:-MOST_SESSIONS]

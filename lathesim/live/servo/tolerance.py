@@ -19,6 +19,7 @@ from lathesim.motion.retime import retime
 from lathesim.motion.time_law import Timing, sample_times
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
+from lathesim.units import in_unit
 
 _ROUNDS = 8
 _SLOWEST = 0.1
@@ -95,8 +96,8 @@ def _errors(timing: Timing, prepared: Prepared, period: float) -> tuple[FloatArr
     outputs = [_executed(prepared, axes[name]) for name in names]
     machine = SteppedMachine(prepared, axes, record=list(dict.fromkeys(outputs)))
     if abs(machine.period / period - 1.0) > 1e-9:
-        fact = f"the machine of {prepared.name} takes a set-point every {1e3 * machine.period:g} ms."
-        raise LiveError(fact, remedy=f"Use --period '{1e3 * machine.period:g} ms'.")
+        taken = in_unit(machine.period, "ms", "g")
+        raise LiveError(f"the machine of {prepared.name} takes a set-point every {taken}.", remedy=f"Use --period '{taken}'.")
     time = sample_times(timing.duration + _SETTLE, period)
     wanted = timing.at(np.minimum(time, timing.duration))[0]
     began = machine.advance(wanted[:1])[[machine.plan.channels.index(name) for name in outputs], 0]

@@ -25,6 +25,7 @@ from lathesim.live.servo.stepped_machine import SteppedMachine
 from lathesim.live.sources.samples import LiveError
 from lathesim.live.watching.thresholds import ERRORS
 from lathesim.record import FloatArray
+from lathesim.units import in_unit
 
 _HALF = 0.5
 """Share of a value by which it is changed at most."""
@@ -70,7 +71,7 @@ class ResidualStream:
         own = prepared.plan.assembly.sample_period
         self.ratio = round(period / own)
         if self.ratio < 1 or self.ratio > LARGEST_RATIO or abs(period / own - self.ratio) > 1e-3 * self.ratio:
-            fact = f"the samples come every {1e3 * period:g} ms, and the machine is simulated every {1e3 * own:g} ms."
+            fact = f"the samples come every {in_unit(period, 'ms', 'g')}, and the machine is simulated every {in_unit(own, 'ms', 'g')}."
             raise LiveError(fact, remedy="Record at the machine's rate, or at a whole fraction of it.")
         self._exact = _without_steps(prepared)
         self._shares: FloatArray = np.zeros(0)
