@@ -14,36 +14,37 @@ from typing import Any
 import click
 
 import lathesim
+from lathesim.cli.options import STOPPED
 from lathesim.errors import LatheSimError
 
-INPUT_FAULT, USAGE, PROGRAM_FAULT, STOPPED = 1, 2, 3, 130
+INPUT_FAULT, USAGE, PROGRAM_FAULT = 1, 2, 3
 
 SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
     "The course": {
-        "tui": ("lathesim.cli.app.tui:tui", "Open the terminal app, as lathesim alone does."),
-        "serve": ("lathesim.cli.app.serve:serve", "Serve the terminal app to a browser."),
+        "tui": ("lathesim.cli.app:tui", "Open the terminal app, as lathesim alone does."),
+        "serve": ("lathesim.cli.app:serve", "Serve the terminal app to a browser."),
         "init": ("lathesim.cli.parts.init:init", "Copy lessons, programs and plug-ins to a folder to work on."),
-        "lessons": ("lathesim.cli.lessons.lessons:lessons", "List the lessons."),
+        "lessons": ("lathesim.cli.listing:lessons", "List the lessons."),
         "run": ("lathesim.cli.lessons.run:run", "Run a lesson: numbers, plots and a record."),
         "grade": ("lathesim.cli.lessons.grade:grade", "Grade records by the goals of their lesson."),
         "sweep": ("lathesim.cli.lessons.sweep:sweep", "Run a lesson over ranges of its parameters."),
-        "help": ("lathesim.cli.help:help_", "List the chapters of the manual, or print one."),
+        "help": ("lathesim.cli.listing:help_", "List the chapters of the manual, or print one."),
     },
     "Records": {
         "plot": ("lathesim.cli.lessons.records:plot", "Plot channels of a record."),
         "export": ("lathesim.cli.lessons.records:export", "Write a record as CSV or MAT file."),
     },
     "Part programs": {
-        "program": ("lathesim.cli.programs.program:program", "Check a part program and show its moves."),
-        "new-program": ("lathesim.cli.programs.new_program:new_program", "Write a part program from a few numbers."),
+        "program": ("lathesim.cli.part_program:program", "Check a part program and show its moves."),
+        "new-program": ("lathesim.cli.part_program:new_program", "Write a part program from a few numbers."),
     },
     "Machines": {
         "wiring": ("lathesim.cli.parts.wiring:wiring", "Show how the parts of a lesson's machine are wired."),
-        "components": ("lathesim.cli.parts.listing:components", "List the machine parts, or show the page of one."),
-        "effects": ("lathesim.cli.parts.listing:effects", "List the effects that can be left out, or show the page of one."),
-        "plugins": ("lathesim.cli.parts.listing:plugins", "List what was registered, from where, and what is at fault."),
+        "components": ("lathesim.cli.listing:components", "List the machine parts, or show the page of one."),
+        "effects": ("lathesim.cli.listing:effects", "List the effects that can be left out, or show the page of one."),
+        "plugins": ("lathesim.cli.listing:plugins", "List what was registered, from where, and what is at fault."),
         "check": ("lathesim.cli.parts.check:check", "Check lessons, machine templates, part programs and plug-ins."),
-        "schema": ("lathesim.cli.parts.listing:schema", "Print the JSON Schema of a lesson, for editors."),
+        "schema": ("lathesim.cli.listing:schema", "Print the JSON Schema of a lesson, for editors."),
     },
     "Recordings against the simulation": {
         "compare": ("lathesim.cli.diagnosis.compare:compare", "Compare a recording with the simulation of a lesson."),
@@ -144,7 +145,7 @@ def group(ctx: click.Context) -> int | None:
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         click.echo(ctx.get_help())
         return None
-    from lathesim.cli.app.tui import open_app
+    from lathesim.cli.app import open_app
 
     return open_app()
 

@@ -1,4 +1,4 @@
-"""The options that several commands share, and the groups in which a command takes them."""
+"""The options that several commands share, the groups in which a command takes them, and the lesson and the registry they choose."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from lathesim.cli.output_path import OutputPath
-
 if TYPE_CHECKING:
     from lathesim.lessons.lesson import Lesson
     from lathesim.lessons.simulate import Prepared
@@ -24,6 +22,30 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 STOPPED = 130
 """Exit code of work that Ctrl-C ended."""
+
+
+class OutputPath(click.Path):
+    """A file to be written, or a ``folder``; with ``makes_folder`` missing folders above a file are made.
+
+    Raises :class:`lathesim.errors.WriteError` if it cannot be written, see :func:`lathesim.whole_file.check_place`.
+    """
+
+    def __init__(self, *, folder: bool = False, makes_folder: bool = False, allow_dash: bool = False) -> None:
+        super().__init__(path_type=Path, allow_dash=allow_dash)
+        self._folder = folder
+        self._makes_folder = makes_folder
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path once it is known that it can be written."""
+        from lathesim.whole_file import check_folder, check_output, check_place
+
+        path: Any = super().convert(value, param, ctx)
+        if self.allow_dash and str(path) == "-":
+            return path
+        check = check_folder if self._folder else check_output if self._makes_folder else check_place
+        check(path)
+        return path
+
 
 variant_option = click.option("--variant", metavar="NAME", help="One of the lesson's variants.")
 program_option = click.option("--program", type=click.Path(path_type=Path), metavar="FILE", help="Another part program.")
@@ -83,8 +105,6 @@ class ChosenLesson:
     @cached_property
     def registry(self) -> Registry:
         """The registry with the plug-ins of the command line."""
-        from lathesim.cli.registry import open_registry
-
         return open_registry(self.plugin_folders)
 
     @cached_property
@@ -176,3 +196,48 @@ def read_ends(option: str, text: str) -> tuple[float, float]:
     if not dots or not 0.0 <= first < last:
         raise click.UsageError(f"{option} {text}: the ends rise from 0 on.")
     return first, last
+
+
+def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:
+    """Return the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
+    from lathesim.engine.compiling.compile_notice import tell_compiling_to
+
+    tell_compiling_to(_told_once())
+    registry = load_with_workspace(plugin_folders)
+    if tell:
+        tell_problems(registry)
+    return registry
+
+
+def load_with_workspace(plugin_folders: tuple[Path, ...]) -> Registry:
+    """Return the registry with the user's plug-in folders and that of the workspace, read anew."""
+    from lathesim.plugins import load_registry
+    from lathesim.workspace import workspace_plugins
+
+    folders = list(plugin_folders)
+    own = workspace_plugins(Path.cwd())
+    if own is not None and own.resolve() not in [folder.resolve() for folder in folders]:
+        folders.append(own.relative_to(Path.cwd()))
+    registry = load_registry(folders)
+    if folders:
+        registry.ask("components", "effects", "metrics")
+    return registry
+
+
+def _told_once() -> Callable[[str], None]:
+    """Return what writes sentences of the compiler to the error stream, of each kind ("Compiling once ...") only the first."""
+    told: set[str] = set()
+
+    def tell(sentence: str) -> None:
+        kind = sentence.partition(",")[0]
+        if kind not in told:
+            told.add(kind)
+            click.echo(sentence, err=True)
+
+    return tell
+
+
+def tell_problems(registry: Registry) -> None:
+    """Write the plug-ins at fault to the error stream."""
+    for problem in registry.problems:
+        click.echo(f"Left out: {problem}", err=True)

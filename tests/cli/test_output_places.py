@@ -12,7 +12,7 @@ import click
 import pytest
 
 from lathesim.cli.main import COMMANDS, group
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import OutputPath
 from lathesim.errors import WriteError
 from lathesim.manual.chapters import chapter
 from lathesim.whole_file import WholeFiles, write_text

@@ -12,7 +12,7 @@ from types import FrameType
 import pytest
 
 from lathesim.analysis.path_figures import program_figure
-from lathesim.cli.programs.program import _points
+from lathesim.cli.part_program import _points
 from lathesim.program.canonical_moves import canon, canon_text
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import detect_dialect

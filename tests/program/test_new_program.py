@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from lathesim.cli.programs.new_program import new_program
-from lathesim.cli.programs.program import program
+from lathesim.cli.part_program import new_program, program
 from lathesim.errors import ProgramError, UnitError, WriteError
 from lathesim.program.interpreter import interpret
 from lathesim.program.words import read_program

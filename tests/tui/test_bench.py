@@ -10,7 +10,7 @@ import pytest
 from textual.geometry import Region
 from textual.widgets import Select, Static
 
-from lathesim.cli.app.tui import make_app
+from lathesim.cli.app import make_app
 from lathesim.cli.main import run_command_line
 from lathesim.record import load
 from lathesim.tui.widgets.controls import Slider

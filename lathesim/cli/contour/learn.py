@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, set_option, variant_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, set_option, variant_option
 from lathesim.cli.progress import working
 from lathesim.cli.writing import Column, Result, table, write
 

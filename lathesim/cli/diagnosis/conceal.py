@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import grouped, plugins_option
-from lathesim.cli.output_path import OutputPath
-from lathesim.cli.registry import open_registry
+from lathesim.cli.options import OutputPath, grouped, open_registry, plugins_option
 
 if TYPE_CHECKING:
     pass

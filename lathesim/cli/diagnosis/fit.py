@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, read_names, set_option, variant_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, read_names, set_option, variant_option
 from lathesim.cli.writing import Result, write
 from lathesim.whole_file import write_text
 

@@ -20,18 +20,17 @@ def reveal(seal: Path, answer: Path, guess: Path | None, within: float, as_json:
 
     With --guess the JSON of 'lathesim diagnose' is graded: names, families, sizes, and whether the intervals hold the truth.
     """
-    import json
-
     from lathesim.exercises.grading import grade, grade_json, read_guess
     from lathesim.exercises.revealed_text import graded_lines, hidden_lines
     from lathesim.exercises.sealed_answer import changed_files, opened
+    from lathesim.json_text import written_json
 
     truth = opened(seal, answer)
     graded = grade(truth, read_guess(guess), within / 100.0) if guess is not None else None
     changed = changed_files(seal, truth)
     if as_json:
         shown = {"answer": {name: item for name, item in truth.items() if name != "salt"}, "changed_files": changed}
-        click.echo(json.dumps({**shown, "grade": grade_json(graded) if graded else None}, indent=2))
+        click.echo(written_json({**shown, "grade": grade_json(graded) if graded else None}))
         return
     click.echo("The answer is the one that was sealed.")
     for name in changed:

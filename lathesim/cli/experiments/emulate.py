@@ -7,8 +7,7 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, grouped, json_option, plugins_option, read_names
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, json_option, plugins_option, read_names
 from lathesim.cli.progress import interruptible
 from lathesim.cli.writing import Result, write
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, read_names, variant_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, read_names, variant_option
 from lathesim.cli.progress import interruptible
 from lathesim.cli.writing import Result, write
 

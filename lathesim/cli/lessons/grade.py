@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import plugins_option
-from lathesim.cli.registry import open_registry
+from lathesim.cli.options import open_registry, plugins_option
 from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import OutputPath
 
 if TYPE_CHECKING:
     from lathesim.record import Record

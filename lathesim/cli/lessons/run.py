@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import click
 from lathesim.cli.options import (
     STOPPED,
     ChosenLesson,
+    OutputPath,
     grouped,
     json_option,
     plugins_option,
@@ -18,7 +20,7 @@ from lathesim.cli.options import (
     set_option,
     variant_option,
 )  # fmt: skip
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:
     from lathesim.analysis.metric import Measurements
@@ -69,8 +71,7 @@ def run(chosen: ChosenLesson, how: RunOptions, recording: Path | None, out: Path
         runs.one(case, _record_path(out, case, chosen.program_file, recording, alone=len(prepared) == 1))
         if runs.stopped:
             break
-    runs.write()
-    return STOPPED if runs.stopped else int(runs.failed)
+    return write(runs.result(), how.as_json)
 
 
 def _tell_odd_programs(prepared: list[Prepared]) -> None:
@@ -92,7 +93,7 @@ def _record_path(out: Path | None, case: Prepared, *read: Path | None, alone: bo
 
 @dataclass
 class _Runs:
-    """The runs of one call: each is made, kept, measured and drawn; then all are written."""
+    """The runs of one call: each is made, kept, measured and drawn."""
 
     chosen: ChosenLesson
     registry: Registry
@@ -142,29 +143,30 @@ class _Runs:
 
             self.files += save_run_plots(record, path, f"{lesson.title}{f', case {variant}' if variant else ''}")
 
-    def write(self) -> None:
-        """Write the result: JSON, or tables with the goals and where everything is."""
-        if self.how.as_json:
-            click.echo(_json(self.results, self.stopped))
-            return
-        for finding in self.findings:
-            click.echo(f"Recording: {finding}")
-        if self.findings:
-            click.echo()
+    def result(self) -> Result:
+        """Return the result of all cases; of several the first stands at the top of the JSON and all of them under ``variants``."""
+        data = dict(self.results[0]) if self.results else {}
+        if len(self.results) != 1 or self.stopped:
+            data["variants"] = {str(result["variant"]): result for result in self.results}
+        return Result("lathesim-run/1", data, self._lines(), code=STOPPED if self.stopped else int(self.failed))
+
+    def _lines(self) -> Iterator[str]:
+        """Yield what was found in the recording, tables with the goals, and where everything is."""
         from lathesim.cli.lessons.run_tables import case_table, goals_text, nothing_cut_text, variants_table
 
+        yield from [f"Recording: {finding}" for finding in self.findings] + [""] * bool(self.findings)
         if len(self.outcomes) > 1:
-            click.echo(variants_table(self.outcomes, {goal.metric for goal in self.chosen.loaded.settings.goals}))
+            yield variants_table(self.outcomes, {goal.metric for goal in self.chosen.loaded.settings.goals})
         elif self.outcomes:
-            click.echo(case_table(self.outcomes[0]))
+            yield case_table(self.outcomes[0])
             if self.outcomes[0].goals:
-                click.echo(f"\n{goals_text(self.outcomes[0].goals)}")
+                yield f"\n{goals_text(self.outcomes[0].goals)}"
         told = nothing_cut_text(self.outcomes)
         if told:
-            click.echo(f"\n{told}")
-        folders = list(dict.fromkeys(str(path.parent) for path in self.files))
+            yield f"\n{told}"
+        folders = dict.fromkeys(str(path.parent) for path in self.files)
         records = len(self.results)
-        click.echo(f"\n{_counted(records, 'record')} and {_counted(len(self.files) - records, 'plot')} in {', '.join(folders)}")
+        yield f"\n{_counted(records, 'record')} and {_counted(len(self.files) - records, 'plot')} in {', '.join(folders)}"
 
 
 def _counted(number: int, what: str) -> str:
@@ -179,17 +181,7 @@ def _result(case: Prepared, record: Record, path: Path, measurements: Measuremen
         "engine": record.meta["engine"],
         "status": record.meta["status"],
         "wall_time_s": record.meta["wall_time"],
-        "record": str(path),
+        "record": path,
         "metrics": measurements.as_json(),
         **({"nothing_cut": nothing_cut} if nothing_cut else {}),
     }
-
-
-def _json(results: list[dict[str, Any]], stopped: bool) -> str:
-    """Return the JSON of a call; of several cases the first stands at the top and all of them under ``variants``."""
-    import json
-
-    if len(results) == 1 and not stopped:
-        return json.dumps(results[0], indent=2)
-    top = dict(results[0]) if results else {"schema": "lathesim-run/1"}
-    return json.dumps({**top, "variants": {str(result["variant"]): result for result in results}}, indent=2)

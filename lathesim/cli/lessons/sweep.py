@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, program_option, set_option, variant_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, program_option, set_option, variant_option
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared

@@ -13,6 +13,7 @@ import click
 from lathesim.cli.options import (
     STOPPED,
     ChosenLesson,
+    OutputPath,
     axis_option,
     grouped,
     host_option,
@@ -21,7 +22,6 @@ from lathesim.cli.options import (
     set_option,
     variant_option,
 )  # fmt: skip
-from lathesim.cli.output_path import OutputPath
 
 if TYPE_CHECKING:
     from lathesim.live.servo.servo_session import ServoSettings, Session

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, grouped, json_option, plugins_option, variant_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, json_option, open_registry, plugins_option, variant_option
 from lathesim.cli.progress import time_bar
-from lathesim.cli.registry import open_registry
 from lathesim.cli.writing import Result, write
 from lathesim.whole_file import write_text
 

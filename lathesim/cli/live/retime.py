@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import grouped, json_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import OutputPath, grouped, json_option
 from lathesim.cli.writing import Column, Result, table, write
 
 if TYPE_CHECKING:

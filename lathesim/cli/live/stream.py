@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, axis_option, grouped, json_option, read_axes
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, axis_option, grouped, json_option, read_axes
 from lathesim.cli.progress import time_bar
 from lathesim.cli.writing import Result, write
 

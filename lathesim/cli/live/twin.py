@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, grouped, plugins_option, variant_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, variant_option
 
 if TYPE_CHECKING:
     from lathesim.live.sources.samples import Source

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import plugins_option
-from lathesim.cli.registry import open_registry
+from lathesim.cli.options import open_registry, plugins_option
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import grouped, json_option, read_ends, save_option
-from lathesim.cli.registry import open_registry
+from lathesim.cli.options import grouped, json_option, open_registry, read_ends, save_option
 from lathesim.cli.writing import Column, Result, table, write
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import json_option, save_option
-from lathesim.cli.output_path import OutputPath
+from lathesim.cli.options import OutputPath, json_option, save_option
 from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
-from lathesim.cli.registry import open_registry
+from lathesim.cli.options import open_registry
 from lathesim.identification.estimation.bootstrap_bias import replay_bias
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted

@@ -1,14 +1,14 @@
-"""``lathesim components``, ``effects``, ``plugins`` and ``schema``: what there is to make a machine of."""
+"""``lathesim lessons``, ``components``, ``effects``, ``plugins``, ``schema`` and ``help``: what there is."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 import click
 
-from lathesim.cli.options import plugins_option
-from lathesim.cli.registry import open_registry, tell_problems
+from lathesim.cli.options import open_registry, plugins_option, tell_problems
 
 if TYPE_CHECKING:
     from lathesim.effects.effect import Effect
@@ -69,3 +69,48 @@ def schema(kind: str) -> None:
     from lathesim.lessons.schema import json_schema
 
     click.echo(json.dumps(json_schema(kind), indent=2))
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True), required=False)
+def lessons(folder: Path | None) -> int:
+    """List the lessons that came with lathesim and those in ./lesson_configs, or the lessons in FOLDER."""
+    from lathesim.errors import LatheSimError
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.lessons.lesson_list import lesson_files
+
+    faults = listed = 0
+    for path in lesson_files(folder):
+        listed += 1
+        try:
+            lesson = load_lesson(path)
+        except LatheSimError as error:
+            click.echo(str(error), err=True)
+            faults += 1
+            continue
+        variants = f"  [{', '.join(lesson.variants)}]" if lesson.variants else ""
+        click.echo(f"{lesson.name:<32} {lesson.title}{variants}")
+    if not listed:
+        click.echo("There are no lessons here.")
+    return 1 if faults else 0
+
+
+@click.command("help")
+@click.argument("topic", required=False)
+def help_(topic: str | None) -> None:
+    """List the chapters of the manual, or print one."""
+    from lathesim.manual.chapters import chapter, chapters
+
+    if topic is None:
+        for found in chapters():
+            click.echo(f"{found.topic:<18} {found.title}")
+        click.echo("\n'lathesim help TOPIC' prints a chapter, 'lathesim COMMAND --help' tells the options of a command.")
+        return
+    text = chapter(topic).text
+    if not sys.stdout.isatty():
+        click.echo(text)
+        return
+    from rich.console import Console
+    from rich.markdown import Markdown
+
+    Console(width=min(110, Console().width)).print(Markdown(text))

@@ -1,1 +1,0 @@
-"""Commands: the terminal app."""
