@@ -243,12 +243,18 @@ def _undetermined(study: Study, found: Found) -> Tried | None:
     """Return the effect that is worth least of those that explain the smaller part of what is left without them, and whose size may be zero
     by both recordings together; none where there is none."""
     larger = study.method.shared.larger_part
-    small = [one for one in found.worth.values() if min(one.fitted.share, one.predicted.share) < larger]
+    small = [one for one in found.worth.values() if min(one.fitted.share, one.predicted.share) < larger and _has_one_size(one.candidate)]
     if not small:
         return None
     values = estimates(found.model, study.estimation, study.validation, None)
     unsure = [one for one in small if interval_includes_neutral(one.candidate, values)]
     return min(unsure, key=lambda one: one.predicted.nats, default=None)
+
+
+def _has_one_size(candidate: Candidate) -> bool:
+    """Return whether the interval of a size says that the effect may be nothing: a product, or a shape, may be sure while no factor is."""
+    how = candidate.effect.identification
+    return not how.products and not candidate.named(how.extended)
 
 
 def _better(study: Study, model: Model, best: Tried, worth: Tried) -> bool:
