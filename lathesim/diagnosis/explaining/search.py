@@ -209,7 +209,7 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
     swaps, waiting = 0, list(found.model.candidates)
     while True:
         if not waiting:
-            doubtful = _undetermined(study, found)
+            doubtful = small_and_unsure(study, found)
             if doubtful is None:
                 return
             found = _dropped(study, found, doubtful.candidate, doubtful.before, "it explains little, and its size may be zero")
@@ -239,7 +239,7 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         yield found
 
 
-def _undetermined(study: Study, found: Found) -> Tried | None:
+def small_and_unsure(study: Study, found: Found) -> Tried | None:
     """Return the effect that is worth least of those that explain the smaller part of what is left without them, and whose size may be zero
     by both recordings together; none where there is none."""
     larger = study.method.shared.larger_part

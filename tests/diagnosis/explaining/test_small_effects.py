@@ -1,0 +1,47 @@
+"""An effect that explains little is named only where its size is surely not zero."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.explaining.search import small_and_unsure
+from lathesim.diagnosis.explaining.starts import candidate_free
+from lathesim.diagnosis.explaining.trial import modelled
+from lathesim.diagnosis.records.search import Found, Gain, Tried
+from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records.candidate import Candidate
+from tests.diagnosis.pushed_table import Hidden, baseline, pair, study
+
+PULL = 8.0
+
+
+@pytest.fixture(scope="module")
+def found() -> Found:
+    """A model with a constant force that is there and a dry friction that is not."""
+    asked = study(*pair(Hidden(law=lambda v, q, t: PULL)))
+    candidates = tuple(one for one in asked.estimation.candidates if one.name in ("CoulombFriction", "ForceOffset"))
+    free = [one for candidate in candidates for one in candidate_free(asked, candidate, np.asarray(0.1 * candidate.usual))]
+    sensed = asked.estimation.sensed
+    model = modelled(asked, candidates, fit(sensed, [*baseline(asked.estimation), *free]))
+    return Found(model, model)
+
+
+def with_worth(found: Found, share: float) -> Found:
+    gain = Gain(200.0, 20.0, share)
+
+    def worth(candidate: Candidate) -> Tried:
+        return Tried(candidate, found.model, found.model, gain, gain)
+
+    return replace(found, worth={candidate.part: worth(candidate) for candidate in found.model.candidates})
+
+
+def test_of_small_effects_the_one_whose_size_may_be_zero_is_found(found: Found) -> None:
+    asked = study(*pair(Hidden(law=lambda v, q, t: PULL)))
+    doubtful = small_and_unsure(asked, with_worth(found, 0.2))
+    assert doubtful is not None
+    assert doubtful.candidate.effect is not ForceOffset
+    assert small_and_unsure(asked, with_worth(found, 0.8)) is None
