@@ -87,7 +87,7 @@ def program(
     if shape.as_words:
         _print(f"{line:>4}  {sentence}" for line, sentence in explain(blocks, interpreted, every=True))
     elif not shape.as_check:
-        _print(_table(interpreted))
+        _print(_lines(interpreted))
     if shape.as_words or shape.as_check:
         click.echo(_taken_as(interpreted), err=True)
     for warned in warnings:
@@ -168,7 +168,7 @@ def _print(parts: Iterable[str], between: str = "\n") -> None:
         click.echo()
 
 
-def _table(interpreted: Program) -> Iterator[str]:
+def _lines(interpreted: Program) -> Iterator[str]:
     from lathesim.program.moves import KINDS
 
     yield f"{'line':>4}  {'move':<10}{'X [mm]':>12}{'Z [mm]':>12}  {'feed':<16}spindle"

@@ -5,10 +5,14 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import click
+
+_EVERY = 10.0
+"""Time between two lines of progress without a terminal [s]."""
 
 
 @contextmanager
@@ -81,3 +85,46 @@ def time_bar(label: str, seconds: float, steps_per_second: float, *, shown: bool
                 done = steps
 
         yield told
+
+
+@contextmanager
+def terminated_as_interrupted() -> Iterator[None]:
+    """Take a request to terminate (of a batch system, of ``timeout``) for Ctrl-C; only the main thread can."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def steps(*, shown: bool, first: str) -> Iterator[Callable[[str], None]]:
+    """Yield what takes the text of each step: a terminal shows the last one, elsewhere it is printed every ten seconds."""
+    with working(shown=shown, first=first) if sys.stderr.isatty() or not shown else progress_lines(first=first) as tell:
+        yield tell
+
+
+@contextmanager
+def progress_lines(
+    waited: Callable[[float], bool] | None = None, *, first: str = "reading the recording"
+) -> Iterator[Callable[[str], None]]:
+    """Yield a function that takes the text of each step, and print the last text every ten seconds.
+
+    ``waited`` replaces the wait: it takes seconds and returns whether the work was done before they had passed.
+    """
+    done, last, began = threading.Event(), [""], time.monotonic()
+
+    def write() -> None:
+        while not (waited or done.wait)(_EVERY):
+            click.echo(f"After {time.monotonic() - began:.0f} s: {last[0] or first}.", err=True)
+
+    writer = threading.Thread(target=write, daemon=True)
+    writer.start()
+    try:
+        yield lambda text: last.__setitem__(0, text.strip())
+    finally:
+        done.set()
+        writer.join()

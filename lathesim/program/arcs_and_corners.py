@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from lathesim.errors import ProgramError
 from lathesim.program.moves import Arc, Move, MoveKind
 from lathesim.program.words import Word
+from lathesim.units import in_unit
 
 RADIUS_TOLERANCE = 2.83e-5  # [m] radii may differ so much ... Source: LinuxCNC 2.9 rs274
 RELATIVE_TOLERANCE = 1e-3  # ... or by this share of the radius ...
@@ -47,7 +48,7 @@ def arc_by_centre(
     difference = abs(end_radius - radius)
     if difference > LARGEST_DIFFERENCE or (difference > RADIUS_TOLERANCE and difference > RELATIVE_TOLERANCE * radius):
         raise ProgramError(
-            f"{code} ends {1e3 * end_radius:.4f} mm from its centre and starts {1e3 * radius:.4f} mm from it.",
+            f"{code} ends {in_unit(end_radius, 'mm', '.4f')} from its centre and starts {in_unit(radius, 'mm', '.4f')} from it.",
             place=place,
             remedy="Correct I and K, or the end point, so that both lie on one circle.",
         )
@@ -80,7 +81,7 @@ def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, plac
     size = abs(radius)
     if 0.5 * chord > size + CHORD_TOLERANCE:
         raise ProgramError(
-            f"{code} has the radius {1e3 * size:.4f} mm, too small to reach its end {1e3 * chord:.4f} mm away.",
+            f"{code} has the radius {in_unit(size, 'mm', '.4f')}, too small to reach its end {in_unit(chord, 'mm', '.4f')} away.",
             place=place,
             remedy=f"It takes {500.0 * chord:.4f} mm at least.",
         )
@@ -159,7 +160,7 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
     cut = corner.size * math.tan(0.5 * abs(turn)) if corner.rounds else corner.size
     if cut > min(length) + _SAME:
         raise ProgramError(
-            f"{corner.text} takes {1e3 * cut:.4g} mm off moves of {1e3 * length[0]:.4g} and {1e3 * length[1]:.4g} mm.",
+            f"{corner.text} takes {in_unit(cut, 'mm')} off moves of {1e3 * length[0]:.4g} and {1e3 * length[1]:.4g} mm.",
             place=corner.place,
             remedy="Make it smaller.",
         )

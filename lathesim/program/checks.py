@@ -21,6 +21,7 @@ from lathesim.program.dialects import dialect_named
 from lathesim.program.meanings import Meaning
 from lathesim.program.moves import CUTTING, KINDS, Move, Program, Spindle
 from lathesim.program.words import Blocks, Warned
+from lathesim.units import in_unit
 
 _BEYOND_AXIS = -1e-3
 """[m] how far beyond the spindle's axis a facing cut goes at most, assumed: twice a nose radius of 0.4 mm and a little."""
@@ -64,7 +65,7 @@ def _beyond_axis(program: Program) -> Iterator[Warned]:
         return  # no cut beyond the axis, or the tool stands on the other side
     for move in moves.where(lambda kind, mode, feed: kind in CUTTING):
         if move.end_x < _BEYOND_AXIS:
-            x = f"X {1e3 * move.end_x:.4g} mm (radius)"
+            x = f"X {in_unit(move.end_x, 'mm')} (radius)"
             yield Warned(move.line, f"The cut goes beyond the spindle's axis, to {x}. Check the sign and whether X is a diameter.")
 
 
@@ -91,7 +92,7 @@ def _thread_in_surface_speed(program: Program) -> Iterator[Warned]:
 
 def _large_feeds(program: Program) -> Iterator[Warned]:
     for move in program.moves.where(lambda kind, mode, feed: kind in ("feed", "arc") and mode.per_revolution and feed > _LARGE_FEED):
-        fact = f"The feed is {1e3 * (move.feed or 0.0):.4g} mm per revolution."
+        fact = f"The feed is {in_unit(move.feed or 0.0, 'mm')} per revolution."
         yield Warned(move.line, f"{fact} If it is meant per minute, choose that mode before F.")
 
 
@@ -158,7 +159,7 @@ def meets_stock(program: Program, bar: Bar) -> list[Warned]:
             deep[inside] = np.abs(x[inside]) < lower[places[inside]] - _TOUCH
             if deep.any() and move.line not in found:
                 first = int(np.argmax(deep))
-                at = f"X {1e3 * x[first]:.4g} mm (radius), Z {1e3 * z[first]:.4g} mm"
+                at = f"X {in_unit(x[first], 'mm')} (radius), Z {in_unit(z[first], 'mm')}"
                 found[move.line] = Warned(move.line, f"The rapid goes into the stock at {at}. Feed there, or come from outside.")
         np.minimum.at(surface, places[inside], np.abs(x[inside]))
         if move.kind != "rapid" and abs(move.end_x) < abs(move.start_x) - _CELL:

@@ -19,6 +19,7 @@ from lathesim.program.moves import Event, Move, Moves
 from lathesim.program.roughing import Roughing, air_side, contour_points
 from lathesim.program.statements import Structure
 from lathesim.program.words import Word
+from lathesim.units import in_unit
 
 ROUGHING = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE)
 RETRACT = 0.5e-3
@@ -101,7 +102,7 @@ class ContourCycles(Motions):
     def _retract(self, programmed: float | None, cut: float = RETRACT) -> float:
         """Return the retract of a cycle [m]: the programmed one, or an assumed one that is never longer than one ``cut`` [m]."""
         if programmed is None:
-            self.assumed["cycle_retract"] = f"{1e3 * RETRACT:g} mm if a cycle does not say, never more than one peck"
+            self.assumed["cycle_retract"] = f"{in_unit(RETRACT, 'mm', 'g')} if a cycle does not say, never more than one peck"
             return min(RETRACT, cut)
         return programmed
 
@@ -324,7 +325,7 @@ class ContourCycles(Motions):
         if "." not in word.text and 0.0 < length < _SLIGHT:
             units = 1.0 / (_TENTH / 0.0254 if self.modal.inch else _MICRON / 1e-3)
             meant = f"{word.letter}{word.value * units:.0f} for {word.value:g} {'inch' if self.modal.inch else 'mm'}"
-            self.warn(f"{word.text} of {code} is a step of {1e3 * length:g} mm, as it has no point. Write {meant}.")
+            self.warn(f"{word.text} of {code} is a step of {in_unit(length, 'mm', 'g')}, as it has no point. Write {meant}.")
         return length
 
     def _check_count(self, count: float, code: str) -> None:

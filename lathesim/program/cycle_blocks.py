@@ -31,6 +31,7 @@ from lathesim.program.nose_compensation import beside
 from lathesim.program.roughing import Cuts, Roughing, air_side, contour_points
 from lathesim.program.tool_nose import LEFT, RIGHT
 from lathesim.program.words import Word
+from lathesim.units import in_unit
 
 _CUTS: dict[Meaning, Cuts] = {
     Meaning.POCKETS_LATER: "open", Meaning.FACE_POCKETS_LATER: "open",
@@ -83,7 +84,7 @@ class ProfileCycles(ContourCycles):
         retract = self._told_retract(words["R"], code) if words["R"] is not None else modal.metres(0.5)
         for letter, told in (("I", depth), ("R", retract)):
             if words[letter] is None:
-                self.assumed[f"{letter} of {code}"] = f"{1e3 * told:g} mm, as in LinuxCNC"
+                self.assumed[f"{letter} of {code}"] = f"{in_unit(told, 'mm', 'g')}, as in LinuxCNC"
         if value.get("D", 0.0) < 0.0:
             self.warn(f"D of {code} is below 0 and cuts beyond the contour. Change its sign.")
         cuts = _CUTS.get(meaning, "all")
@@ -133,8 +134,8 @@ class ProfileCycles(ContourCycles):
         if min((start[1] - first[1]) * (last[1] - first[1]), (start[0] - first[0]) * (last[0] - first[0])) > _SAME**2:
             x, z = self.modal.here
             self.warn(
-                f"{code} begins at X {1e3 * x:.6g} mm (radius), Z {1e3 * z:.6g} mm, over its contour, and its rapid to the "
-                "first point crosses the part. Add X and Z of a point in front of the contour."
+                f"{code} begins at X {in_unit(x, 'mm', '.6g')} (radius), Z {in_unit(z, 'mm', '.6g')}, over its contour, and its rapid to "
+                "the first point crosses the part. Add X and Z of a point in front of the contour."
             )
 
 

@@ -13,6 +13,7 @@ from lathesim.program.meanings import HOLES, Meaning
 from lathesim.program.moves import Event, Move, Program
 from lathesim.program.statements import Kind, Statement
 from lathesim.program.words import Block, Blocks, Word
+from lathesim.units import in_unit
 
 _FIRST = {
     Meaning.ROUGHING_CYCLE: {"U": "depth of cut {} (radius)", "R": "retract {}"},
@@ -243,18 +244,18 @@ def move_sentence(move: Move, dialect: Dialect) -> str:
     if move.kind == "thread":
         back = "the spindle turns back, and on it " if move.spin_back else ""
         begun = f", begun {math.degrees(move.start_angle):.4g} degrees behind the index," if move.start_angle else ""
-        return f"{back}thread with a lead of {1e3 * (move.feed or 0.0):.4g} mm{begun} to {_end(move, dialect)}"
+        return f"{back}thread with a lead of {in_unit(move.feed or 0.0, 'mm')}{begun} to {_end(move, dialect)}"
     feed = ""
     if move.feed is not None:
         feed = f" at {move.feed * 1e3:.4g} mm/rev" if move.per_revolution else f" at {move.feed * 6e4:.4g} mm/min"
     if move.arc is not None:
         turn = "clockwise" if move.arc.clockwise else "counterclockwise"
         angle = math.degrees(abs(move.arc.sweep))
-        return f"{turn} arc of radius {move.arc.radius * 1e3:.4g} mm, {angle:.4g} degrees, to {_end(move, dialect)}{feed}"
+        return f"{turn} arc of radius {in_unit(move.arc.radius, 'mm')}, {angle:.4g} degrees, to {_end(move, dialect)}{feed}"
     return f"straight line to {_end(move, dialect)}{feed}"
 
 
 def _end(move: Move, dialect: Dialect) -> str:
     if dialect.x_is_diameter:
-        return f"X {move.end_x * 2e3:.6g} mm (diameter), Z {move.end_z * 1e3:.6g} mm"
-    return f"X {move.end_x * 1e3:.6g} mm (radius), Z {move.end_z * 1e3:.6g} mm"
+        return f"X {move.end_x * 2e3:.6g} mm (diameter), Z {in_unit(move.end_z, 'mm', '.6g')}"
+    return f"X {in_unit(move.end_x, 'mm', '.6g')} (radius), Z {in_unit(move.end_z, 'mm', '.6g')}"

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from lathesim.program.contour_cycles import ContourCycles
 from lathesim.program.cycles import Point, Step
 from lathesim.program.meanings import HOLES, Meaning
+from lathesim.units import in_unit
 
 _EPSILON = 1e-9
 CLEAR = 0.5e-3
@@ -151,7 +152,7 @@ class HoleCycles(ContourCycles):
         self.check_feed()
         if meaning is Meaning.PECK_DRILLING and given.get("Q", 0.0) > 0.0:
             self._check_count(abs(given["Z"] - plane) / given["Q"], modal.motion_code)
-            self.assumed["peck_clearance"] = f"{1e3 * CLEAR:g} mm in front of the last depth, never more than one peck"
+            self.assumed["peck_clearance"] = f"{in_unit(CLEAR, 'mm', 'g')} in front of the last depth, never more than one peck"
         elif meaning is Meaning.PECK_DRILLING:
             self.warn(f"{modal.motion_code} has no peck and drills in one stroke. Add Q.")
         steps = drilling(

@@ -17,6 +17,7 @@ from lathesim.program.modal import Modal
 from lathesim.program.moves import Arc, Event, EventKind, Mode, Move, MoveKind, Moves
 from lathesim.program.vocabulary import Codes, Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
+from lathesim.units import in_unit
 
 _ARCS = (Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE)
 _PLAIN = frozenset({Meaning.RAPID, Meaning.LINE, *_ARCS})
@@ -251,7 +252,7 @@ class Motions:
         """Return the lead of a thread [m] that a word gives; one that looks like a feed per minute is warned of."""
         lead = self.modal.metres(word.value)
         if lead > _LONG_LEAD:
-            self.warn(f"{word.text} is a lead of {1e3 * lead:.6g} mm per revolution here. Check that it is no feed per minute.")
+            self.warn(f"{word.text} is a lead of {in_unit(lead, 'mm', '.6g')} per revolution here. Check that it is no feed per minute.")
         return lead
 
     def check_thread(self, code: str) -> None:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from lathesim.errors import ProgramError
 from lathesim.program.moves import Arc, Move
 from lathesim.program.tool_nose import LEFT, Nose
+from lathesim.units import in_unit
 
 _SAME = 1e-9
 """[m] below this, two places are one."""
@@ -96,7 +97,7 @@ def beside(moves: Sequence[Move], side: int, distance: float, name: str) -> list
     lost = contour[0] if not found or found[0].move is not contour[0] else contour[-1] if found[-1].move is not contour[-1] else None
     near = lost or next((move for part in made for move in contour if _near(part, move, distance - _SLACK)), None)
     if near is not None:
-        fact = f"A contour at a distance of {1e3 * distance:.4g} mm does not fit into the corners of this move."
+        fact = f"A contour at a distance of {in_unit(distance, 'mm')} does not fit into the corners of this move."
         raise ProgramError(fact, place=f"{name}:{near.line}", remedy="Take a smaller distance, or a longer move.")
     return made
 
@@ -221,7 +222,7 @@ def _shifted(move: Move, nose: Nose, name: str) -> _Side:
     radius = move.arc.radius + (nose.radius if grows else -nose.radius)
     if radius < -_SLACK:
         raise ProgramError(
-            f"The nose radius of {1e3 * nose.radius:.4g} mm does not go into the arc of radius {1e3 * move.arc.radius:.4g} mm.",
+            f"The nose radius of {in_unit(nose.radius, 'mm')} does not go into the arc of radius {in_unit(move.arc.radius, 'mm')}.",
             place=f"{name}:{move.line}",
             remedy="Take a tool with a smaller nose, or a larger arc.",
         )
@@ -258,8 +259,8 @@ def _corner(before: _Side, after: _Side, nose: Nose, name: str) -> Move | None:
     meeting = _meeting(before, after, corner)
     if meeting is None or _overrun(before, meeting, at_end=True) or _overrun(after, meeting, at_end=False):
         raise ProgramError(
-            f"The nose radius of {1e3 * nose.radius:.4g} mm does not go into the corner at X {1e3 * corner[1]:.4g} mm (radius), "
-            f"Z {1e3 * corner[0]:.4g} mm.",
+            f"The nose radius of {in_unit(nose.radius, 'mm')} does not go into the corner at X {in_unit(corner[1], 'mm')} (radius), "
+            f"Z {in_unit(corner[0], 'mm')}.",
             place=f"{name}:{after.move.line}",
             remedy="Take a tool with a smaller nose, or make the moves beside the corner longer.",
         )

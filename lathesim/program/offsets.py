@@ -11,6 +11,7 @@ from dataclasses import replace
 from lathesim.program.flow import Flow
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.tool_nose import LEFT, ORIENTATIONS, RIGHT, Nose, Tool, nose
+from lathesim.units import in_unit
 
 _SIDES = {
     Meaning.COMPENSATION_LEFT: LEFT, Meaning.COMPENSATION_GIVEN_LEFT: LEFT, Meaning.COMPENSATION_RIGHT: RIGHT,
@@ -179,8 +180,9 @@ class Offsets(Flow):
         modal.shift_kept = (modal.shift_x, modal.shift_z)
         if meaning is Meaning.SPINDLE_LIMIT and (abs(modal.shift_x) > _SAME or abs(modal.shift_z) > _SAME):
             self.warn(
-                f"{self.block.codes[meaning].text} puts the origin to X {1e3 * modal.shift_x:.6g} mm (radius), "
-                f"Z {1e3 * modal.shift_z:.6g} mm, as the tool stands at X {1e3 * modal.x:.6g} mm (radius), Z {1e3 * modal.z:.6g} mm."
+                f"{self.block.codes[meaning].text} puts the origin to X {in_unit(modal.shift_x, 'mm', '.6g')} (radius), "
+                f"Z {in_unit(modal.shift_z, 'mm', '.6g')}, as the tool stands at X {in_unit(modal.x, 'mm', '.6g')} (radius), "
+                f"Z {in_unit(modal.z, 'mm', '.6g')}."
             )
 
     def _shift_local(self) -> None:

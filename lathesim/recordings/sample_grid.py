@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from lathesim.record import FloatArray
 from lathesim.recordings.finding import Finding, counted
+from lathesim.units import in_unit
 
 SHORT_GAP = 5
 """Fewer missing samples than this are bridged by a straight line."""
@@ -196,7 +197,7 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
             )
         return SampleGrid(start, period, length, rows, slots if length > len(rows) else None, missing=short)
     spread = float(np.sqrt(np.mean(np.square(np.diff(time) / period - np.maximum(np.round(np.diff(time) / period), 1.0)))))
-    fact = f"the times are uneven by {100.0 * spread:.2g} % of the period of {period:.6g} s (root mean square)"
+    fact = f"the times are uneven by {in_unit(spread, '%', '.2g')} of the period of {period:.6g} s (root mean square)"
     findings.append(Finding("jitter", "time", fact, "the channels are interpolated onto an even clock"))
     moments = (time - start) / period
     return SampleGrid(start, period, int(moments[-1] + 1e-9) + 1, rows, times=moments)

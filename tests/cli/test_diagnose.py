@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from lathesim.cli.diagnosis.diagnose import progress_lines
 from lathesim.cli.main import run_command_line
+from lathesim.cli.progress import progress_lines
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry

@@ -2,12 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import sys
-import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, variant_option
-from lathesim.cli.progress import interruptible
+from lathesim.cli.progress import interruptible, steps, terminated_as_interrupted
 from lathesim.whole_file import check_output, write_text
 
 if TYPE_CHECKING:
@@ -23,9 +17,6 @@ if TYPE_CHECKING:
     from lathesim.diagnosis.records.diagnosis import Diagnosis
     from lathesim.identification.execution.budget import Deadline
     from lathesim.identification.replay.loading import LoadedCase
-
-_EVERY = 10.0
-"""Time between two lines of progress without a terminal [s]."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +141,7 @@ def _answer(question: Question, case: LoadedCase, files: Recordings, chosen: Cho
     """Search for the answer, with the further recordings where there are any."""
     from lathesim.diagnosis.diagnose import diagnose as answer
 
-    with _progress(shown=not quiet) as tell, _terminated_as_interrupted():
+    with steps(shown=not quiet, first="reading the recording") as tell, terminated_as_interrupted():
         if not files.others:
             return answer(question, tell)
         from lathesim.experiments.evidence import Other, diagnose_together
@@ -188,53 +179,3 @@ def _deadline(at_most: str | None) -> Deadline:
     from lathesim.units import quantity
 
     return Deadline() if at_most is None else Deadline.after(quantity(at_most, "s"))
-
-
-@contextmanager
-def _terminated_as_interrupted() -> Iterator[None]:
-    """Take a request to terminate (of a batch system, of ``timeout``) for Ctrl-C; only the main thread can."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-@contextmanager
-def _progress(*, shown: bool) -> Iterator[Callable[[str], None]]:
-    """Yield a function that takes the text of each step: a terminal shows the last one, elsewhere it is printed every ten seconds."""
-    if not shown:
-        yield lambda text: None
-        return
-    if not sys.stderr.isatty():
-        with progress_lines() as tell:
-            yield tell
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("reading the recording") as status:
-        yield lambda text: status.update(text.strip())
-
-
-@contextmanager
-def progress_lines(waited: Callable[[float], bool] | None = None) -> Iterator[Callable[[str], None]]:
-    """Yield a function that takes the text of each step, and print the last text every ten seconds.
-
-    ``waited`` replaces the wait: it takes seconds and returns whether the work was done before they had passed.
-    """
-    done, last, began = threading.Event(), [""], time.monotonic()
-
-    def write() -> None:
-        while not (waited or done.wait)(_EVERY):
-            click.echo(f"After {time.monotonic() - began:.0f} s: {last[0] or 'reading the recording'}.", err=True)
-
-    writer = threading.Thread(target=write, daemon=True)
-    writer.start()
-    try:
-        yield lambda text: last.__setitem__(0, text.strip())
-    finally:
-        done.set()
-        writer.join()

@@ -74,7 +74,7 @@ def sweep(
         raise LatheSimError("the lesson has no goals.", place=str(loaded.path), remedy="Say what to measure with --metric.")
     members = Members(prepared, names, wanted)
     place = out or results_folder(loaded, chosen.program_file, variant=chosen.variant) / "sweep.csv"
-    table = _table(place, prepared, members, ranges, points)
+    table = _sweep_table(place, prepared, members, ranges, points)
     done = table.open()
     there = len(done)
     jobs = [(number, _values(ranges, point)) for number, point in enumerate(points) if number not in done]
@@ -104,7 +104,9 @@ def _default_metrics(prepared: Prepared) -> list[str]:
     return list(dict.fromkeys([goal.metric for goal in settings.goals] or published))
 
 
-def _table(path: Path, prepared: Prepared, members: Members, ranges: Sequence[Range], points: Sequence[tuple[int, ...]]) -> SweepTable:
+def _sweep_table(
+    path: Path, prepared: Prepared, members: Members, ranges: Sequence[Range], points: Sequence[tuple[int, ...]]
+) -> SweepTable:
     from lathesim.lessons.sweeping.table import SweepTable
 
     case = prepared.case

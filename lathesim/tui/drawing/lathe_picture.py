@@ -12,6 +12,7 @@ from lathesim.analysis.failed_run import RawStock
 from lathesim.analysis.metric import find_channel
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, trace
+from lathesim.units import in_unit
 
 if TYPE_CHECKING:
     from lathesim.analysis.turned_part import Waves
@@ -380,7 +381,7 @@ def draw_waves(waves: Waves, columns: int, rows: int) -> Picture:
         drawn = codes > 0
         text[drawn] = [chr(BRAILLE + int(code)) for code in codes[drawn]]
         layer[drawn] = kind
-    words = f" R_a {1e6 * waves.roughness:.3g} um "
+    words = f" R_a {in_unit(waves.roughness, 'um', '.3g')} "
     if columns > len(words) and rows > 2:
         begin = (columns - len(words)) // 2
         text[rows // 2, begin : begin + len(words)] = list(words)

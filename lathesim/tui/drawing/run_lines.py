@@ -10,6 +10,7 @@ from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.curves import Line
+from lathesim.units import in_unit
 
 
 def figure_title(runs: Sequence[tuple[str, Record]]) -> str:
@@ -56,7 +57,7 @@ def wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
             waves = waves_on_part(record, turns=1)
         except LatheSimError:
             continue
-        lines.append(Line(np.degrees(waves.angle), 1e6 * waves.height[-1], f"{title}, R_a {1e6 * waves.roughness:.3g} um"))
+        lines.append(Line(np.degrees(waves.angle), 1e6 * waves.height[-1], f"{title}, R_a {in_unit(waves.roughness, 'um', '.3g')}"))
     return lines
 
 

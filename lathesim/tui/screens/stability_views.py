@@ -25,6 +25,7 @@ from lathesim.stability.tap_lesson import tap_lesson
 from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.tui.drawing.curves import Line
 from lathesim.tui.widgets.time_plot import TimePlot
+from lathesim.units import in_unit
 
 _SHOWN = 1.6
 """The response is shown up to so many times the highest mode."""
@@ -98,7 +99,7 @@ def _words(found: FoundModes) -> str:
         f, z, k = item.frequency, item.damping, item.stiffness
         reach = [50.0 * (estimate.high - estimate.low) / abs(estimate.value) for estimate in (f, z, k)]
         rows.append(
-            f"mode {number}: {f.value:.2f} Hz (+-{reach[0]:.2g} %), damping {100.0 * z.value:.3f} % (+-{reach[1]:.2g} %), "
+            f"mode {number}: {f.value:.2f} Hz (+-{reach[0]:.2g} %), damping {in_unit(z.value, '%', '.3f')} (+-{reach[1]:.2g} %), "
             f"stiffness {k.value:.4g} N/m (+-{reach[2]:.2g} %)"
         )
     lowest = float(np.min(found.model.response(np.linspace(1.0, 1.6 * found.modes[-1].frequency.value, 4000)).real))
@@ -155,7 +156,7 @@ class LobesView(ModalScreen[None]):
         if not math.isfinite(self._smallest.width):
             return "Every width is stable at every speed."
         best = ", ".join(f"{speed:.0f}" for speed in speeds_of(self._smallest, 6))
-        return f"Stable at every speed below {1e3 * self._smallest.width:.4g} mm. The line comes down to it at {best} rpm ..."
+        return f"Stable at every speed below {in_unit(self._smallest.width, 'mm')}. The line comes down to it at {best} rpm ..."
 
     @on(Button.Pressed, "#leave")
     def _leave(self) -> None:

@@ -11,6 +11,7 @@ from textual.widget import Widget
 
 from lathesim.errors import LatheSimError
 from lathesim.tui.drawing.lathe_picture import ACTUAL, EDGE, LABEL, NOTHING, REFERENCE, TOOL, LatheScene, Motion, Picture, View, draw
+from lathesim.units import in_unit
 
 _CLASSES = {
     NOTHING: "lathe--label",
@@ -126,10 +127,10 @@ class LatheView(Widget):
         if picture is None:
             return ""
         if self._scene.is_empty:
-            return f"a dot is {1e6 * picture.dot:.2g} um of a wave" if picture.dot > 0.0 else ""
+            return f"a dot is {in_unit(picture.dot, 'um', '.2g')} of a wave" if picture.dot > 0.0 else ""
         measure = "diameter" if self._view.as_diameter else "radius"
         gain = f"error x{self._view.gain:g}, " if self._view.gain != 1.0 else ""
-        return f"{gain}X as {measure}, dot {picture.dot * 1e3:.2g} mm"
+        return f"{gain}X as {measure}, dot {in_unit(picture.dot, 'mm', '.2g')}"
 
     def render_line(self, y: int) -> Strip:
         """Return one row of the picture."""

@@ -16,6 +16,7 @@ from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
 from lathesim.program.words import read_program_file
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
+from lathesim.units import in_unit
 
 
 class LineWords:
@@ -39,7 +40,7 @@ class LineWords:
             self.odd.setdefault(warned.line, []).append(warned.sentence)
         found = program.summary
         counts = ", ".join(f"{number} {kind}" for kind, number in found.counts.items()) or "no moves"
-        self.summary = f"{counts}; cut {1e3 * found.cut_path:.4g} mm, rapid {1e3 * found.rapid_path:.4g} mm"
+        self.summary = f"{counts}; cut {in_unit(found.cut_path, 'mm')}, rapid {in_unit(found.rapid_path, 'mm')}"
 
     def of(self, line: int) -> str:
         """Return the sentence about a line, counted from 1, and what is odd there."""
