@@ -131,6 +131,7 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
         before=question.before.name if question.before else "",
         baseline=outcome.baseline,
         insert=_entries(outcome, effects, effects_found),
+        side=_sides_found(found),
         left=_left(outcome),
         not_told=(*not_determined(effects), *_sides(outcome, effects_found)) if outcome.names else (),
         discovered=f"{formula.formula}, which explains {formula.share:.0%} of what is left at {formula.at}" if formula else "",
@@ -145,7 +146,14 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
 def _sides(outcome: _Outcome, ranked: Sequence[RankedEffect]) -> list[str]:
     """Return what is assumed of the sensors at the springs that are named."""
     hosts = dict.fromkeys(item.candidate.at.partition(".")[0] for item in ranked if item.candidate.effect.beyond)
-    return [told for host in hosts if (told := assumed_sides(outcome.prepared.question.machine.assembly, host))]
+    found = _sides_found(outcome.found)
+    return [told for host in hosts if (told := assumed_sides(outcome.prepared.question.machine.assembly, host, found))]
+
+
+def _sides_found(found: Found) -> dict[str, str]:
+    """Return the sensors that sit at the motor by what was found, though nobody says so."""
+    constant, candidates = found.model.fitted.constant, found.model.candidates
+    return {sensor: "motor" for one in candidates for sensor, setting in one.unsaid_side.items() if constant.get(setting) == 0.0}
 
 
 def _own_simulation(validation: Experiment, found: Found, before: Fitted, reported_fit: Fitted) -> Compared:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.plausible import with_possible_sizes
-from lathesim.diagnosis.explaining.search import explain
+from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
@@ -58,6 +58,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     study = _study(prepared, _in_step(_STEPS[1], progress))
     study.progress("the lesson as it stands")
     prepared, study, found = _with_signs(prepared, study, replace(explain(study), controller=prepared.controller))
+    prepared, study, found = _with_the_motion(prepared, study, found)
     if not found.model.candidates and (
         faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None)
     ):
@@ -116,6 +117,28 @@ def _in_step(step: str, progress: Progress) -> Progress:
         progress(Standing.told(told, text.candidates) if isinstance(text, Standing) else told)
 
     return tell
+
+
+def _with_the_motion(prepared: Prepared, study: Study, found: Found) -> tuple[Prepared, Study, Found]:
+    """Return what explains the motion itself, where the best explanation under the noise of unmeasured forces does not.
+
+    Such forces would have to be about as large as those that act: what is missing has passed for their noise. The error of the simulation
+    then takes the place of that of its equations, for all that follows.
+    """
+    if not found.complete or prepared.before is not None or explains_the_motion(study, found.model):
+        return prepared, study, found
+    study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
+    simulated = prepared.by_output_error()
+    study_of_simulated = _study(simulated, study.progress)
+    other = explain(study_of_simulated)
+    if not explains_the_motion(study_of_simulated, other.model):
+        return prepared, study, found
+    why = "what was named under the noise of unmeasured forces does not explain the motion"
+    fitted, predicted = over(study_of_simulated, other.model, other.baseline)
+    step = Step("error of the simulation", (), (), fitted.nats, predicted.nats, why)
+    said = "Unmeasured forces would have to be as large as those that act: the error of the simulation was fitted, without such forces."
+    simulated = replace(simulated, findings=(*simulated.findings, said))
+    return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
 
 
 def _untried(prepared: Prepared, found: Found) -> tuple[str, ...]:

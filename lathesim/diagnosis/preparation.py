@@ -58,6 +58,11 @@ class Prepared:
         earlier, question = self.question.before, self.question
         return None if earlier is None else build_experiments(question.machine, [(earlier.name, earlier.record)], question.effects)[0]
 
+    def by_output_error(self) -> Prepared:
+        """Return the recordings whose errors are weighed alike at all frequencies of the motion."""
+        whole = None if self.whole is None else self.whole.by_output_error()
+        return replace(self, experiments=tuple(one.by_output_error() for one in self.experiments), whole=whole)
+
     @property
     def experiment(self) -> Experiment:
         """The estimation recording."""

@@ -34,7 +34,7 @@ class AxialResonance(Effect):
         resonance="frequency",
         damping="damping",
         typical={"table_share": (0.05, 0.8), "frequency": (8.0, 300.0), "damping": (0.02, 0.1), "motor_friction": (0.0, 0.5)},
-        typical_rotary={"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1), "motor_friction": (0.0, 0.5)},
+        typical_rotary={"table_share": (0.05, 0.8), "frequency": (5.0, 500.0), "damping": (0.01, 0.1), "motor_friction": (0.0, 1.0)},
     )
     fingerprint = "A line of force and scale that stays in Hz while the speed changes; the table lags in proportion to the jerk."
     confused_with = ("CurrentLoopLag", "TransportDelay", "SensorFilter", "PreslidingFriction")

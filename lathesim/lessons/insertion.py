@@ -314,6 +314,15 @@ def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> 
         bench.wires[sensor.head] = Wire(sensor.head, f"{adder}.outgoing")
 
 
+def beyond_its_spring(assembly: Assembly, name: str, host: str) -> dict[str, str]:
+    """Return the only sensor of a host's place and how much it sees of an inserted spring (sensor -> ``part.parameter``), if nobody says
+    where it sits."""
+    parts, wires = {part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}
+    places = [one for one in sensors_of(parts, wires, getattr(assembly, "seen_as", {}), host) if one.role == "displacement"]
+    seeing = {one.name: f"{name}_beyond_{one.name}" for one in places if len(places) == 1 and one.assumed}
+    return {sensor: f"{adder}.share" for sensor, adder in seeing.items() if adder in parts}
+
+
 def _refuse_other_side(effect: type[Effect], host: Part) -> None:
     """Refuse an effect at a sensor that sits on the side of the spring from which it is not seen (:class:`WiringError`)."""
     if effect.seen_from and host.side and host.side != effect.seen_from:

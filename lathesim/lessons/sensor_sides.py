@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from lathesim.component import Component, Input, Output
+from lathesim.component import Component, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part, Place, Wire
 
@@ -13,15 +13,16 @@ _OF_MOTION = ("m", "rad", "m/s", "rad/s")
 
 
 class SeenBeyond(Component):
-    """What is seen behind a spring: place or speed before it, and how far or how fast it gives,  y = x + d."""
+    """What is seen behind a spring: place or speed before it, and how far or how fast it gives,  y = x + share d."""
 
     incoming = Input("{signal}", doc="place or speed before the spring")
     beyond = Input("{signal}", doc="how far or how fast the spring gives")
     outgoing = Output("{signal}", doc="place or speed behind the spring")
+    share = Parameter("1", 1.0, low=0.0, high=1.0, doc="of that what is seen: all on the load side, nothing on the motor side")
 
     @staticmethod
-    def output(incoming: float, beyond: float) -> float:
-        return incoming + beyond
+    def output(incoming: float, beyond: float, share: float) -> float:
+        return incoming + share * beyond
 
 
 class SeatedSensor(NamedTuple):
@@ -76,15 +77,21 @@ def sensors_of(parts: Mapping[str, Part], wires: Mapping[str, Wire], seen_as: Ma
     ]
 
 
-def assumed_sides(assembly: Assembly, host: str) -> str:
-    """Return a sentence about the sensors of a part whose side of its spring nobody says; empty where there is none."""
+def assumed_sides(assembly: Assembly, host: str, found: Mapping[str, str] | None = None) -> str:
+    """Return a sentence about the sensors of a part whose side of its spring nobody says; empty where there is none.
+
+    A diagnosis has ``found`` the sides of some (sensor -> side).
+    """
     parts, wires = {part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}
-    assumed = [sensor for sensor in sensors_of(parts, wires, getattr(assembly, "seen_as", {}), host) if sensor.assumed]
+    every = [sensor for sensor in sensors_of(parts, wires, getattr(assembly, "seen_as", {}), host) if sensor.assumed]
+    told = [f"By the recordings {sensor.name} is on the {found[sensor.name]} side." for sensor in every if found and sensor.name in found]
+    assumed = [sensor for sensor in every if not found or sensor.name not in found]
     if not assumed:
-        return ""
+        return " ".join(told)
     sit = ", ".join(f"{sensor.name} on the {sensor.side} side" for sensor in assumed)
     written = ", ".join(f"{sensor.name}: {sensor.side}" for sensor in assumed)
-    return f"Assumed at the spring of {host}: {sit}. If so, write 'side: {{{written}}}' in the lesson; else write the other side."
+    told += [f"Assumed at the spring of {host}: {sit}. If so, write 'side: {{{written}}}' in the lesson; else write the other side."]
+    return " ".join(told)
 
 
 def first_input(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> str:

@@ -89,3 +89,15 @@ def test_entry_build_up_zero_drift_and_the_line_of_the_spindle_show_in_one_turni
     assert force["recording"] == "f416_a100.lvm, every other stretch of one run"
     assert force["after"] < 0.55 * force["before"]
     assert not answer["adequate"]
+
+
+def test_a_flexible_link_is_found_by_the_error_of_its_simulation_with_the_side_of_its_sensor(capsys, tmp_path):
+    folder = DATA / "real" / "flexible_link"
+    words = [folder / "slfr_cad.yaml", folder / "swept1-0-10hz.txt", "--validate", folder / "swept2-0-10hz.txt"]
+    said = call(capsys, "diagnose", *words, "--no-report", "--json", "-", "--out", tmp_path)
+    answer = json.loads(said.out)
+    assert answer["verdict"] == "named"
+    assert list(by_name(answer)) == ["AxialResonance"]
+    assert size(answer, "AxialResonance", "frequency") == pytest.approx(2.53, abs=0.03)
+    assert answer["fit"]["spindle_encoder.angle"]["after"] < 0.076
+    assert answer["side"] == {"spindle_encoder": "motor"}

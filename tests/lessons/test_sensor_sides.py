@@ -7,6 +7,7 @@ import pytest
 from lathesim.errors import LessonError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.run_warnings import run_warnings
+from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry, load_registry
 
@@ -54,6 +55,13 @@ def test_a_side_that_nobody_says_is_told(tmp_path: Path, registry: Registry) -> 
     assert run_warnings(case.case, case.plan) == (
         "Assumed at the spring of table: encoder on the motor side. If so, write 'side: {encoder: motor}' in the lesson; "
         "else write the other side.",
+    )
+
+
+def test_a_side_that_a_diagnosis_has_found_is_told_and_no_longer_assumed(tmp_path: Path, registry: Registry) -> None:
+    assert (
+        assumed_sides(prepared(tmp_path, registry, "").machinery, "table", {"encoder": "motor"})
+        == "By the recordings encoder is on the motor side."
     )
 
 

@@ -80,19 +80,25 @@ def _late_points(
 
 
 def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
-    """Return starting values for resonances: frequencies so close together that one is in the valley, its other values usual."""
-    fastest = method.candidates.fastest_resonance / experiment.machine.assembly.sample_period
+    """Return starting values for resonances: frequencies so close together that one is in the valley, its other values usual.
+
+    A link that bends is softer than a screw is: the lowest frequency is the one that the recording shows a few times.
+    """
+    period = experiment.machine.assembly.sample_period
+    fastest, slowest = method.candidates.fastest_resonance / period, method.candidates.least_swings / (period * len(experiment.record))
     found: dict[str, FloatArray] = {}
     for candidate in candidates:
         resonance = f"{candidate.part}.{candidate.effect.identification.resonance}"
         if resonance not in candidate.parameters or not len(candidate.points):
             continue
         column = candidate.parameters.index(resonance)
-        low, high = float(candidate.least[column]), min(float(candidate.usual[column]), fastest)
-        if high > low:
+        usual_low, high = float(candidate.least[column]), min(float(candidate.usual[column]), fastest)
+        low = min(usual_low, max(slowest, usual_low / method.largest_size, float(candidate.low[column])))
+        if high > usual_low:
             usual = np.quantile(candidate.points, method.candidates.usual_quantiles, axis=0)
-            points = np.repeat(usual, method.candidates.resonances, axis=0)
-            points[:, column] = np.tile(np.geomspace(low, high, method.candidates.resonances), len(usual))
+            many = round(method.candidates.resonances * np.log(high / low) / np.log(high / usual_low))
+            points = np.repeat(usual, many, axis=0)
+            points[:, column] = np.tile(np.geomspace(low, high, many), len(usual))
             found[candidate.part] = np.clip(points, candidate.low, candidate.high)
     return found
 

@@ -47,7 +47,7 @@ def gain(better: Fitted, other: Fitted, *, full_band: bool) -> Gain:
 
 def _independent(noise: NoiseModel, *, full_band: bool) -> float:
     """Return how many independent samples a channel has."""
-    bins = len(noise.power) if full_band else min(noise.band, len(noise.power))
+    bins = noise.bins(full_band=full_band)
     return noise.samples * noise.share * bins / len(noise.power)
 
 
@@ -61,7 +61,7 @@ def block_gains(better: Fitted, other: Fitted, *, full_band: bool) -> FloatArray
 
 
 def _of_channel(ours: FloatArray, theirs: FloatArray, noise: NoiseModel, *, full_band: bool) -> FloatArray:
-    bins = len(noise.power) if full_band else min(noise.band, len(noise.power))
+    bins = noise.bins(full_band=full_band)
     white = [_white(row, noise, bins) for row in (ours, theirs)]
     window = taper(noise.samples) if noise.window is None else noise.window
     seen = [float(np.sum(part**2)) for part in np.array_split(window, BLOCKS)]

@@ -51,11 +51,16 @@ def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Met
             usual, size, most = float(points.max(initial=0.0)), abs(values[name]), method.largest_size
             if item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
                 continue
-            if size < least / method.largest_size and not _may_have_begun(candidate, method):
+            if size < least / method.largest_size and not _may_be_small(candidate, item, method):
                 return False
         if usual > 0.0 and size >= max(most * usual, method.possible.get(name, 0.0)):
             return False
     return all(_is_usual_product(candidate, values, method, size, other) for size, other in products)
+
+
+def _may_be_small(candidate: Candidate, item: str, method: Method) -> bool:
+    """Return whether a parameter is met as small as one likes: the damping of a spring, or the time of a change."""
+    return item == candidate.effect.identification.damping or _may_have_begun(candidate, method)
 
 
 def _may_have_begun(candidate: Candidate, method: Method) -> bool:

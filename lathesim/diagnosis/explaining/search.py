@@ -32,6 +32,16 @@ from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import baseline_free
 
 
+def explains_the_motion(study: Study, model: Model) -> bool:
+    """Return whether the lesson's own simulation of a model, from the start of the validation recording, leaves less of each channel than
+    what is put down to a cause may leave."""
+    own, begun = study.validation.own, model.validation_fit.by_name
+    values = {**model.fitted.by_name, **{name: begun[name] for name in begun if name in own.plan.states}}
+    residual = own.one({name: values[name] for name in own.settable(values)})
+    size = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
+    return bool(np.all(np.mean(residual**2, axis=1) < study.method.shared.left_by_cause * size**2))
+
+
 def explain(study: Study) -> Found:
     """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then."""
     # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
@@ -81,8 +91,11 @@ def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:
 
 
 def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
-    """Yield the search with effects added as long as one predicts better, and without those that a later one made needless."""
-    while len(found.model.candidates) < study.method.most_effects:
+    """Yield the search with effects added as long as one predicts better, and without those that a later one made needless.
+
+    By the error of a simulation only what explains the motion is found: what is left then is not as white as it is taken for.
+    """
+    while len(found.model.candidates) < study.method.most_effects and not _is_done(study, found):
         model = found.model
         trials = rounds.on(model)
         found = found.having_tried(trials)
@@ -103,6 +116,11 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             if not significant(_worth(study, found.model, candidate, left), study):
                 found = _dropped(study, found, candidate, left)
                 yield found
+
+
+def _is_done(study: Study, found: Found) -> bool:
+    """Return whether a search by the error of the simulation has found what explains the motion."""
+    return study.estimation.machine.output_error and explains_the_motion(study, found.model)
 
 
 def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Rounds) -> Found:

@@ -26,6 +26,9 @@ def starts(study: Study, model: Model, item: Screened, points: FloatArray | None
     lesson gives them. All beginnings are simulated in one batch; what is left of each is projected off what the model's free values change.
     """
     candidate, fitted, limits = item.candidate, model.fitted, study.method.explaining
+    if study.estimation.machine.output_error:
+        # the error of a simulation has more valleys than that of its equations
+        limits = replace(limits, points=limits.points_of_simulation, starts=limits.starts_of_simulation, clearly=0.0)
     rows, bases = _rows(candidate, item, points, limits), _bases(fitted, limits)
     found: list[_Begun] = []
     for place, base in enumerate(bases):
@@ -52,15 +55,19 @@ def _bases(fitted: Fitted, limits: ExplainingLimits) -> list[list[Free]]:
 
 
 def _best(found: Sequence[_Begun], limits: ExplainingLimits) -> list[_Begun]:
-    """Return the best of the beginnings that differ, and the best one on each of the bases; one alone where it is clearly the best."""
+    """Return the best of the beginnings that differ, as many on each of the bases; one alone where it is clearly the best."""
+    bases = {one.base for one in found}
     kept: list[_Begun] = []
-    for one in sorted(found, key=lambda entry: entry.left):
-        if len(kept) < limits.starts and all(_differ(one, other, limits) for other in kept):
-            kept.append(one)
-    if len(kept) > 1 and kept[0].left < limits.clearly * kept[1].left:
+    for base in sorted(bases):
+        own: list[_Begun] = []
+        for one in sorted((one for one in found if one.base == base), key=lambda entry: entry.left):
+            if len(own) < max(1, limits.starts // len(bases)) and all(_differ(one, other, limits) for other in own):
+                own.append(one)
+        kept += own
+    kept.sort(key=lambda entry: entry.left)
+    if len(bases) == 1 and len(kept) > 1 and kept[0].left < limits.clearly * kept[1].left:
         del kept[1:]
-    missing = {one.base for one in found} - {one.base for one in kept}
-    return [*kept[:1], min((one for one in found if one.base in missing), key=lambda entry: entry.left)] if missing else kept
+    return kept
 
 
 def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> list[Free]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.explaining.density import gain
@@ -35,17 +36,26 @@ def over(study: Study, model: Model, other: Model) -> tuple[Gain, Gain]:
 def tried(study: Study, before: Model, item: Screened, points: FloatArray | None, kept: tuple[Candidate, ...] | None = None) -> Tried:
     """Return a candidate fitted on top of a model; with ``kept`` those effects of the model alone stay beside it."""
     candidates = (*(before.candidates if kept is None else kept), item.candidate)
-    begun = [_begun(before, free) for free in starts(study, before, item, points)]
+    begun = [_begun(study, before, free) for free in starts(study, before, item, points)]
     motion = study.estimation.simulated_motion_of(candidates)
     if motion and not motion.items() <= before.fitted.constant.items():
         # a friction that holds has to feel the simulated motion: of the recorded one the first micrometres are lost in its rounding
         begun.append(Begun(begun[0].free, {**before.fitted.constant, **motion}))
+    if item.candidate.motor_side:
+        # nobody says on which side of a spring the only sensor sits
+        constant = {**before.fitted.constant, **item.candidate.motor_side}
+        begun += [Begun(free, constant) for free in starts(study, with_constant(before, constant), item, points)]
     best = max(_rough(study, before, begun, candidates), key=lambda one: one.score)
     gained = gain(best, before.fitted, full_band=is_full_band(candidates))
     if gained.nats < due(study.method):
         return Tried(item.candidate, before, Model(candidates, best, before.validation_fit), gained, Gain(0.0, 0.0))
     model = modelled(study, candidates, best)
     return Tried(item.candidate, before, model, *over(study, model, before))
+
+
+def with_constant(model: Model, constant: Mapping[str, float]) -> Model:
+    """Return a model with other constant values beside its fitted ones."""
+    return replace(model, fitted=replace(model.fitted, constant=constant))
 
 
 def settled_trial(study: Study, before: Model, trial: Tried) -> Tried:
@@ -57,16 +67,22 @@ def settled_trial(study: Study, before: Model, trial: Tried) -> Tried:
 
 def _rough(study: Study, before: Model, begun: Sequence[Begun], candidates: tuple[Candidate, ...]) -> list[Fitted]:
     """Return first fits, weighed as the model before it is: where a start swings far, noise of its own would find that usual."""
+    limits, by_output = study.method.explaining, study.estimation.machine.output_error
+    steps = limits.steps_of_simulation if by_output else limits.steps
     return fit_each(
-        study.estimation.sensed, begun, rounds=1, iterations=12, noise=before.fitted.noise, full_band=is_full_band(candidates),
+        study.estimation.sensed, begun, rounds=1, iterations=2 * steps, noise=before.fitted.noise, full_band=is_full_band(candidates),
         tolerance=ROUGH, slopes="kept",
     )  # fmt: skip
 
 
-def _begun(before: Model, free: Sequence[Free]) -> Begun:
-    """Return where a fit begins on top of a model, with its slopes where its values are those of the model."""
+def _begun(study: Study, before: Model, free: Sequence[Free]) -> Begun:
+    """Return where a fit begins on top of a model, with its slopes where its values are those of the model.
+
+    The error of a simulation has other slopes a little further on, so that none are known beforehand.
+    """
     known = dict(zip(before.fitted.names, before.fitted.sensitivity, strict=True)) if before.fitted.sensitivity is not None else {}
-    return Begun(free, before.fitted.constant, known if _begins_at(before, free) else {})
+    near = _begins_at(before, free) and not study.estimation.machine.output_error
+    return Begun(free, before.fitted.constant, known if near else {})
 
 
 def _begins_at(before: Model, free: Sequence[Free]) -> bool:

@@ -40,7 +40,9 @@ class CandidateLimits:
     waves_along_all: tuple[float, ...] = (1.0, 1.5, 2.0, 3.0)
     """Waves in the whole way that are tried besides: so few are no line of a periodogram, and its trend takes a part of them."""
     resonances: int = 10
-    """Frequencies of a resonance that are tried."""
+    """Frequencies of a resonance that are tried within the usual range; as many an octave below it."""
+    least_swings: float = 4.0
+    """Swings of the slowest resonance that is looked for within a recording."""
     usual_quantiles: tuple[float, ...] = (0.3, 0.85)
     """Quantiles of the usual values of a resonance that are tried: a small one and a large one."""
     limits_reached: tuple[float, ...] = (0.995, 0.98, 0.95, 0.85)

@@ -41,6 +41,12 @@ class ExplainingLimits:
     """Shares of the size that screening gives an effect, from which a fit may begin."""
     points: int = 6
     """Usual values from which a fit may begin."""
+    starts_of_simulation: int = 6
+    """The same two where the error of the simulation is fitted."""
+    points_of_simulation: int = 40
+    steps: int = 6
+    """Steps of a first fit."""
+    steps_of_simulation: int = 25
     moved: float = 1.0
     """Declared deviations from which on values of the lesson may have been drawn away by what an effect explains."""
     clearly: float = 0.7

@@ -205,6 +205,7 @@ class Diagnosis:
     adequate: bool = False
     baseline: Mapping[str, BaselineValue] = field(default_factory=dict)
     insert: tuple[Mapping[str, str], ...] = ()
+    side: Mapping[str, str] = field(default_factory=dict)
     left: tuple[str, ...] = ()
     """What is still left, and where, one sentence each."""
     not_told: tuple[str, ...] = ()
@@ -288,6 +289,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "adequate": diagnosis.adequate,
             "baseline": {name: _baseline(item) for name, item in diagnosis.baseline.items()},
             "insert": [dict(entry) for entry in diagnosis.insert],
+            "side": dict(diagnosis.side),
             "left": list(diagnosis.left),
             "not_told": list(diagnosis.not_told),
             "recording": list(diagnosis.findings),

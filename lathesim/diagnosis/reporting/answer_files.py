@@ -26,7 +26,8 @@ def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path, method: Met
         if diagnosis.plugin:
             files.append(whole.write_text(folder / "discovered_term.py", diagnosis.plugin))
         if diagnosis.insert:
-            explained = changed_lesson(lesson, diagnosis.insert, refitted_values(diagnosis), folder)
+            side = {"side": {**lesson.source.data.get("side", {}), **diagnosis.side}} if diagnosis.side else None
+            explained = changed_lesson(lesson, diagnosis.insert, refitted_values(diagnosis), folder, further=side)
             files.append(whole.write_text(folder / f"{lesson.name}_explained.yaml", explained))
     return files
 

@@ -94,7 +94,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "baseline": [_baseline(name, item, modelled, method=method) for name, item in diagnosis.baseline.items()],
         "left": list(map(pretty, diagnosis.left)),
         "not_told": list(diagnosis.not_told),
-        "insert": insert_lines(diagnosis.insert),
+        "insert": insert_lines(diagnosis.insert, diagnosis.side),
         "version": lathesim.__version__,
         "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
         "decided": decided, "decided_head": HEAD, "decided_legend": " ".join([*more, *legend(method)]), "rule": diagnosis.rule,
@@ -106,12 +106,13 @@ def _own(wires: Wires) -> list[tuple[str, str]]:
     return [pair for pair in wires if not any(is_recorded_signal(name) for name in pair)]
 
 
-def insert_lines(entries: Sequence[Mapping[str, str]]) -> str:
-    """Return the ``insert:`` lines of a lesson, as they are pasted."""
+def insert_lines(entries: Sequence[Mapping[str, str]], side: Mapping[str, str]) -> str:
+    """Return the ``insert:`` lines of a lesson, as they are pasted, and on which ``side`` of a spring its sensors sit."""
     if not entries:
         return ""
     lines = ["  - {" + ", ".join(f"{key}: {value}" for key, value in entry.items()) + "}" for entry in entries]
-    return "\n".join(["insert:", *lines])
+    sides = ["side: {" + ", ".join(f"{sensor}: {where}" for sensor, where in side.items()) + "}"] if side else []
+    return "\n".join(["insert:", *lines, *sides])
 
 
 def _by_size(fit: Mapping[str, ChannelFit]) -> list[str]:

@@ -22,7 +22,7 @@ def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     if diagnosis.discovered:
         lines += ["", f"A formula for what is left: {diagnosis.discovered}"]
     if diagnosis.insert:
-        lines += ["", "Paste into the lesson:", insert_lines(diagnosis.insert), *_beside(diagnosis)]
+        lines += ["", "Paste into the lesson:", insert_lines(diagnosis.insert, diagnosis.side), *_beside(diagnosis)]
     if diagnosis.untried:
         lines += ["", f"Not tried: {_first_of(diagnosis.untried, method.reporting.most_rows)}."]
     return [plain(line) for line in lines]

@@ -20,7 +20,7 @@ from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.identification.machine.roles import decides, further_readings_of, inputs_of_readings, readings_of
 from lathesim.identification.records.candidate import MOST_DAMPED, QUARTER_TURNS, Candidate
-from lathesim.lessons.insertion import insert_effect
+from lathesim.lessons.insertion import beyond_its_spring, insert_effect
 
 WIDE_RANGE = 3.0
 """Ratio of its ends above which a positive range is walked through in factors."""
@@ -56,6 +56,7 @@ def insert_candidates(
         result = trial
         of_motion = measured.get(host, "")
         placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
+        placing["unsaid_side"] = beyond_its_spring(trial, name, host) if effect.beyond else {}
         candidate = _as_sampled(_candidate(name, effect, placed.component, host), assembly.sample_period)
         candidates.append(replace(candidate, **placing, shaped=replace(candidate.shaped, **placing) if candidate.shaped else None))
     return result, candidates

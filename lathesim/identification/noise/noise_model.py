@@ -78,6 +78,7 @@ class NoiseShapes:
     All are of the channel differenced ``differences`` times, as often as makes what forces do to it nearest to white: a drifting position
     would leak through the taper into every frequency. ``band`` is the number of frequencies that hold 99 % of the power of the motion so
     differenced; a channel that no state moves has no such limit. A ``window`` takes the place of the taper where some samples do not count.
+    With ``within_band`` no frequency beyond that counts, whoever asks for all.
     """
 
     shapes: FloatArray
@@ -86,6 +87,7 @@ class NoiseShapes:
     differences: int = 0
     band: int = 1 << 62
     window: FloatArray | None = None
+    within_band: bool = False
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,11 @@ class NoiseModel:
     band: int = 1 << 62
     sizes: FloatArray | None = None
     window: FloatArray | None = None
+    within_band: bool = False
+
+    def bins(self, *, full_band: bool) -> int:
+        """Return how many frequencies count: those of the motion, or all where ``full_band`` asks for them."""
+        return len(self.power) if full_band and not self.within_band else min(self.band, len(self.power))
 
     @property
     def share(self) -> float:
@@ -128,8 +135,10 @@ class NoiseModel:
 
     @functools.cached_property
     def gain(self) -> FloatArray:
-        """What makes a transform white, (frequencies,)."""
-        return np.asarray(np.sqrt(2.0 * self.share / self.power))
+        """What makes a transform white, (frequencies,); nothing where a frequency does not count."""
+        gain = np.sqrt(2.0 * self.share / self.power)
+        gain[self.bins(full_band=True) :] = 0.0
+        return np.asarray(gain)
 
     def mean_of(self, values: FloatArray) -> FloatArray:
         """Return the mean of ``values`` (..., samples) as the window weighs them."""
@@ -150,7 +159,7 @@ class NoiseModel:
 
     def log_likelihood(self, residual: FloatArray, *, full_band: bool = True) -> float:
         """Return the log-likelihood of a residual (samples,), of all frequencies or of those of the motion, up to a constant [nats]."""
-        kept = slice(None) if full_band else slice(0, self.band)
+        kept = slice(0, self.bins(full_band=full_band))
         power = self.power[kept]
         ratio = np.abs(spectrum(residual, self.differences, self.window)[kept]) ** 2 / power
         of_spectrum = float(-self.share * np.sum(np.log(power) + ratio))
@@ -161,6 +170,16 @@ class NoiseModel:
 
 WHITE, RATE, DIFFERENCED = "white", "rate", "differenced"
 """How the noise of a sensor is: white; that of a speed, held against a place that was differenced; that of counts that were."""
+
+
+def output_error(motion: FloatArray, floor: float, differences: int, window: FloatArray | None) -> NoiseShapes:
+    """Return the shape of an error that counts alike at every frequency of a motion (samples,), differenced so many times.
+
+    No forces are thought of, so that what is missing cannot pass for their noise. A noise model that is fitted beside a machine that lacks
+    something weighs least where the lack is largest; a fixed one does not. Source: L. Ljung, System Identification, 2nd ed., section 8.5.
+    """
+    samples = len(motion)
+    return NoiseShapes(np.ones((1, samples // 2 + 1)), floor, samples, 0, _band(motion, differences), window, within_band=True)
 
 
 def noise_shapes(
@@ -244,14 +263,20 @@ def _impulse_gain(impulse: FloatArray, frequency: FloatArray, period: float) -> 
 
 def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
     """Return the noise model of a residual (samples,)."""
-    seen = np.abs(spectrum(residual, shapes.differences, shapes.window)) ** 2
-    basis = shapes.shapes
+    counted = slice(0, shapes.band if shapes.within_band else None)
+    seen = np.abs(spectrum(residual, shapes.differences, shapes.window)[counted]) ** 2
+    basis = shapes.shapes[:, counted]
     least = max(shapes.floor**2, 1e-300) * basis[0]
     sizes = np.mean(seen) / np.maximum(np.mean(basis, axis=1), 1e-300) / len(basis)
     for _ in range(_UPDATES):
         power = least + sizes @ basis
         sizes = sizes * (basis @ (seen / power**2)) / np.maximum(basis @ (1.0 / power), 1e-300)
-    return NoiseModel(least + sizes @ basis, shapes.samples, shapes.differences, shapes.band, sizes, shapes.window)
+    return _of_sizes(sizes, shapes, shapes.band)
+
+
+def _of_sizes(sizes: FloatArray, shapes: NoiseShapes, band: int) -> NoiseModel:
+    power = max(shapes.floor**2, 1e-300) * shapes.shapes[0] + sizes @ shapes.shapes
+    return NoiseModel(power, shapes.samples, shapes.differences, band, sizes, shapes.window, shapes.within_band)
 
 
 def white_noise(residual: FloatArray, shapes: NoiseShapes) -> float:
@@ -264,10 +289,9 @@ def white_noise(residual: FloatArray, shapes: NoiseShapes) -> float:
 def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
     """Return the noise of a machine with other values: the sensor's noise and the forces stay, what the machine makes of them changes."""
     assert model.sizes is not None
-    least = max(shapes.floor**2, 1e-300) * shapes.shapes[0]
     if model.differences != shapes.differences or len(model.sizes) != len(shapes.shapes):
         return model
-    return NoiseModel(least + model.sizes @ shapes.shapes, shapes.samples, shapes.differences, model.band, model.sizes, shapes.window)
+    return _of_sizes(model.sizes, shapes, model.band)
 
 
 def whitened_power(residual: FloatArray, models: Sequence[NoiseModel], *, full_band: bool) -> float:

@@ -46,6 +46,9 @@ class Candidate:
     """The part whose motion the host measures, where it is a sensor."""
     senses: Mapping[str, str] = field(default_factory=dict)
     """What feeds an input of the effect that its host does not: input -> ``part.output``."""
+    unsaid_side: Mapping[str, str] = field(default_factory=dict)
+    """The only sensor of a place and the setting by which it sees behind the effect's spring (sensor -> ``part.parameter``), where the
+    lesson does not say on which side it sits."""
     shaped: Candidate | None = None
     """The candidate with the values of a finer shape free too; none where it has them or there are none."""
 
@@ -53,6 +56,11 @@ class Candidate:
     def name(self) -> str:
         """The effect's name."""
         return self.effect.__name__
+
+    @property
+    def motor_side(self) -> dict[str, float]:
+        """Return the settings with which the sensor whose side nobody says sits before the effect's spring."""
+        return dict.fromkeys(self.unsaid_side.values(), 0.0)
 
     @property
     def acts_elsewhere(self) -> bool:

@@ -50,6 +50,8 @@ class Machine:
     clock: float = 1.0
     moving: frozenset[str] = frozenset()
     """Driven inputs that were measured and are interpolated between rows; commanded ones are held."""
+    output_error: bool = False
+    """Whether errors are weighed alike at all frequencies of the motion, rather than by what forces that nobody measured make of it."""
 
     def driven_by(self, assembly: Assembly, record: Record) -> Assembly:
         """Return an assembly of this machine whose driven inputs take their recorded values."""
@@ -77,6 +79,10 @@ class Experiment:
     """Which samples count (samples,), 0 to 1; without it all do."""
     one_sided: tuple[Candidate, ...] = ()
     """Effects that are no candidates, as no recording moves their host both ways: what they refine is all that shows of them."""
+
+    def by_output_error(self) -> Experiment:
+        """Return the recording whose errors are weighed alike at all frequencies of the motion."""
+        return replace(self, machine=replace(self.machine, output_error=True))
 
     @cached_property
     def floors(self) -> dict[str, float]:
@@ -112,7 +118,8 @@ class Experiment:
         rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
         again = self._redundant_sensors(recorded)
         every = self.machine.decisions
-        return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, self.machine.white, every, rates, self._led())
+        how = (self.machine.white, every, rates, self._led(), self.machine.output_error)
+        return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, *how)
 
     def _led(self) -> frozenset[int]:
         """Return the rows of the compared channels that show the position of a part that follows its reference exactly."""
@@ -177,7 +184,7 @@ class Experiment:
     @cached_property
     def sensed(self) -> Simulator:
         """Recorded inputs for every part, recorded motion for the effects."""
-        if not self.machine.replay:
+        if not self.machine.replay or self.machine.output_error:
             return self.replayed
         replayed = self._cut(_exact_sensors(self._driven()))
         motion = recorded_motion(self.with_candidates, self._whole())

@@ -15,7 +15,16 @@ from lathesim.engine.running.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution.budget import RunCount
 from lathesim.identification.execution.cache import Remembered
-from lathesim.identification.noise.noise_model import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, window_of
+from lathesim.identification.noise.noise_model import (
+    DIFFERENCED,
+    RATE,
+    WHITE,
+    NoiseShapes,
+    differences,
+    noise_shapes,
+    output_error,
+    window_of,
+)
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.signal.rounding import BEYOND, LARGER_PART
@@ -61,7 +70,8 @@ class Simulator:
 
     ``recorded`` has shape (channels, samples) [SI]; NaN where nothing was recorded. ``floors`` is what the recording cannot resolve in
     each channel, one standard deviation [SI]. ``weights`` (samples,), 0 to 1, say which samples count; without them all do.
-    With ``white`` every residual is taken for white noise, whatever the machine makes of forces that nobody modelled.
+    With ``white`` every residual is taken for white noise, whatever the machine makes of forces that nobody modelled, and with
+    ``output_error`` in the band of the motion alone.
     ``runs`` counts those that were held against the recording.
     """
 
@@ -79,6 +89,7 @@ class Simulator:
     """Rows of the channels that an encoder makes of its counts as their rate."""
     led: frozenset[int] = frozenset()
     """Rows of the channels that show the position of a part that follows a given position exactly: nothing else determines their zero."""
+    output_error: bool = False
     runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
     _with_impulse: Remembered[_ImpulseResponses] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
     _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
@@ -178,6 +189,9 @@ class Simulator:
         if self.white:
             flat = np.ones((1, self.samples // 2 + 1))
             return tuple(NoiseShapes(flat, floor, self.samples, window=window) for floor in self.seen_floors)
+        if self.output_error:
+            motions = zip(_within_bounds(self._as_given[2]), self.seen_floors, self._times, strict=True)
+            return tuple(output_error(motion, floor, times, window) for motion, floor, times in motions)
         _, impulse_responses, motion = self.impulse_responses(as_recorded(values))
         period = self.period
         bounded, rates = _within_bounds(motion), {sight.row for sight in self.redundant_sensors if sight.rate}
@@ -193,9 +207,14 @@ class Simulator:
         return self._with_impulse.get(tuple(sorted(values.items())), lambda: self._impulse_responses_of(self._simulated_motion, values))
 
     @cached_property
+    def _as_given(self) -> _ImpulseResponses:
+        """The responses and the motion of the machine as the lesson has it."""
+        return self._impulse_responses_of(self._simulated_motion, {})
+
+    @cached_property
     def _times(self) -> list[int]:
         """How often each channel is differenced."""
-        _, impulse_responses, _ = self._impulse_responses_of(self._simulated_motion, {})
+        _, impulse_responses, _ = self._as_given
         return [differences(impulse_responses[:, row], self.period) for row in range(len(self.seen_floors))]
 
     @cached_property

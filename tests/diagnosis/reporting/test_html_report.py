@@ -208,5 +208,5 @@ def test_a_value_that_is_told_to_be_far_off_lies_in_its_interval() -> None:
 
 
 def test_a_discovery_without_parameters_to_paste_shows_no_lines() -> None:
-    assert insert_lines(()) == ""
-    assert insert_lines(({"effect": "A", "at": "b"},)) == "insert:\n  - {effect: A, at: b}"
+    assert insert_lines((), {}) == ""
+    assert insert_lines(({"effect": "A", "at": "b"},), {"c": "motor"}) == "insert:\n  - {effect: A, at: b}\nside: {c: motor}"

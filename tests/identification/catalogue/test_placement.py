@@ -16,6 +16,7 @@ from lathesim.effects.lag import MotorInductance
 from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset, ScaleFactorError
 from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrift, SensorFilter
 from lathesim.effects.spindle_error import Runout, Unbalance
+from lathesim.effects.structure import AxialResonance
 from lathesim.engine.assembly import Assembly, Wire
 from lathesim.engine.running.run import run
 from lathesim.engine.wiring import wire
@@ -260,3 +261,14 @@ def test_an_axis_out_of_square_is_looked_for_along_each_other_axis(registry: Reg
     assert all(sources[f"{candidate.part}.other_position"] == candidate.senses["other_position"] for candidate in candidates)
     alone = next(template for template in TEMPLATES if template.stem == "cascade_axis")
     assert insert_candidates(assembly_of(alone, registry), [squareness])[1] == []
+
+
+@pytest.mark.parametrize(("side", "unsaid"), [("", True), ("load", False), ("motor", False)])
+def test_a_spring_may_be_on_either_side_of_the_only_sensor_unless_the_lesson_says_its_side(registry, side, unsaid):
+    bare = assembly_of(next(path for path in TEMPLATES if path.stem == "torque_spindle"), registry)
+    parts = tuple(dataclasses.replace(part, side=side if part.name == "spindle_encoder" else part.side) for part in bare.parts)
+    assembly, (spring,) = insert_candidates(dataclasses.replace(bare, parts=parts), [AxialResonance], ["spindle_encoder.angle"])
+    setting = f"{spring.part}_beyond_spindle_encoder.share"
+    assert spring.unsaid_side == ({"spindle_encoder": setting} if unsaid else {})
+    assert spring.motor_side == ({setting: 0.0} if unsaid else {})
+    assert set(spring.motor_side) <= set(wire(dataclasses.replace(assembly, finish="", record=())).parameters)

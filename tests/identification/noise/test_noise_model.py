@@ -14,6 +14,7 @@ from lathesim.identification.noise.noise_model import (
     effective_share,
     fit_noise_model,
     noise_shapes,
+    output_error,
     spectrum,
     taper,
     white_noise,
@@ -176,3 +177,15 @@ def test_the_taper_keeps_the_power_of_noise() -> None:
     assert 0.85 < effective_share(SAMPLES) < 1.0
     power = np.abs(spectrum(white(3.0))) ** 2
     assert power.mean() == pytest.approx(9.0, rel=0.06)
+
+
+def test_the_error_of_a_simulation_counts_alike_within_the_band_of_the_motion_and_nowhere_else() -> None:
+    time = PERIOD * np.arange(SAMPLES)
+    motion = np.sin(2.0 * np.pi * 3.0 * time)
+    model = fit_noise_model(0.1 * motion + white(1e-3), output_error(motion, 1e-6, 1, None))
+    counted = model.bins(full_band=True)
+    assert 3.0 < counted / (SAMPLES * PERIOD) < 6.0
+    assert np.ptp(model.power) == 0.0
+    assert not model.gain[counted:].any()
+    beyond = model.whiten(np.sin(2.0 * np.pi * 60.0 * time), full_band=True)
+    assert np.abs(beyond).max() < 1e-2 * np.abs(model.whiten(0.1 * motion, full_band=True)).max()
