@@ -6,12 +6,21 @@ constant that both share,
 
     log p(b) = -n_b/2 log(sum over the block of e^2)
 
-with n_b the number of independent samples. The gain of one explanation over another is the sum of the differences over blocks, in nats;
-its standard error follows from their spread. A block in which something happened that neither explains counts little, as its level is high.
+with n_b the number of independent samples. The gain of one explanation over another is the sum of the differences over blocks, in nats.
+A block in which something happened that neither explains counts little, as its level is high.
+
+With d what one explanation adds to the prediction, the other one leaves e + d, and its power is sum(e^2) + sum(d^2) + 2 sum(e d). Only the
+last term is chance; what it adds to the gain of a block,
+
+    c(b) = n_b/2 log(sum (e + d)^2 / (sum e^2 + sum d^2)),        error^2 = sum over blocks of c(b)^2
+
+is about n_b sum(e d) / sum(e^2). That gains differ from block to block, as where something acts only when a tool enters the cut, makes no
+gain less sure.
 
 Sources: A. Vehtari, A. Gelman, J. Gabry, Practical Bayesian model evaluation, Statistics and Computing 27 (2017), section 2.2 (sums of
-pointwise differences and their standard error); A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 3.2 (level integrated out).
-Left out: the correlation of blocks, and the uncertainty of the shared filter.
+pointwise differences); H. White, Maximum likelihood estimation of misspecified models, Econometrica 50 (1982) (errors from sums of blocks);
+A. Gelman et al., Bayesian Data Analysis, 3rd ed., section 3.2 (level integrated out). Left out: the correlation of blocks, and the
+uncertainty of the shared filter.
 """
 
 from __future__ import annotations
@@ -38,11 +47,14 @@ def gain(better: Fitted, other: Fitted, *, full_band: bool) -> Gain:
 
     ``full_band`` judges all frequencies, not only those of the motion.
     """
-    blocks = block_gains(better, other, full_band=full_band)
-    per_block = blocks.sum(axis=0)
+    rows = zip(better.residual, other.residual, better.noise, strict=True)
+    gains, chances = np.swapaxes([_of_channel(ours, theirs, noise, full_band=full_band) for ours, theirs, noise in rows], 0, 1)
+    # a constant has no differences: its mean is judged by itself
+    means = np.array([_of_means(*one) for one in zip(better.residual, better.noise, other.residual, other.noise, strict=True)])
     samples = np.array([_independent(noise, full_band=full_band) for noise in better.noise])
-    share = float(-np.expm1(-2.0 * np.max(blocks.sum(axis=1) / samples).clip(min=-_WORSE)))
-    return Gain(float(per_block.sum()), float(np.std(per_block, ddof=1) * math.sqrt(len(per_block))), share)
+    of_channels = gains.sum(axis=1) + means[:, 0]
+    share = float(-np.expm1(-2.0 * np.max(of_channels / samples).clip(min=-_WORSE)))
+    return Gain(float(of_channels.sum()), math.hypot(*chances.sum(axis=0), *means[:, 1]), share)
 
 
 def _independent(noise: NoiseModel, *, full_band: bool) -> float:
@@ -51,23 +63,17 @@ def _independent(noise: NoiseModel, *, full_band: bool) -> float:
     return noise.samples * noise.share * bins / len(noise.power)
 
 
-def block_gains(better: Fitted, other: Fitted, *, full_band: bool) -> FloatArray:
-    """Return the gain of a fit over another one in each channel and block, shape (channels, blocks) [nats]."""
-    rows = zip(better.residual, other.residual, better.noise, strict=True)
-    gains = np.array([_of_channel(ours, theirs, noise, full_band=full_band) for ours, theirs, noise in rows])
-    # a constant has no differences: what the means say is spread over all blocks
-    means = [_of_means(*of_channel) for of_channel in zip(better.residual, better.noise, other.residual, other.noise, strict=True)]
-    return np.asarray(gains + np.array(means)[:, None] / BLOCKS)
-
-
 def _of_channel(ours: FloatArray, theirs: FloatArray, noise: NoiseModel, *, full_band: bool) -> FloatArray:
+    """Return the gain of each block, and by how much chance may have changed it, shape (2, blocks) [nats]."""
     bins = noise.bins(full_band=full_band)
-    white = [_white(row, noise, bins) for row in (ours, theirs)]
+    ours, theirs = (_white(row, noise, bins) for row in (ours, theirs))
     window = taper(noise.samples) if noise.window is None else noise.window
-    seen = [float(np.sum(part**2)) for part in np.array_split(window, BLOCKS)]
-    powers = [[float(np.sum(part**2)) + _LEAST_POWER for part in np.array_split(values, BLOCKS)] for values in white]
-    counted = _independent(noise, full_band=full_band) * np.array(seen) / sum(seen)
-    return np.asarray(0.5 * counted * (np.log(powers[1]) - np.log(powers[0])))
+    seen, left, before, added = (
+        np.array([float(np.sum(part**2)) for part in np.array_split(values, BLOCKS)]) + _LEAST_POWER
+        for values in (window, ours, theirs, theirs - ours)
+    )
+    counted = 0.5 * _independent(noise, full_band=full_band) * seen / seen.sum()
+    return np.array([counted * np.log(before / left), counted * np.log(before / (left + added))])
 
 
 def _white(residual: FloatArray, noise: NoiseModel, bins: int) -> FloatArray:
@@ -77,13 +83,10 @@ def _white(residual: FloatArray, noise: NoiseModel, bins: int) -> FloatArray:
     return np.asarray(irfft(spectrum, len(residual)))
 
 
-def _of_means(ours: FloatArray, noise: NoiseModel, theirs: FloatArray, other: NoiseModel) -> float:
-    """Return the gain by the mean of a channel [nats]; none where the noise of either drifts, as its mean may be any then."""
+def _of_means(ours: FloatArray, noise: NoiseModel, theirs: FloatArray, other: NoiseModel) -> tuple[float, float]:
+    """Return the gain by the mean of a channel and its chance [nats]; none where the noise of either drifts: its mean may be any then."""
     if not (math.isfinite(noise.mean_spread) and math.isfinite(other.mean_spread)):
-        return 0.0
-    return _of_mean(ours, noise) - _of_mean(theirs, other)
-
-
-def _of_mean(residual: FloatArray, noise: NoiseModel) -> float:
-    """Return the log density of the mean of a residual [nats]."""
-    return -math.log(noise.mean_spread) - 0.5 * (float(noise.mean_of(residual)) / noise.mean_spread) ** 2
+        return 0.0, 0.0
+    mean, before = float(noise.mean_of(ours)) / noise.mean_spread, float(other.mean_of(theirs)) / other.mean_spread
+    gained = math.log(other.mean_spread / noise.mean_spread) + 0.5 * (before**2 - mean**2)
+    return gained, mean * (before - mean)

@@ -19,7 +19,7 @@ from scipy.signal import lfilter
 
 from lathesim.component import Output, Parameter
 from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushed, _speaks_loudest, _telling, value_of
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.open_loop import as_recorded
@@ -40,6 +40,11 @@ class Lacking:
     """Whether it is a force on a moving part."""
     answers_forces: bool = False
     """Whether forces that nobody measured change the channel, and another channel shows them better."""
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is the residual of a channel that no unknown force reaches."""
+        return not (self.is_force or self.answers_forces)
 
 
 def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
@@ -62,7 +67,7 @@ def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
         return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, answers_forces=answers)
     place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
     rate = undone(residual, responses[place, row] / IMPULSE * experiment.sensed.period)
-    part = state.partition(".")[0]
+    part = Place.of(state).part
     inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
     effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
     values = -(inertia or 1.0) * _flow_of(plan, state) * rate
@@ -73,7 +78,7 @@ def _of_an_effort(experiment: Experiment, fitted: Fitted, channel: str) -> tuple
     """Return the effort of a part that a channel of it tells at once, its unit, and by how much one unit of it shows, as in the current of
     a motor that is led along a motion; none where it is no such channel."""
     plan = experiment.sensed.plan
-    host, _, item = channel.partition(".")
+    host, item = Place.of(channel)
     component = plan.parts[host].component
     effort = component.ports.get("effort", "")
     if item not in component.declared(Output) or effort not in component.arguments[component.law_of(item)]:

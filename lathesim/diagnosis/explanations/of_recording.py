@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from scipy.signal import savgol_filter
 from lathesim.diagnosis.explanations.conditions import Conditions, Motion
 from lathesim.diagnosis.explanations.flexible import Flexible, flexible
 from lathesim.diagnosis.explanations.lacking_force import Lacking, lacking, quiet_every
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.machine.roles import decides
 from lathesim.identification.records.fit import Fitted, Free
 from lathesim.identification.replay.experiment import Experiment
@@ -67,30 +67,37 @@ def _moved(experiment: Experiment) -> dict[str, FloatArray]:
 def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> dict[str, tuple[Lacking, Flexible]]:
     """Return by channel what is lacking behind it (a force where it shows a motion), and the flexible explanation of that.
 
-    Commands of controllers are left out: they follow a law exactly.
-
-    What a wide range of the lesson's uncertain values would explain is no finding.
+    Commands of controllers are left out: they follow a law exactly. What a wide range of the lesson's uncertain values would explain is no
+    finding. Channels that no unknown force reaches are asked for each other too: what is left of both has one cause that nobody recorded.
     """
     doubted = [one for one in fitted.free if one.name in experiment.machine.uncertain]
     here, there = (_with_doubts(one, fit, doubted) for one, fit in ((experiment, fitted), (validation, judged)))
     recorded, simulated = (tuple(conditions_of(one, simulated=way) for one in (experiment, validation)) for way in (False, True))
-    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
-    found = {}
-    for row, channel in enumerate(experiment.machine.compare):
-        if decides(parts[channel.partition(".")[0]]):
-            continue
-        missing, *absorbed = (lacking(experiment, one, row) for one in here)
-        other, *also = (lacking(validation, one, row) for one in there)
+    found, rows = {}, _asked(experiment)
+    left = [{row: [lacking(one, fit, row) for fit in fits] for row in rows} for one, fits in ((experiment, here), (validation, there))]
+    for row in rows:
+        missing, other = left[0][row][0], left[1][row][0]
         step = 0.0 if missing.is_force else _step(experiment, row) / math.sqrt(12.0)
         # a recorded speed moves with the forces that nobody measured: what answers to these too would go with it
         moved = simulated if missing.answers_forces else recorded
-        conditions, held_out = (
-            replace(given, absorbed=_absorbed(given, one, doubts), rings=missing.is_force)
-            for given, one, doubts in zip(moved, (missing, other), (absorbed, also), strict=True)
-        )
+        others = {name: one for one, name in rows.items() if one != row and missing.is_plain and left[0][one][0].is_plain}
+        conditions, held_out = (_beside(*both, row, others) for both in zip(moved, left, strict=True))
         every = quiet_every(missing.values) if missing.is_force else 1
-        found[channel] = (missing, flexible(conditions, missing.values, (held_out, other.values), step, every))
+        found[rows[row]] = (missing, flexible(conditions, missing.values, (held_out, other.values), step, every))
     return found
+
+
+def _asked(experiment: Experiment) -> dict[int, str]:
+    """Return the rows of the compared channels that no controller gives, with their names."""
+    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
+    return {row: name for row, name in enumerate(experiment.machine.compare) if not decides(parts[Place.of(name).part])}
+
+
+def _beside(moved: Conditions, left: Mapping[int, Sequence[Lacking]], row: int, others: Mapping[str, int]) -> Conditions:
+    """Return the conditions of a channel with what doubts of values add, and with what is left at others, by their names."""
+    missing, *doubts = left[row]
+    beside = {f"what is left at {name}": left[one][0].values for name, one in others.items()}
+    return replace(moved, absorbed=_absorbed(moved, missing, doubts), rings=missing.is_force, others={**moved.others, **beside})
 
 
 def _with_doubts(experiment: Experiment, fitted: Fitted, doubted: Sequence[Free], wide: float = 10.0, share: float = 0.01) -> list[Fitted]:
@@ -110,7 +117,7 @@ def _absorbed(conditions: Conditions, missing: Lacking, doubts: Sequence[Lacking
         return None
     known = np.isfinite(missing.values)
     added = np.stack([np.where(known, one.values, 0.0) for one in doubts])
-    part = missing.at.partition(".")[0]
+    part = Place.of(missing.at).part
     moving = [one for one in conditions.motions if one.name == part and missing.is_force]
     if moving:
         motion = np.stack([moving[0].velocity, moving[0].acceleration], axis=1)

@@ -47,6 +47,23 @@ def test_what_happens_once_and_neither_explains_counts_little() -> None:
     assert 0.5 * quiet.nats < loud.nats < quiet.nats
 
 
+def test_what_acts_in_a_short_part_of_a_recording_is_as_sure_as_what_acts_all_the_time() -> None:
+    once, always = np.zeros(SAMPLES), np.sin(np.arange(SAMPLES) / 50.0)
+    once[2000:2100] = np.sqrt(0.5 * SAMPLES / 100.0) * np.exp(-np.arange(100) / 30.0)
+    found = [gain(left(noise(1)), left(noise(1) + acting), full_band=True) for acting in (once, always)]
+    assert all(is_clear(one, STANDARD) for one in found)
+    assert found[0].nats > 10.0 * found[0].error
+
+
+def test_what_was_fitted_to_noise_is_no_gain_on_other_noise() -> None:
+    shapes = np.cos(np.outer(np.arange(1, 9), np.arange(SAMPLES)) * np.pi / SAMPLES)
+    found = []
+    for seed in range(20):
+        fitted = np.linalg.lstsq(shapes.T, noise(seed), rcond=None)[0] @ shapes
+        found.append(gain(left(noise(seed + 100) - fitted), left(noise(seed + 100)), full_band=True))
+    assert not any(is_clear(one, STANDARD) for one in found)
+
+
 def test_a_gain_has_to_pay_for_its_values_and_be_above_its_error() -> None:
     assert due(STANDARD, 2) > due(STANDARD, 1) > due(STANDARD)
     assert is_clear(Gain(100.0, 10.0), STANDARD, 2)
