@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.sources.sample_clock import SampleClock, Stretch
-from lathesim.live.sources.samples import Block, LiveError, Signal, Source
-from lathesim.live.watching.residuals.residual_stream import ResidualStream
+from lathesim.live.sample_clock import SampleClock, Stretch
+from lathesim.live.samples import Block, LiveError, Signal, Source
+from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.record import FloatArray
 from lathesim.record_writer import RecordWriter
 

@@ -10,7 +10,7 @@ import pytest
 
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.lessons.lesson import load_lesson
-from lathesim.live.recording.record_blocks import RecordBlocks
+from lathesim.live.recording_run import RecordBlocks
 from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
 from lathesim.recordings.reading import read_recording

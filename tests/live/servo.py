@@ -10,10 +10,10 @@ import numpy as np
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.servo.servo_session import ServoSettings
-from lathesim.live.servo.servo_side import ServoSide
-from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
-from lathesim.live.sources.samples import Sink
+from lathesim.live.samples import Sink
+from lathesim.live.servo_session import ServoSettings
+from lathesim.live.servo_side import ServoSide
+from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 

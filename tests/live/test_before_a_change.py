@@ -12,8 +12,8 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.live.watching.background_diagnosis import Verdict, known_before
-from lathesim.live.watching.courses.expected_values import expected_values
-from lathesim.live.watching.told_verdicts import told_verdict
+from lathesim.live.watching.event import told_verdict
+from lathesim.live.watching.value_course import expected_values
 from lathesim.plugins import load_registry
 from tests.live.servo import prepared as lesson_machine
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lathesim.live.sources.sample_clock import Stretch
-from lathesim.live.watching.residuals.residual_stream import ResidualStream
+from lathesim.live.sample_clock import Stretch
+from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.watch import Watch
 from tests.live.campaign.cases import channels, prepared
 from tests.live.campaign.flexible_tool import CLAMPED, DEEP, PRESSURE, RADIUS, SHARE, Tool, loose, thickness

@@ -12,13 +12,12 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.watching.background_diagnosis import Verdict
-from lathesim.live.watching.courses.forecast import bend, line_through
-from lathesim.live.watching.courses.growth_course import Growth, GrowthCourse
-from lathesim.live.watching.courses.value_course import Point
-from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.live.watching.event import Event
 from lathesim.live.watching.following import Following
-from lathesim.live.watching.residuals.residual_stream import ResidualStream
+from lathesim.live.watching.forecast import Growth, GrowthCourse, bend, line_through
+from lathesim.live.watching.known_effects import KnownEffects
+from lathesim.live.watching.residual_stream import ResidualStream
+from lathesim.live.watching.value_course import Point
 from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry

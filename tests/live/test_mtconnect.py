@@ -15,15 +15,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.mtconnect.mtconnect_agent import MOST_CONNECTIONS, AgentServer
-from lathesim.live.mtconnect.mtconnect_buffer import DataItem, ObservationBuffer
-from lathesim.live.mtconnect.mtconnect_documents import Agent
-from lathesim.live.mtconnect.mtconnect_source import MTConnectSource
-from lathesim.live.mtconnect.shdr import MOST_AGENTS, Adapter, follow_adapter, read_line, write_line
-from lathesim.live.recording.name_map import map_from
-from lathesim.live.recording.recording_run import record
-from lathesim.live.sources.addresses import Address
-from lathesim.live.sources.samples import LiveError
+from lathesim.live.connections import Address
+from lathesim.live.mtconnect_agent import MOST_CONNECTIONS, AgentServer
+from lathesim.live.mtconnect_documents import Agent, DataItem, ObservationBuffer
+from lathesim.live.mtconnect_publish import MOST_AGENTS, Adapter, follow_adapter, read_line, write_line
+from lathesim.live.mtconnect_source import MTConnectSource
+from lathesim.live.name_map import map_from
+from lathesim.live.recording_run import record
+from lathesim.live.samples import LiveError
 
 START = datetime(2026, 1, 1, tzinfo=UTC)
 X = DataItem("x1", "Xact", "SAMPLE", "POSITION", "MILLIMETER", "ACTUAL", ("Linear", "X"))

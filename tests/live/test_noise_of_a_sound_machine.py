@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lathesim.live.watching.changes.noise_test import NoiseTest
+from lathesim.live.watching.noise_test import NoiseTest
 from lathesim.record import FloatArray
 
 BLOCK = 0.2

@@ -17,14 +17,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.live.opcua.cnc_names import NAMESPACE, PublishedName, published_names
-from lathesim.live.opcua.opcua_server import MOST_SESSIONS, publish_opcua
-from lathesim.live.opcua.opcua_source import OpcUaSource, browse
-from lathesim.live.recording.name_map import map_from
-from lathesim.live.recording.record_mapping import lesson_signals, map_for, recordings_for
-from lathesim.live.recording.recording_run import Recorder, record
-from lathesim.live.sources.samples import Block, LiveError, Signal
-from lathesim.live.watching.lap import Faults, Lap, Publisher
+from lathesim.live.cnc_names import NAMESPACE, PublishedName, published_names
+from lathesim.live.name_map import map_from
+from lathesim.live.opcua_server import MOST_SESSIONS, publish_opcua
+from lathesim.live.opcua_source import OpcUaSource, browse
+from lathesim.live.opening import lesson_signals, map_for, recordings_for
+from lathesim.live.publishing import Faults, Lap, Publisher
+from lathesim.live.recording_run import Recorder, record
+from lathesim.live.samples import Block, LiveError, Signal
 from lathesim.record import load
 from tests.cli.command import environment
 from tests.live.servo import prepared
@@ -166,8 +166,8 @@ async def test_types_units_and_bounds_of_a_published_machine() -> None:
 
 SERVER = """
 import asyncio, sys, time
-from lathesim.live.watching.lap import Faults, Publisher
-from lathesim.live.opcua.opcua_server import publish_opcua
+from lathesim.live.publishing import Faults, Publisher
+from lathesim.live.opcua_server import publish_opcua
 from tests.live.test_opcua import names_of, ramp
 lap = ramp(2, 200.0, 1000.0)
 asyncio.run(publish_opcua(Publisher(lap, Faults()), names_of(lap), "127.0.0.1", int(sys.argv[1]), asyncio.Event(), print))

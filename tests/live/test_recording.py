@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.recording.name_map import map_from
-from lathesim.live.recording.recording_run import Recorder, record
-from lathesim.live.sources.row_assembly import RowAssembly
-from lathesim.live.sources.samples import Block, LiveError, Signal
-from lathesim.live.watching.lap import Faults, Lap, Publisher
+from lathesim.live.name_map import map_from
+from lathesim.live.publishing import Faults, Lap, Publisher
+from lathesim.live.recording_run import Recorder, record
+from lathesim.live.sample_clock import RowAssembly
+from lathesim.live.samples import Block, LiveError, Signal
 from lathesim.record import load
 
 RAMP = Lap("lesson", (Signal("a.b", "m"), Signal("c.d", "N")), 1e-2, np.array([np.arange(50.0), 2.0 * np.arange(50.0)]))

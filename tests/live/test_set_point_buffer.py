@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.servo.set_point_buffer import BufferCount, SetPointBuffer
-from lathesim.live.servo.virtual_stream import Planner, stream_virtually
-from lathesim.live.sources.samples import LiveError
+from lathesim.live.samples import LiveError
+from lathesim.live.set_point_buffer import BufferCount, SetPointBuffer
+from lathesim.live.virtual_stream import Planner, stream_virtually
 from lathesim.record import FloatArray
 from tests.live.servo import Kept
 

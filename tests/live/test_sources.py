@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.live.recording.recording_run import record
-from lathesim.live.servo.feedback_source import FeedbackSource
-from lathesim.live.servo.servo_session import ServoSettings
-from lathesim.live.servo.streaming import StreamJob, stream
-from lathesim.live.servo.wire_format import Kind, text_frame
-from lathesim.live.sources.addresses import read_address
-from lathesim.live.sources.pipe_source import PipeSource
-from lathesim.live.sources.samples import Block, LiveError, Signal
+from lathesim.live.connections import read_address
+from lathesim.live.feedback_source import FeedbackSource
+from lathesim.live.pipe_source import PipeSource
+from lathesim.live.recording_run import record
+from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.servo_session import ServoSettings
+from lathesim.live.streaming import StreamJob, stream
+from lathesim.live.wire_format import Kind, text_frame
 from lathesim.record import load
 from tests.cli.command import call
 from tests.live.other_axis import stream as measured

@@ -161,8 +161,8 @@ import numpy as np
 from pathlib import Path
 from lathesim.cli.main import run_command_line
 from lathesim.errors import LatheSimError
-from lathesim.live.recording.recording_run import record
-from lathesim.live.sources.samples import Block, Signal
+from lathesim.live.recording_run import record
+from lathesim.live.samples import Block, Signal
 import lathesim.live.twin
 
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from lathesim.cli.live.machine import Records
-from lathesim.live.servo import servo_session
-from lathesim.live.servo import servo_side as servo_side_module
-from lathesim.live.servo.servo_session import ServoSettings, machine_signals
-from lathesim.live.servo.streaming import StreamJob, StreamResult, stream
-from lathesim.live.servo.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
-from lathesim.live.sources.addresses import read_address
-from lathesim.live.sources.samples import LiveError, Signal, Sink
+from lathesim.live import servo_session
+from lathesim.live import servo_side as servo_side_module
+from lathesim.live.connections import read_address
+from lathesim.live.samples import LiveError, Signal, Sink
+from lathesim.live.servo_session import ServoSettings, machine_signals
+from lathesim.live.streaming import StreamJob, StreamResult, stream
+from lathesim.live.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
 from lathesim.record import load
 from tests.live.servo import PERIOD, Kept, machine, servo_side, wave
 

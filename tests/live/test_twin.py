@@ -10,7 +10,7 @@ import pytest
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
-from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
+from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.plugins import load_registry
 from lathesim.record import load
 from tests.cli.command import call

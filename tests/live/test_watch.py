@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.sources.sample_clock import SampleClock
-from lathesim.live.sources.samples import Block, Signal
+from lathesim.live.sample_clock import SampleClock
+from lathesim.live.samples import Block, Signal
 from lathesim.live.watching.background_diagnosis import Verdict
-from lathesim.live.watching.changes.cusum import Cusum, mean_run_length
-from lathesim.live.watching.courses.forecast import forecast
 from lathesim.live.watching.event import Event
-from lathesim.live.watching.residuals.residual_stream import ResidualStream
+from lathesim.live.watching.forecast import forecast
+from lathesim.live.watching.noise_test import Cusum, mean_run_length
+from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.watch import Alarm, Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.servo.wire_format import (
+from lathesim.live.feedback_source import WAIT, FeedbackOrder
+from lathesim.live.wire_format import (
     Decoder,
     Frame,
     Kind,
@@ -24,7 +25,6 @@ from lathesim.live.servo.wire_format import (
     read_total,
     text_frame,
 )
-from lathesim.live.sources.feedback_order import WAIT, FeedbackOrder
 
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=8), st.lists(st.integers(0, 4000), max_size=30))

@@ -11,7 +11,7 @@ from textual.widgets import Label, ProgressBar, Static
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
-from lathesim.live.sources.samples import Block, Signal
+from lathesim.live.samples import Block, Signal
 from lathesim.live.twin import Twin
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray, load

@@ -24,9 +24,9 @@ from lathesim.cli.options import (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from lathesim.live.servo.servo_session import ServoSettings, Session
-    from lathesim.live.servo.stepped_machine import SteppedMachine
-    from lathesim.live.sources.samples import Sink
+    from lathesim.live.samples import Sink
+    from lathesim.live.servo_session import ServoSettings, Session
+    from lathesim.live.stepped_machine import SteppedMachine
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ def machine(
     When the buffer runs empty the tool holds its place, or with --elastic RHO it slows down before, on its path: the playback rate changes
     by at most RHO a period. Ctrl-C ends it; what was recorded is kept.
     """
-    from lathesim.live.servo.servo_session import ServoSettings
-    from lathesim.live.servo.servo_side import ServoSide, serve
-    from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
-    from lathesim.live.sources.until_stopped import run_until_stopped
+    from lathesim.live.samples import run_until_stopped
+    from lathesim.live.servo_session import ServoSettings
+    from lathesim.live.servo_side import ServoSide, serve
+    from lathesim.live.stepped_machine import SteppedMachine, axes_of
 
     axes = read_axes(axis_texts)
     prepared = chosen.prepared
@@ -99,7 +99,7 @@ class Records:
             return None
         import numpy as np
 
-        from lathesim.live.servo.servo_session import machine_signals
+        from lathesim.live.servo_session import machine_signals
         from lathesim.record import Record
         from lathesim.record_writer import RecordWriter, save
         from lathesim.whole_file import write_new

@@ -11,7 +11,7 @@ import click
 from lathesim.cli.options import STOPPED, ChosenLesson, grouped, host_option, plugins_option, set_option, variant_option
 
 if TYPE_CHECKING:
-    from lathesim.live.watching.lap import Faults
+    from lathesim.live.publishing import Faults
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,9 @@ def publish(chosen: ChosenLesson, servers: Servers, made: FaultTexts, play: Path
     Values of one instant belong together and have one time stamp, that of the source. Faults come on demand: gaps, values that are held
     back, a clock that jumps. 'lathesim record' takes it down again.
     """
-    from lathesim.live.opcua.cnc_names import published_names
-    from lathesim.live.publishing import Places, publish_all
-    from lathesim.live.sources.until_stopped import run_until_stopped
-    from lathesim.live.watching.lap import recorded_lap, simulated_lap
+    from lathesim.live.cnc_names import published_names
+    from lathesim.live.publishing import Places, publish_all, recorded_lap, simulated_lap
+    from lathesim.live.samples import run_until_stopped
 
     if servers.opcua is None and servers.mtconnect is None:
         raise click.UsageError("Say where to publish: --opcua PORT, --mtconnect PORT, or both.")
@@ -79,7 +78,7 @@ def _faults(made: FaultTexts) -> Faults:
     """Return the faults in SI."""
     from dataclasses import replace
 
-    from lathesim.live.watching.lap import Faults
+    from lathesim.live.publishing import Faults
 
     faults = Faults()
     if made.gap is not None:

@@ -16,7 +16,7 @@ from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
-    from lathesim.live.recording.recording_run import Noted
+    from lathesim.live.recording_run import Noted
 
 
 _FIRST = 10
@@ -56,10 +56,10 @@ def record(
     for a data item of MTConnect. With --lesson and without --map the names of OPC 40502 and of the channels are looked for. Times are those
     of the source; gaps, restarts and lost values are kept in the record. Ctrl-C ends it and keeps what came.
     """
-    from lathesim.live.recording.recording_run import record as take_down
-    from lathesim.live.sources.opening import open_machine, open_source
-    from lathesim.live.sources.pipe_source import is_pipe
-    from lathesim.live.sources.until_stopped import run_until_stopped
+    from lathesim.live.opening import open_machine, open_source
+    from lathesim.live.pipe_source import is_pipe
+    from lathesim.live.recording_run import record as take_down
+    from lathesim.live.samples import run_until_stopped
     from lathesim.units import in_unit, quantity
 
     seconds, every = quantity(reading.duration, "s"), quantity(reading.interval, "s")
@@ -74,7 +74,7 @@ def record(
     with time_bar("recording", seconds, 10.0, shown=not as_json) as bar:
         noted, stopped = run_until_stopped(lambda stop: take_down(source, out, seconds, stop, bar, _notice))
     if not noted.samples:
-        from lathesim.live.sources.samples import LiveError
+        from lathesim.live.samples import LiveError
 
         raise LiveError(f"nothing came from {url} in {seconds:g} s.", remedy="Is the machine running?")
     if every > 0.0 and noted.period > 1.5 * every:
@@ -92,7 +92,7 @@ def _notice(sentence: str) -> None:
 
 def _write_lesson(prepared: Prepared, recorded: list[str], out: Path, variant: str | None) -> str:
     from lathesim.lessons.changed_lesson import changed_lesson
-    from lathesim.live.recording.record_mapping import recordings_for
+    from lathesim.live.opening import recordings_for
 
     place = out.with_name(f"{out.stem}_lesson.yaml")
     further = {"recordings": recordings_for(prepared, recorded)}

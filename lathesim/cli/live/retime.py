@@ -76,7 +76,7 @@ def retime(joints: Path, way: Way, as_json: bool, out: Path | None, period: str,
     timing, limits, chain, note = timed(read_joint_path(joints), way)
     cost = None
     if tolerance is not None and lesson is not None:
-        from lathesim.live.servo.tolerance import within_tolerance
+        from lathesim.live.tolerance import within_tolerance
 
         timing, cost = within_tolerance(
             timing, limits.scaled(1.0 - way.keep_free), lesson, quantity(tolerance, "m"), seconds, way.jerk, chain

@@ -14,7 +14,7 @@ from lathesim.cli.progress import time_bar
 from lathesim.cli.writing import Result, write
 
 if TYPE_CHECKING:
-    from lathesim.live.recording.record_blocks import RecordBlocks
+    from lathesim.live.recording_run import RecordBlocks
     from lathesim.record import FloatArray
 
 _SUFFIX = ".position"
@@ -51,7 +51,7 @@ def stream(set_points: Path, url: str, playing: Playing, out: Path | None, as_js
 
     With the URL sim:LESSON planner, buffer and machine run here on a virtual clock, as fast as they can, the same bits each time.
     """
-    from lathesim.live.recording.record_blocks import RecordBlocks
+    from lathesim.live.recording_run import RecordBlocks
 
     source = RecordBlocks(set_points)
     try:
@@ -66,7 +66,7 @@ def stream(set_points: Path, url: str, playing: Playing, out: Path | None, as_js
 
 
 def _axes(source: RecordBlocks) -> list[str]:
-    from lathesim.live.sources.samples import LiveError
+    from lathesim.live.samples import LiveError
 
     names = [signal.name.removesuffix(_SUFFIX) for signal in source.signals if signal.name.endswith(_SUFFIX)]
     if not names or len(source) < 2:
@@ -76,7 +76,7 @@ def _axes(source: RecordBlocks) -> list[str]:
 
 
 def _check_closed(source: RecordBlocks, names: list[str]) -> None:
-    from lathesim.live.sources.samples import LiveError
+    from lathesim.live.samples import LiveError
 
     first = last = None
     for block in source.blocks([name + _SUFFIX for name in names]):
@@ -105,10 +105,10 @@ def _writer(out: Path | None, signals: Any) -> Any:
 def _network(
     source: RecordBlocks, names: list[str], url: str, playing: Playing, out: Path | None, as_json: bool
 ) -> tuple[dict[str, Any], bool]:
-    from lathesim.live.servo.streaming import StreamJob
-    from lathesim.live.servo.streaming import stream as send
-    from lathesim.live.sources.addresses import read_address
-    from lathesim.live.sources.until_stopped import run_until_stopped
+    from lathesim.live.connections import read_address
+    from lathesim.live.samples import run_until_stopped
+    from lathesim.live.streaming import StreamJob
+    from lathesim.live.streaming import stream as send
 
     address = read_address(url, "tcp")
     job = StreamJob(names, source.period, _blocks(source, names, playing.loops), playing.fill, lambda signals: _writer(out, signals))
@@ -123,11 +123,11 @@ def _virtual(
 ) -> tuple[dict[str, Any], bool]:
     from dataclasses import asdict
 
-    from lathesim.live.servo.servo_session import machine_signals
-    from lathesim.live.servo.set_point_buffer import SetPointBuffer
-    from lathesim.live.servo.stepped_machine import SteppedMachine, axes_of
-    from lathesim.live.servo.virtual_stream import Planner, stream_virtually
-    from lathesim.live.sources.samples import LiveError
+    from lathesim.live.samples import LiveError
+    from lathesim.live.servo_session import machine_signals
+    from lathesim.live.set_point_buffer import SetPointBuffer
+    from lathesim.live.stepped_machine import SteppedMachine, axes_of
+    from lathesim.live.virtual_stream import Planner, stream_virtually
     from lathesim.units import in_unit
 
     prepared = ChosenLesson(lesson).prepared

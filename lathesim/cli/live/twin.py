@@ -10,7 +10,7 @@ import click
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, variant_option
 
 if TYPE_CHECKING:
-    from lathesim.live.sources.samples import Source
+    from lathesim.live.samples import Source
     from lathesim.live.twin import Twin, TwinLine
 
 _BAR = 21
@@ -48,8 +48,8 @@ def twin(
     """
     import sys
 
-    from lathesim.live.sources.opening import live, open_source
-    from lathesim.live.sources.until_stopped import run_until_stopped
+    from lathesim.live.opening import live, open_source
+    from lathesim.live.samples import run_until_stopped
     from lathesim.live.twin import Twin
     from lathesim.units import quantity
 

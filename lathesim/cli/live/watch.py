@@ -56,8 +56,8 @@ def watch(
     Values may move within what the lesson calls uncertain. Faults of the recording are told as such. Ctrl-C ends it.
     """
     from lathesim.lessons.results_folder import results_folder
-    from lathesim.live.sources.opening import live, open_source
-    from lathesim.live.sources.until_stopped import run_until_stopped
+    from lathesim.live.opening import live, open_source
+    from lathesim.live.samples import run_until_stopped
     from lathesim.live.watching.watch_session import WatchSession, WatchSettings
     from lathesim.units import quantity
 
@@ -90,8 +90,8 @@ def _json_line(event: Event) -> None:
 
 
 def _tolerances(texts: tuple[str, ...], prepared: Prepared) -> dict[str, float]:
-    from lathesim.live.recording.record_mapping import lesson_signals
-    from lathesim.live.sources.samples import LiveError
+    from lathesim.live.opening import lesson_signals
+    from lathesim.live.samples import LiveError
     from lathesim.units import quantity
 
     units = {signal.name: signal.unit for signal in lesson_signals(prepared)}

@@ -19,8 +19,8 @@ import numpy as np
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.recording.record_mapping import recordings_for
-from lathesim.live.sources.samples import Signal
+from lathesim.live.opening import recordings_for
+from lathesim.live.samples import Signal
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save
 from lathesim.whole_file import make_folder, write_text

@@ -6,13 +6,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from lathesim.live.watching.courses.drift_course import DriftCourse
-from lathesim.live.watching.courses.growth_course import GrowthCourse
-from lathesim.live.watching.courses.value_course import SEGMENT, Point
-from lathesim.live.watching.effects.followed_sizes import FollowedSize
-from lathesim.live.watching.effects.known_effects import KnownEffects
 from lathesim.live.watching.event import Event
+from lathesim.live.watching.forecast import DriftCourse, GrowthCourse
+from lathesim.live.watching.known_effects import FollowedSize, KnownEffects
 from lathesim.live.watching.thresholds import ERRORS, FOLLOWING
+from lathesim.live.watching.value_course import SEGMENT, Point
 from lathesim.live.watching.watch import Moved, Watch
 
 _MINUTE = 60.0

@@ -12,16 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.live.sources.sample_clock import Stretch
-from lathesim.live.watching.changes.change_test import ChangeTest, Found
-from lathesim.live.watching.changes.noise_test import NoiseTest, others_noise
-from lathesim.live.watching.courses.expected_values import Expected, expected_values
-from lathesim.live.watching.courses.value_course import Point, ValueCourse
-from lathesim.live.watching.residuals.block_sums import LIKE, averaged, averaged_others
-from lathesim.live.watching.residuals.directions import direction_names
-from lathesim.live.watching.residuals.residual_stream import Residual, ResidualStream
-from lathesim.live.watching.residuals.usual import Usual, learn
+from lathesim.live.sample_clock import Stretch
+from lathesim.live.watching.change_test import ChangeTest, Found
+from lathesim.live.watching.noise_test import NoiseTest, others_noise
+from lathesim.live.watching.residual_stream import LIKE, Residual, ResidualStream, averaged, averaged_others, direction_names
 from lathesim.live.watching.thresholds import CHANGE, FOLLOWING
+from lathesim.live.watching.usual import Usual, learn
+from lathesim.live.watching.value_course import Expected, Point, ValueCourse, expected_values
 from lathesim.record import FloatArray
 
 SETTLE = 2.0

@@ -14,17 +14,14 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.sources.file_source import FileSource
-from lathesim.live.sources.sample_clock import SampleClock, Stretch
-from lathesim.live.sources.samples import Block, LiveError, Signal, Source
+from lathesim.live.file_source import FileSource
+from lathesim.live.sample_clock import SampleClock, Stretch
+from lathesim.live.samples import Block, LiveError, Signal, Source
 from lathesim.live.watching.background_diagnosis import Before, Verdict, Window, Windows, diagnose_window, free_number, known_before
-from lathesim.live.watching.effects.followed_sizes import followed_sizes, scales
-from lathesim.live.watching.effects.known_effects import KnownEffects
-from lathesim.live.watching.event import Event
+from lathesim.live.watching.event import NAMING, Event, told_verdict
 from lathesim.live.watching.following import Following
-from lathesim.live.watching.going_on import with_named
-from lathesim.live.watching.residuals.residual_stream import ResidualStream
-from lathesim.live.watching.told_verdicts import NAMING, told_verdict
+from lathesim.live.watching.known_effects import KnownEffects, followed_sizes, scales, with_named
+from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.watch import Alarm, Watch
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray

@@ -11,7 +11,7 @@ import numpy as np
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.watching.residuals.residual_stream import ResidualStream
+from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 from tests.live.campaign.machines import MACHINES, PERIOD

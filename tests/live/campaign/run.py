@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.live.recording.record_mapping import lesson_signals
-from lathesim.live.sources.samples import Block, Signal
+from lathesim.live.opening import lesson_signals
+from lathesim.live.samples import Block, Signal
 from lathesim.live.watching.event import Event
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry

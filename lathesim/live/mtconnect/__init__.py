@@ -1,1 +1,0 @@
-"""An MTConnect agent, its client, and SHDR."""

@@ -1,1 +1,0 @@
-"""OPC UA with the names of OPC 40502."""

@@ -1,1 +1,0 @@
-"""Record what a machine publishes."""

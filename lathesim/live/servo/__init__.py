@@ -1,1 +1,0 @@
-"""Set-points streamed to the servo side of a machine."""

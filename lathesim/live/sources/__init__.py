@@ -1,1 +1,0 @@
-"""Timed samples from wherever they come, and where they go."""

@@ -1,0 +1,243 @@
+"""The planner's side of a stream: set-points out over TCP as there is room for them, feedback in over UDP."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from lathesim.errors import LatheSimError
+from lathesim.live.connections import Address
+from lathesim.live.feedback_source import FeedbackOrder
+from lathesim.live.samples import LiveError, Signal, Sink
+from lathesim.live.wire_format import (
+    LARGEST_PAYLOAD,
+    Decoder,
+    Kind,
+    Numbers,
+    WireError,
+    end_frame,
+    numbers_frame,
+    read_datagram,
+    read_numbers,
+    read_text,
+    text_frame,
+)
+from lathesim.record import FloatArray
+
+PATIENCE = 15.0
+"""Seconds the servo side may be silent before the stream is given up."""
+FEEDBACK_ROOM = 4096
+"""Datagrams of feedback that wait at most; then the oldest is dropped and counted."""
+_LARGEST_FRAME = LARGEST_PAYLOAD // 8 - 64
+"""Numbers of a frame of set-points at most."""
+
+
+@dataclass
+class StreamResult:
+    """What a stream did: the last report of the servo side, counts of the feedback, and what to tell."""
+
+    sent: int = 0
+    status: dict[str, Any] = field(default_factory=dict)
+    feedback: dict[str, int] = field(default_factory=dict)
+    dropped: int = 0
+    machine: str = ""
+    reason: str = "complete"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the result as plain data."""
+        feedback = {**self.feedback, "datagrams_dropped": self.dropped}
+        return {"machine": self.machine, "sent": self.sent, "ended": self.reason, "servo": self.status, "feedback": feedback}
+
+
+@dataclass
+class StreamJob:
+    """A stream to be sent: names of the ``axes``, the ``period`` [s], blocks of set-points (count, axes), how full to keep the buffer."""
+
+    axes: Sequence[str]
+    period: float
+    blocks: Iterator[FloatArray]
+    fill: int = 150
+    open_sink: Callable[[tuple[Signal, ...]], Sink | None] = lambda signals: None
+    progress: Callable[[float], None] = lambda seconds: None
+
+
+async def stream(job: StreamJob, address: Address, stop: asyncio.Event) -> StreamResult:
+    """Send a stream and take its feedback; raises :class:`LiveError` where the peer refuses or is no servo side.
+
+    When ``stop`` is set, no more is sent, the machine plays what it has, and the result says so.
+    """
+    loop = asyncio.get_running_loop()
+    try:
+        reader, writer = await asyncio.wait_for(asyncio.open_connection(address.host, address.port), PATIENCE)
+    except (OSError, TimeoutError):
+        fact = f"nothing listens at {address.host}:{address.port}."
+        raise LiveError(fact, remedy=f"Start it with 'lathesim machine LESSON --listen {address.port}'.") from None
+    result = StreamResult()
+    own = writer.get_extra_info("sockname")[0]
+    transport, inbox = await loop.create_datagram_endpoint(lambda: _Inbox(address.host, result), local_addr=(own, 0))
+    try:
+        port = transport.get_extra_info("sockname")[1]
+        writer.write(text_frame(Kind.HELLO, {"axes": list(job.axes), "period": job.period, "udp_port": port}))
+        await _converse(job, reader, writer, inbox, result, stop)
+    except (OSError, TimeoutError):
+        result.reason = "the servo side went away"
+    finally:
+        transport.close()
+        writer.close()
+    return result
+
+
+class _Inbox(asyncio.DatagramProtocol):
+    """Datagrams of the servo side, the newest ``FEEDBACK_ROOM`` of them."""
+
+    def __init__(self, host: str, result: StreamResult) -> None:
+        self._host, self._result = host, result
+        self.waiting: deque[bytes] = deque(maxlen=FEEDBACK_ROOM)
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        """Keep a datagram of the peer; the oldest goes where there is no room."""
+        if len(self.waiting) == FEEDBACK_ROOM:
+            self._result.dropped += 1
+        self.waiting.append(data)
+
+
+class _Feedback:
+    """Takes the datagrams apart and writes the samples, in order, to a sink."""
+
+    def __init__(self, job: StreamJob, greeting: dict[str, Any]) -> None:
+        self._job = job
+        self.order = FeedbackOrder()
+        channels = greeting.get("channels", [])
+        if not isinstance(channels, list) or not all(map(_names_a_channel, channels)):
+            raise WireError("the servo side names no channels.")
+        self.signals = tuple(Signal(*row) for row in channels)
+        self._sink = job.open_sink(self.signals)
+
+    def take(self, datagrams: deque[bytes]) -> None:
+        """Take what has come; a datagram that is no feedback is left out."""
+        while datagrams:
+            with contextlib.suppress(WireError):
+                given = read_datagram(datagrams.popleft())
+                if given.kind is Kind.FEEDBACK:
+                    numbers = read_numbers(given)
+                    if numbers.values.shape[1] == len(self.signals):
+                        self._write(self.order.take(numbers))
+
+    def _write(self, runs: list[Numbers]) -> None:
+        for run in runs:
+            if self._sink is not None:
+                times = (run.first + np.arange(len(run.values), dtype=np.float64)) * self._job.period
+                self._sink.write(times, np.ascontiguousarray(run.values.T))
+
+    def finish(self, result: StreamResult) -> None:
+        """Write what still waits, and close the sink with what happened."""
+        self._write(self.order.rest())
+        result.feedback = self.order.as_json()
+        if self._sink is not None:
+            lost = result.feedback["lost"]
+            note = f"{lost} samples were lost on the way" if lost else ""
+            self._sink.finish({"sample_period": self._job.period, "status": result.reason, "machine": result.machine, "notes": note})
+
+
+def _names_a_channel(row: object) -> bool:
+    return isinstance(row, list) and len(row) == 3 and all(isinstance(value, str) and len(value) < 200 for value in row)
+
+
+async def _converse(
+    job: StreamJob, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, inbox: _Inbox, result: StreamResult, stop: asyncio.Event
+) -> None:
+    frames = _frames(reader)
+    greeting = await _next(frames)
+    if greeting[0] is not Kind.HELLO:
+        raise WireError("the servo side did not greet.")
+    result.machine = str(greeting[1].get("machine", ""))[:200]
+    feedback = _Feedback(job, greeting[1])
+    out = _Outgoing(job, writer, int(greeting[1].get("capacity", 0)), int(greeting[1].get("begin_at", 0)))
+    failure: LatheSimError | None = None
+    try:
+        await out.send(0, 0.0, stop)
+        while True:
+            kind, data = await _next(frames)
+            feedback.take(inbox.waiting)
+            if kind is not Kind.STATUS:
+                continue
+            result.status, result.sent = data, out.sent
+            if data.get("last"):
+                break
+            job.progress(float(data.get("periods", 0)) * job.period)
+            await out.send(int(data.get("arrived", 0)), float(data.get("fill", 0.0)), stop)
+        if stop.is_set():
+            result.reason = "stopped"
+    except LatheSimError as error:
+        failure = error
+        result.reason = error.fact
+    except (TypeError, ValueError):
+        failure = WireError("the servo side sent a report that cannot be read.")
+        result.reason = failure.fact
+    result.sent = out.sent
+    await asyncio.sleep(0.05)  # the last datagrams are still on their way
+    feedback.take(inbox.waiting)
+    feedback.finish(result)
+    if failure is not None:
+        raise failure
+
+
+class _Outgoing:
+    """Set-points on their way out: as many as keep the buffer of the servo side at the fill that is wanted."""
+
+    def __init__(self, job: StreamJob, writer: asyncio.StreamWriter, capacity: int, begin_at: int) -> None:
+        self._job, self._writer = job, writer
+        wanted = max(job.fill, begin_at)  # with fewer the servo side would wait for more
+        self._target = min(wanted, capacity) if capacity > 0 else wanted
+        self._rest: FloatArray = np.zeros((0, len(job.axes)))
+        self._ended = False
+        self.sent = 0
+
+    async def send(self, arrived: int, fill: float, stop: asyncio.Event) -> None:
+        """Send what there is room for: the wanted fill, less what waits there and what is on its way."""
+        if self._ended:
+            return
+        room = self._target - int(np.ceil(fill)) - (self.sent - arrived)
+        while room > 0 and not stop.is_set():
+            if not len(self._rest):
+                following = next(self._job.blocks, None)
+                if following is None:
+                    break
+                self._rest = following
+            count = min(room, len(self._rest), _LARGEST_FRAME // len(self._job.axes))
+            self._writer.write(numbers_frame(Kind.SET_POINTS, self.sent, self._rest[:count]))
+            self._rest = self._rest[count:]
+            self.sent += count
+            room -= count
+        if stop.is_set() or (room > 0 and not len(self._rest)):
+            self._writer.write(end_frame(self.sent))
+            self._ended = True
+        await asyncio.wait_for(self._writer.drain(), PATIENCE)
+
+
+async def _next(frames: Any) -> tuple[Kind, dict[str, Any]]:
+    try:
+        item: tuple[Kind, dict[str, Any]] = await asyncio.wait_for(anext(frames), PATIENCE)
+    except StopAsyncIteration:
+        raise LiveError("the servo side closed the connection.") from None
+    except TimeoutError:
+        raise LiveError(f"the servo side has been silent for {PATIENCE:g} s.") from None
+    if item[0] is Kind.ERROR:
+        raise LiveError(str(item[1].get("sentence", "the servo side refuses."))[:500])
+    return item
+
+
+async def _frames(reader: asyncio.StreamReader) -> Any:
+    """Return the texts that the servo side sends, one after another."""
+    decoder = Decoder()
+    while data := await reader.read(1 << 16):
+        for item in decoder.feed(data):
+            if item.kind not in (Kind.HELLO, Kind.STATUS, Kind.ERROR):
+                raise WireError(f"the servo side sent a {item.kind.name} frame.")
+            yield item.kind, read_text(item)

@@ -1,1 +1,0 @@
-"""Whether and when what is left out changed."""

@@ -1,1 +1,0 @@
-"""The effects that are known of a machine, and their sizes."""
