@@ -1,4 +1,4 @@
-"""Rounds of design, run and diagnosis, until the rivals are told apart or a further round is worth less than its seconds."""
+"""Rounds of design, run and diagnosis, the evidence of several recordings added up to one verdict, and the program that splits a tie."""
 
 from __future__ import annotations
 
@@ -8,19 +8,224 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from lathesim.diagnosis.diagnose import diagnose
+from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.diagnosis import NAMING, Diagnosis, FoundEffect, Verdict, as_json
+from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import wire
-from lathesim.experiments.design.experiment import Designed, Wish, design_experiment
-from lathesim.experiments.design.experiment_files import write_program_and_lesson
-from lathesim.experiments.design.rivals import NOTHING, Named
-from lathesim.experiments.design.simulated_recording import recorded_rows, write_recording
-from lathesim.experiments.evidence import Other, diagnose_together
+from lathesim.errors import LatheSimError, LessonError
+from lathesim.experiments.experiment import Designed, Wish, design_experiment
+from lathesim.experiments.experiment_files import undecidable_sentence, write_experiment, write_program_and_lesson
+from lathesim.experiments.prediction import recorded_rows, write_recording
+from lathesim.experiments.rivals import NOTHING, Named, named_in
 from lathesim.identification.replay.loading import LoadedCase, load_case
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
+
+_LEAST = 0.02
+"""Probability of what a diagnosis does not name; assumed: no diagnosis is surer than that."""
+_SURE = 0.9
+"""Probability from which on the joined verdict is no tie."""
+
+
+@dataclass(frozen=True)
+class Other:
+    """A further recording of the machine, with the lesson that maps it."""
+
+    lesson: str
+    recording: Path
+
+
+def diagnose_together(
+    case: LoadedCase, others: Sequence[Other], registry: Registry, ask: Callable[[LoadedCase], Question], tell: Callable[[str], None]
+) -> Diagnosis:
+    """Return one verdict of a recording and the others of the same machine.
+
+    The new recording is fitted, and each other one judges: its start, its phases and what else belongs to one recording are fitted anew,
+    values of the machine and of the effects are shared. The likelihoods of all recordings are added up. Raises
+    :class:`LessonError` where a recording is one of another machine.
+    """
+    question = ask(case)
+    answers = []
+    for left, other in zip(range(len(others), 0, -1), others, strict=True):
+        lesson = load_lesson(other.lesson)
+        further = load_case(lesson, [other.recording], registry)
+        _check_same(case, further, other)
+        tell(f"together with {other.recording.name}")
+        judging = further.recordings[0]
+        if judging.name == question.fitted.name:
+            # both folders of a class hold a recording.csv, and the answer names the one that judged
+            judging = replace(judging, name=str(other.recording))
+        method = replace(question.method, ends=question.method.ends.share(1.0 / left))
+        answers.append(diagnose(replace(question, validation=judging, method=method), tell))
+    return joined(answers)
+
+
+def _check_same(case: LoadedCase, further: LoadedCase, other: Other) -> None:
+    """Refuse a recording whose lesson has other parts, wires, values or channels."""
+    place = f"--with {other.lesson} {other.recording}"
+    first, second = case.machine, further.machine
+    if set(first.compare) != set(second.compare):
+        fact = f"the lessons compare other channels: {', '.join(first.compare)} against {', '.join(second.compare)}."
+        raise LessonError(fact, place=place, remedy="Map the same channels in both lessons.")
+    difference = _difference(first.assembly, second.assembly)
+    if difference:
+        raise LessonError(f"the recordings are of different machines: {difference}.", place=place, remedy="Join recordings of one machine.")
+    programs = {case.prepared.case.program, further.prepared.case.program}
+    if not first.drive and len(programs) > 1:
+        fact = "the recordings are runs of different programs, and no recorded reference drives the machine."
+        raise LessonError(fact, place=place, remedy="Record the reference too, and map it under 'drive:' in both lessons.")
+
+
+def _difference(first: Assembly, second: Assembly) -> str:
+    """Return in what two machines differ, but for their paths; empty where they are the same."""
+    parts, others = {part.name: part for part in first.parts}, {part.name: part for part in second.parts}
+    for name in sorted(parts.keys() ^ others.keys()):
+        return f"only one has {name}"
+    for name, part in parts.items():
+        if part.component.__name__ != others[name].component.__name__:
+            return f"{name} is {part.component.__name__} in one and {others[name].component.__name__} in the other"
+        for item in sorted({*part.parameters, *others[name].parameters}):
+            declared = part.component.declarations[item]
+            default = float(getattr(declared, "default", 0.0))
+            one, two = part.parameters.get(item, default), others[name].parameters.get(item, default)
+            if not math.isclose(one, two, rel_tol=1e-9, abs_tol=1e-300):
+                return f"{name}.{item} is {one:g} in one and {two:g} {declared.unit} in the other"
+    if {wire.target: (wire.source, wire.constant) for wire in first.wires} != {
+        wire.target: (wire.source, wire.constant) for wire in second.wires
+    }:
+        return "their wires differ"
+    return ""
+
+
+def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
+    """Return one answer of several, each of which fits the same new recording and is judged by another one.
+
+    Values of machine and effect are shared, what belongs to a recording is its own, so the joint log-likelihood of an explanation is its
+    gain on the new recording and the sum of its gains on all others. Of what any answer names or ties, the likeliest is named, and tied
+    with what differs from it by less than two explanations must. Effects that stand together are each held against what was tried in
+    their place. Where answers differ in how many effects there are, their odds are multiplied.
+    """
+    if any(len(answer.effects) != 1 for answer in answers):
+        return _together(answers) if len({_key(answer) for answer in answers}) == 1 else _by_odds(answers)
+    named = {_name(answer.effects[0]): answer for answer in reversed(answers)}
+    gains = [{name: (fitted, judged) for name, fitted, judged in answer.evidence.tried} for answer in answers]
+    if any(name not in own for name in named for own in gains):
+        return _by_odds(answers)
+
+    def ahead(first: str, second: str) -> float:
+        both = [(own[first], own[second]) for own in gains if first in own and second in own]
+        return float(np.mean([a[0] - b[0] for a, b in both]) + sum(a[1] - b[1] for a, b in both)) if both else math.inf
+
+    best = next((name for name in named if all(ahead(name, other) >= 0.0 for other in named)), next(iter(named)))
+    joint = float(np.mean([own[best][0] for own in gains]) + sum(own[best][1] for own in gains))
+    resolution = max(STANDARD.per_parameter, STANDARD.selection.tie_share.times(abs(joint)))
+    rivals = {name for answer in answers for name in (*named, *_tied_names(answer.effects[0]))} - {best}
+    behind = {name: ahead(best, name) for name in sorted(rivals)}
+    probability = 1.0 / (1.0 + sum(math.exp(-max(0.0, by) / (0.5 * resolution)) for by in behind.values()))
+    tied = tuple(name for name, by in behind.items() if by < resolution)
+    effect = replace(named[best].effects[0], probability=probability, tied_with=tied)
+    return _with_verdict(answers, named[best], (effect,), is_tied=bool(tied))
+
+
+def _together(answers: Sequence[Diagnosis]) -> Diagnosis:
+    """Return the answer of several effects that all answers agree on, with the ties that are left when the recordings are added up.
+
+    Each effect is ahead of whatever was tried in its place, beside the same others, by at least what the next best of that is behind on
+    each recording that judges.
+    """
+    effects = []
+    for effect in answers[0].effects:
+        name = _name(effect)
+        own = [next(item for item in answer.effects if _name(item) == name) for answer in answers]
+        tied = tuple(dict.fromkeys(other for item in own for other in item.tied_with))
+        gains = [judged for answer in answers for other, _, judged in answer.evidence.tried if other == name]
+        behind = [by for answer in answers for first, _, by in answer.evidence.runners_up if first == name]
+        resolution = max(STANDARD.per_parameter, STANDARD.selection.tie_share.times(abs(sum(gains))))
+        told_apart = len(behind) == len(answers) and sum(behind) >= resolution
+        probability = min(item.probability for item in own) if tied and not told_apart else max(item.probability for item in own)
+        effects.append(replace(effect, probability=probability, tied_with=() if told_apart else tied))
+    return _with_verdict(answers, answers[0], tuple(effects), is_tied=any(effect.tied_with for effect in effects))
+
+
+def _key(answer: Diagnosis) -> tuple[str, ...]:
+    return tuple(sorted(_name(effect) for effect in answer.effects))
+
+
+def _name(effect: FoundEffect) -> str:
+    return f"{effect.effect} at {effect.at}"
+
+
+def _tied_names(effect: FoundEffect) -> list[str]:
+    return [name if " at " in name else f"{name} at {effect.at}" for name in effect.tied_with]
+
+
+def _with_verdict(answers: Sequence[Diagnosis], chosen: Diagnosis, effects: tuple[FoundEffect, ...], *, is_tied: bool) -> Diagnosis:
+    verdict: Verdict = chosen.verdict if chosen.verdict not in NAMING else "tied" if is_tied else "named"
+    return replace(chosen, effects=effects, verdict=verdict, wall_time=sum(answer.wall_time for answer in answers))
+
+
+def _by_odds(answers: Sequence[Diagnosis]) -> Diagnosis:
+    """Return the answer whose effects have the best odds in all of them together."""
+    keys = {_key(answer) for answer in answers}
+
+    def odds(key: tuple[str, ...]) -> float:
+        total = 0.0
+        for answer in answers:
+            own = {_name(effect): effect.probability for effect in answer.effects}
+            sizes = [own.get(item, _LEAST) for item in key] or [1.0 if not answer.effects else _LEAST]
+            total += sum(math.log(max(size, _LEAST)) for size in sizes) / len(sizes)
+        return total
+
+    weights = {key: math.exp(odds(key)) for key in keys}
+    best = max(weights, key=lambda key: weights[key])
+    share = weights[best] / sum(weights.values())
+    chosen = next(answer for answer in answers if _key(answer) == best)
+    effects = tuple(replace(effect, probability=min(effect.probability, share)) for effect in chosen.effects)
+    return _with_verdict(answers, chosen, effects, is_tied=chosen.verdict == "tied" or share < _SURE)
+
+
+def with_designed_program(
+    diagnosis: Diagnosis, lesson: Lesson, registry: Registry, folder: Path, variant: str | None, say: Callable[[str], None],
+    stop: threading.Event | None = None,
+) -> Diagnosis:  # fmt: skip
+    """Return the diagnosis with ``separating_experiment`` naming the program in ``folder``, or saying that none would tell.
+
+    Where nothing is tied, or no program moves the machine, the diagnosis stays as it is and one sentence says why. ``stop`` set keeps the
+    best program so far, and the diagnosis.
+    """
+    try:
+        named = named_in(as_json(diagnosis), "--design")
+        found = design_experiment(lesson, named, registry, Wish(), variant, "--design", say, stop)
+    except LatheSimError as error:
+        say(f"No program is designed: {error.fact}")
+        return diagnosis
+    except KeyboardInterrupt:
+        say("No program is designed: stopped before one was tried.")
+        return diagnosis
+    if not found.decidable:
+        advice = told = undecidable_sentence(found)
+    else:
+        write_program_and_lesson(found, folder)
+        write_experiment(found, (), folder)
+        told = str(folder / "program.nc")
+        advice = f"Run {told}, and diagnose it with {folder / 'lesson.yaml'} together with this recording (--with)."
+        say(f"The program that would tell is {told}.")
+    effects = tuple(replace(effect, separating_experiment=told) if effect.tied_with else effect for effect in diagnosis.effects)
+    general = [effect.separating_experiment for effect in diagnosis.effects if effect.tied_with and effect.separating_experiment]
+    return replace(diagnosis, effects=effects, not_told=tuple(_advised(sentence, general, advice) for sentence in diagnosis.not_told))
+
+
+def _advised(sentence: str, general: Sequence[str], advice: str) -> str:
+    """Return a sentence with the advice for these rivals in place of the one for all of their kind."""
+    for text in general:
+        sentence = sentence.replace(text, advice)
+    return sentence
+
 
 Say = Callable[[str], None]
 RECORDING = "recording.csv"

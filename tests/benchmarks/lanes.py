@@ -184,7 +184,7 @@ def _sweep(lesson: str, name: str, metric: str, runs: int) -> Work:
 
 def _emulation(runs: int) -> Work:
     """Return runs of the staircase G1 of lesson 16, 25 s, read ten times a second."""
-    from lathesim.experiments.emulation.free_values import free_values
+    from lathesim.experiments.free_values import free_values
     from lathesim.experiments.replica import Replica, Setting
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare

@@ -21,16 +21,15 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.experiments.design.discrimination import Conditions, refitted_worth
-from lathesim.experiments.design.experiment import Wish, design_experiment
-from lathesim.experiments.design.families import Candidate
-from lathesim.experiments.design.optimality import information
-from lathesim.experiments.design.precision import PrecisionBench, design_for_precision
-from lathesim.experiments.design.program_text import Move
-from lathesim.experiments.design.rivals import Named, named_between
-from lathesim.experiments.design.room import Room, room_of
-from lathesim.experiments.emulation.free_values import free_values
+from lathesim.experiments.discrimination import Conditions, refitted_worth
+from lathesim.experiments.experiment import Wish, design_experiment
+from lathesim.experiments.families import Candidate
+from lathesim.experiments.free_values import free_values
+from lathesim.experiments.optimality import information
+from lathesim.experiments.precision import PrecisionBench, design_for_precision
 from lathesim.experiments.replica import ProgramRuns
+from lathesim.experiments.rivals import Named, named_between
+from lathesim.experiments.room import Move, Room, room_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.experiments.design.experiment import Designed, Wish, design_experiment
-from lathesim.experiments.design.experiment_files import write_program_and_lesson
-from lathesim.experiments.design.rivals import Named
+from lathesim.experiments.experiment import Designed, Wish, design_experiment
+from lathesim.experiments.experiment_files import write_program_and_lesson
+from lathesim.experiments.rivals import Named
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import Registry, load_registry
 from tests.experiments.separation.axis_truth import LESSON, AxisTruth

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.emulation.objective import Objective
+from lathesim.experiments.objective import Objective
 from lathesim.experiments.waypoints import read_waypoints
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from lathesim.diagnosis.records.diagnosis import Diagnosis, Evidence, FoundEffect, Verdict
-from lathesim.experiments.design import for_diagnosis
-from lathesim.experiments.design.experiment import Wish
-from lathesim.experiments.evidence import joined
+from lathesim.experiments import sequence
+from lathesim.experiments.experiment import Wish
+from lathesim.experiments.sequence import joined
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import load_registry
 from tests.cli.command import call
@@ -69,7 +69,7 @@ def tied() -> Diagnosis:
 @pytest.fixture
 def few_programs(monkeypatch: pytest.MonkeyPatch) -> Lesson:
     """Lesson 12, for which few and short programs are tried."""
-    monkeypatch.setattr(for_diagnosis, "Wish", lambda: Wish(at_most=5.0, candidates=4, draws=1))
+    monkeypatch.setattr(sequence, "Wish", lambda: Wish(at_most=5.0, candidates=4, draws=1))
     return load_lesson(LESSON)
 
 
@@ -77,7 +77,7 @@ def few_programs(monkeypatch: pytest.MonkeyPatch) -> Lesson:
 def test_tied_diagnosis_names_the_program_that_is_written(few_programs: Lesson, tmp_path: Path) -> None:
     heard: list[str] = []
     registry = load_registry(installed=False)
-    found = for_diagnosis.with_designed_program(tied(), few_programs, registry, tmp_path / "next", None, heard.append)
+    found = sequence.with_designed_program(tied(), few_programs, registry, tmp_path / "next", None, heard.append)
     program = tmp_path / "next" / "program.nc"
     assert found.effects[0].separating_experiment == str(program)
     assert "M30" in program.read_text(encoding="utf-8")
@@ -93,7 +93,7 @@ def test_stopped_design_keeps_the_diagnosis(few_programs: Lesson, tmp_path: Path
     stop.set()
     heard: list[str] = []
     registry = load_registry(installed=False)
-    assert for_diagnosis.with_designed_program(tied(), few_programs, registry, tmp_path / "next", None, heard.append, stop) == tied()
+    assert sequence.with_designed_program(tied(), few_programs, registry, tmp_path / "next", None, heard.append, stop) == tied()
     assert heard[-1] == "No program is designed: stopped before one was tried."
     assert not (tmp_path / "next").exists()
 
@@ -102,7 +102,7 @@ def test_diagnosis_without_a_tie_needs_no_program(few_programs: Lesson, tmp_path
     heard: list[str] = []
     named = Diagnosis("named", "", LESSON, "r.csv", "r.csv", effects=(FoundEffect("Backlash", "x_scale", "reversal", 0.99, {}),))
     registry = load_registry(installed=False)
-    assert for_diagnosis.with_designed_program(named, few_programs, registry, tmp_path / "next", None, heard.append) == named
+    assert sequence.with_designed_program(named, few_programs, registry, tmp_path / "next", None, heard.append) == named
     assert heard == ["No program is designed: the diagnosis (named) leaves nothing to be told apart."]
 
 

@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 
 from lathesim.errors import LatheSimError
-from lathesim.experiments.design.families import Candidate
-from lathesim.experiments.design.laying import lay_those_that_fit
-from lathesim.experiments.design.program_text import Move
-from lathesim.experiments.design.room import room_of
+from lathesim.experiments.candidate_programs import lay_those_that_fit
+from lathesim.experiments.families import Candidate
+from lathesim.experiments.room import Move, room_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry

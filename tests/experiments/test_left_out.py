@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.emulation.free_values import FreeValue
-from lathesim.experiments.emulation.left_out import gained, left_out
-from lathesim.experiments.emulation.objective import Objective
+from lathesim.experiments.free_values import FreeValue
+from lathesim.experiments.left_out import gained, left_out
+from lathesim.experiments.objective import Objective
 from lathesim.experiments.waypoints import Waypoints
 from lathesim.lessons.simulate import Prepared
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.design.aims import discounted, mean_variance
-from lathesim.experiments.design.optimality import criterion_value, hidden_combinations, information
+from lathesim.experiments.optimality import criterion_value, hidden_combinations, information
+from lathesim.experiments.precision import discounted, mean_variance
 
 
 def friction(speeds: np.ndarray) -> np.ndarray:

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from lathesim.engine.wiring import wire
-from lathesim.experiments.design.exchange import neighbours
-from lathesim.experiments.design.families import candidates, strokes_in_turn
-from lathesim.experiments.design.laying import lay_candidate, lay_those_that_fit
-from lathesim.experiments.design.rivals import Named, place_rivals
-from lathesim.experiments.design.room import Room, room_of
-from lathesim.experiments.design.sizes_in_reach import _is_at_a_limit, counts_of, shown_lags, with_sizes_in_reach
-from lathesim.experiments.design.turning import turned_candidates
+from lathesim.experiments.candidate_programs import lay_candidate, lay_those_that_fit, neighbours
+from lathesim.experiments.families import candidates, strokes_in_turn, turned_candidates
+from lathesim.experiments.rivals import Named, place_rivals
+from lathesim.experiments.room import Room, room_of
+from lathesim.experiments.scene import _is_at_a_limit, counts_of, shown_lags, with_sizes_in_reach
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.watermark.guard_theory import (
+from lathesim.experiments.guard_theory import (
     Loop,
     frontier,
     log_likelihood_ratio,

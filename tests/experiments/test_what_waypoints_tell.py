@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.emulation.free_values import free_values, values_of
+from lathesim.experiments.free_values import free_values, values_of
 from lathesim.experiments.hidden_directions import Telling, telling
 from lathesim.experiments.replica import Replica, Setting
 from lathesim.lessons.lesson import load_lesson

@@ -127,7 +127,7 @@ def diagnose(chosen: ChosenLesson, files: Recordings, search: Search, report: Re
     question = replace(question, method=replace(question.method, ends=ends))
     diagnosis = _answer(question, case, files, chosen, quiet=report.is_quiet)
     if design:
-        from lathesim.experiments.design.for_diagnosis import with_designed_program
+        from lathesim.experiments.sequence import with_designed_program
 
         with interruptible() as stop:
             diagnosis = with_designed_program(
@@ -144,7 +144,7 @@ def _answer(question: Question, case: LoadedCase, files: Recordings, chosen: Cho
     with steps(shown=not quiet, first="reading the recording") as tell, terminated_as_interrupted():
         if not files.others:
             return answer(question, tell)
-        from lathesim.experiments.evidence import Other, diagnose_together
+        from lathesim.experiments.sequence import Other, diagnose_together
 
         further = [Other(name, Path(file)) for name, file in files.others]
         return diagnose_together(case, further, chosen.registry, lambda loaded_case: question, tell)

@@ -66,11 +66,11 @@ def emulate(
     is called as one of them is a run of that. DIR gets lesson.yaml, which runs, report.html and emulation.json. Ctrl-C keeps the best
     machine so far.
     """
-    from lathesim.experiments.emulation.emulation import Question
-    from lathesim.experiments.emulation.emulation import emulate as learn
-    from lathesim.experiments.emulation.methods import Effort
-    from lathesim.experiments.emulation.report import as_json as as_json_of
-    from lathesim.experiments.emulation.report import told_lines, write_emulation
+    from lathesim.experiments.emulation import Question
+    from lathesim.experiments.emulation import emulate as learn
+    from lathesim.experiments.emulation_report import as_json as as_json_of
+    from lathesim.experiments.emulation_report import told_lines, write_emulation
+    from lathesim.experiments.searches import Effort
     from lathesim.lessons.results_folder import keep_read_lesson
 
     question = Question(

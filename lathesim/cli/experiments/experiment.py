@@ -15,9 +15,9 @@ from lathesim.cli.writing import Result, write
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lathesim.experiments.design.experiment import Wish
-    from lathesim.experiments.design.prediction import Foretold
-    from lathesim.experiments.design.rivals import Named
+    from lathesim.experiments.experiment import Wish
+    from lathesim.experiments.prediction import Foretold
+    from lathesim.experiments.rivals import Named
 
 
 _LONGEST = 3600.0
@@ -109,8 +109,8 @@ def experiment(
 def _wish(aim: Aim, means: Means) -> Wish:
     """Return what is wished for; raises what cannot be met."""
     from lathesim.errors import LatheSimError, UnitError
-    from lathesim.experiments.design.discrimination import Conditions
-    from lathesim.experiments.design.experiment import Wish
+    from lathesim.experiments.discrimination import Conditions
+    from lathesim.experiments.experiment import Wish
     from lathesim.units import quantity
 
     try:
@@ -134,8 +134,7 @@ def _wish(aim: Aim, means: Means) -> Wish:
 
 def _for_values(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None]) -> int:
     """Design the program by which values get known as well as possible."""
-    from lathesim.experiments.design.aims import before_design
-    from lathesim.experiments.design.precision import design_for_precision, precision_lines, write_precision
+    from lathesim.experiments.precision import before_design, design_for_precision, precision_lines, write_precision
 
     registry = chosen.registry
     before = before_design(aim.diagnosis, chosen.loaded) if aim.diagnosis is not None else None
@@ -147,7 +146,7 @@ def _for_values(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: 
 
 
 def _rivals(chosen: ChosenLesson, aim: Aim) -> list[Named]:
-    from lathesim.experiments.design.rivals import named_between, named_in_diagnosis
+    from lathesim.experiments.rivals import named_between, named_in_diagnosis
 
     return named_between(aim.between) if aim.between is not None else named_in_diagnosis(aim.diagnosis or Path(), chosen.loaded.title)
 
@@ -172,10 +171,10 @@ def _for_rivals(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: 
     """Design the program that tells rivals apart, and try it on simulated recordings of each."""
     import contextlib
 
-    from lathesim.experiments.design.experiment import design_experiment
-    from lathesim.experiments.design.experiment_files import as_json as as_json_of
-    from lathesim.experiments.design.experiment_files import told_lines, write_experiment, write_program_and_lesson
-    from lathesim.experiments.design.prediction import tried_design
+    from lathesim.experiments.experiment import design_experiment
+    from lathesim.experiments.experiment_files import as_json as as_json_of
+    from lathesim.experiments.experiment_files import told_lines, write_experiment, write_program_and_lesson
+    from lathesim.experiments.prediction import tried_design
 
     registry, named = chosen.registry, _rivals(chosen, aim)
     with interruptible() as stop:

@@ -13,7 +13,7 @@ from lathesim.cli.options import grouped, json_option, save_option
 from lathesim.cli.writing import Column, Result, table, write
 
 if TYPE_CHECKING:
-    from lathesim.experiments.watermark.guard_theory import Loop, Point
+    from lathesim.experiments.guard_theory import Loop, Point
 
 _POINTS = (
     Column("watermark", 10, ".4g"), Column("E[x^2]", 11, ".5g"), Column("var nu, replayed", 18, ".5g"),
@@ -57,7 +57,7 @@ def watermark(
     The loop is x+ = a x + b u + w, y = x + v, with a Kalman filter. The guard adds up the likelihood ratio of innovation and watermark.
     """
     from lathesim.errors import LatheSimError
-    from lathesim.experiments.watermark.guard_theory import Loop, frontier, watermark_within
+    from lathesim.experiments.guard_theory import Loop, frontier, watermark_within
 
     loop = Loop(given.pole, given.gain, given.feedback, given.process, given.reading)
     if abs(loop.a - loop.b * loop.feedback) >= 1.0:

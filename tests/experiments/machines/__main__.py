@@ -15,11 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.experiments.design.aims import before_design
-from lathesim.experiments.design.experiment import Wish
-from lathesim.experiments.design.precision import design_for_precision, write_precision
-from lathesim.experiments.emulation.emulation import Question, emulate
-from lathesim.experiments.emulation.report import as_json, write_emulation
+from lathesim.experiments.emulation import Question, emulate
+from lathesim.experiments.emulation_report import as_json, write_emulation
+from lathesim.experiments.experiment import Wish
+from lathesim.experiments.precision import before_design, design_for_precision, write_precision
 from lathesim.lessons.lesson import Lesson, find_program, load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry

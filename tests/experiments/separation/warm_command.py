@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import lathesim.diagnosis.diagnose
-import lathesim.experiments.design.experiment_files
-import lathesim.experiments.design.prediction  # noqa: F401  (imported for the forks)
+import lathesim.experiments.experiment_files
+import lathesim.experiments.prediction  # noqa: F401  (imported for the forks)
 from lathesim.cli.main import run_command_line
 
 

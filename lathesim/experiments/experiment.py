@@ -12,14 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.design.discrimination import NESTED, Conditions, Worth, refitted_worth, worths
-from lathesim.experiments.design.families import Candidate, candidates
-from lathesim.experiments.design.laying import Laid, lay_those_that_fit, walking_time
-from lathesim.experiments.design.rivals import Named, place_rivals
-from lathesim.experiments.design.room import Room, room_of
-from lathesim.experiments.design.scene import Scene
-from lathesim.experiments.design.sizes_in_reach import with_sizes_in_reach
-from lathesim.experiments.design.turning import turned_candidates
+from lathesim.experiments.candidate_programs import Laid, lay_those_that_fit, walking_time
+from lathesim.experiments.discrimination import NESTED, Conditions, Worth, refitted_worth, worths
+from lathesim.experiments.families import Candidate, candidates, turned_candidates
+from lathesim.experiments.rivals import Named, place_rivals
+from lathesim.experiments.room import Room, room_of
+from lathesim.experiments.scene import Scene, with_sizes_in_reach
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of

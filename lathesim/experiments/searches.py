@@ -14,7 +14,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
-from lathesim.experiments.emulation.objective import STEP, Objective
+from lathesim.experiments.objective import STEP, Objective
 from lathesim.identification.estimation.fit import Problem, fit
 from lathesim.identification.records.fit import Free
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from lathesim.engine.assembly import Place
-from lathesim.experiments.design.experiment import Designed
-from lathesim.experiments.design.prediction import Foretold
-from lathesim.experiments.design.rivals import NEXT_RUN
+from lathesim.experiments.experiment import Designed
+from lathesim.experiments.prediction import Foretold
+from lathesim.experiments.rivals import NEXT_RUN
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.whole_file import make_folder, write_text

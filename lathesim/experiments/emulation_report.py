@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from lathesim.analysis.display_unit import text_table
-from lathesim.experiments.emulation.emulation import Emulation
-from lathesim.experiments.emulation.free_values import FreeValue
+from lathesim.experiments.emulation import Emulation
+from lathesim.experiments.free_values import FreeValue
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.units import in_unit

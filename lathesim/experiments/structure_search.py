@@ -10,14 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.emulation.free_values import FreeValue, bounds, values_of
-from lathesim.experiments.emulation.left_out import gained, left_out
-from lathesim.experiments.emulation.methods import descend
-from lathesim.experiments.emulation.objective import Objective
-from lathesim.experiments.emulation.only_noise import is_noise
-from lathesim.experiments.emulation.structure import Change
-from lathesim.experiments.emulation.wandering_clock import Wandering
+from lathesim.experiments.free_values import FreeValue, bounds, values_of
+from lathesim.experiments.left_out import gained, is_noise, left_out
+from lathesim.experiments.objective import Objective
+from lathesim.experiments.other_structures import Change
 from lathesim.experiments.replica import Replica, given_values
+from lathesim.experiments.searches import descend
+from lathesim.experiments.wandering_clock import Wandering
 from lathesim.identification.estimation.fit import fit_linear
 from lathesim.units import in_unit
 

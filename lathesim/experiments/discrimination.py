@@ -29,10 +29,10 @@ import numpy as np
 from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.design.laying import Laid
-from lathesim.experiments.design.refit import Descent, linear_refit, starts_alike, steps_of
-from lathesim.experiments.design.rivals import NOTHING, Rival
-from lathesim.experiments.design.scene import Scene
+from lathesim.experiments.candidate_programs import Laid
+from lathesim.experiments.refit import Descent, linear_refit, starts_alike, steps_of
+from lathesim.experiments.rivals import NOTHING, Rival
+from lathesim.experiments.scene import Scene
 
 DECIDES = 3.4
 """Logarithm of the likelihood ratio from which on a run decides: 30 to 1."""

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.experiments.design.laying import Laid
-from lathesim.experiments.design.rivals import Rival
-from lathesim.experiments.design.scene import Scene
+from lathesim.experiments.candidate_programs import Laid
+from lathesim.experiments.rivals import Rival
+from lathesim.experiments.scene import Scene
 from lathesim.identification.estimation.fit import Problem, Weighting, fit, fit_linear
 from lathesim.identification.records.candidate import Candidate as Term
 from lathesim.identification.records.fit import Free

@@ -16,8 +16,8 @@ from typing import Protocol
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.emulation.free_values import FreeValue, values_of
-from lathesim.experiments.emulation.wandering_clock import Wandering, likely_wandering, whitened
+from lathesim.experiments.free_values import FreeValue, values_of
+from lathesim.experiments.wandering_clock import Wandering, likely_wandering, whitened
 from lathesim.experiments.waypoints import Waypoints
 from lathesim.units import same_dimension
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from lathesim.component import Component, Parameter
 from lathesim.engine.assembly import FloatArray, Part, Place
-from lathesim.experiments.emulation.free_values import FreeValue
+from lathesim.experiments.free_values import FreeValue
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import Lesson, lesson_from_text

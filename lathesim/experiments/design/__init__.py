@@ -1,1 +1,0 @@
-"""The next part program, chosen by what it is expected to tell."""

@@ -1,1 +1,0 @@
-"""A closed machine learnt from way-points of its programs."""

@@ -1,1 +1,0 @@
-"""Watermarks on a reference, and guards that tell forged readings by them."""
