@@ -205,7 +205,6 @@ class Diagnosis:
     adequate: bool = False
     baseline: Mapping[str, BaselineValue] = field(default_factory=dict)
     insert: tuple[Mapping[str, str], ...] = ()
-    side: Mapping[str, str] = field(default_factory=dict)
     left: tuple[str, ...] = ()
     """What is still left, and where, one sentence each."""
     not_told: tuple[str, ...] = ()
@@ -237,6 +236,8 @@ class Diagnosis:
     """Effects, with their places, that a search which was stopped had not fitted yet, the most promising first."""
     explanations: tuple[Explanation, ...] = ()
     """Every explanation that was tried, with what it predicts of held-out data."""
+    side: Mapping[str, str] = field(default_factory=dict)
+    """On which side of a spring the recordings show a sensor to sit, where the lesson does not say it."""
 
     @property
     def names(self) -> bool:
