@@ -23,7 +23,7 @@ from lathesim.analysis.metric import Measured
 from lathesim.lessons.grading import judge
 from lathesim.lessons.lesson import find_program, load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.lessons.sweeping.members import Members
+from lathesim.lessons.sweep_runs import Members
 from lathesim.plugins import load_registry
 from lathesim.units import from_si, quantity
 

@@ -12,10 +12,10 @@ import pytest
 from lathesim import elementary
 from lathesim.component import Component, DiscreteState, Output, Parameter
 from lathesim.elementary import cos, sin
+from lathesim.engine import lanes
 from lathesim.engine.assembly import Assembly, Part
-from lathesim.engine.running import lanes
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 
 TWO = Decimal(2)

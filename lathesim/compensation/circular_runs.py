@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from lathesim.analysis.circular_test import Circle, circles, circular_deviation, hysteresis
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError
 from lathesim.lessons.simulate import Prepared

@@ -20,7 +20,7 @@ from lathesim.compensation.recorded_lap import program_text
 from lathesim.compensation.remedying import Answer
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError, ProgramError
 from lathesim.identification.machine.position_loops import loops_of

@@ -14,8 +14,8 @@ from lathesim.component import Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import FloatArray, Place, of_part
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import Loop, one_or_more, resolution_of
@@ -23,7 +23,7 @@ from lathesim.identification.machine.sensor_noise import with_sensor_noise
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, lesson_from_text
-from lathesim.lessons.part_tables import write_table
+from lathesim.lessons.part_values import write_table
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 

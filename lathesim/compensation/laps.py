@@ -16,8 +16,8 @@ from lathesim.effects.sensor_errors import SensorFilter
 from lathesim.effects.table_remedies import LearnedCorrection
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import Loop, level_of, one_or_more, resolution_of

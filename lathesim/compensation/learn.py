@@ -12,7 +12,7 @@ from lathesim.compensation.lap_response import Filter
 from lathesim.compensation.laps import Course, Lap
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.lessons.changed_lesson import changed_lesson
-from lathesim.lessons.part_tables import table_text
+from lathesim.lessons.part_values import table_text
 from lathesim.lessons.simulate import Prepared
 from lathesim.units import in_unit
 from lathesim.whole_file import WholeFiles, make_folder

@@ -12,7 +12,7 @@ import numpy as np
 
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.running.batch import Batch, Reduce
+from lathesim.engine.batch import Batch, Reduce
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError, WiringError, nearest
 from lathesim.identification.estimation.fit import Problem, Weighting

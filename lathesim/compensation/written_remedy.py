@@ -14,7 +14,7 @@ from lathesim.compensation.promise import RECORDED
 from lathesim.compensation.remedying import Answer
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.machine.position_loops import loops_of

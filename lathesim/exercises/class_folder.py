@@ -16,7 +16,7 @@ from lathesim.errors import RecordingError
 from lathesim.exercises.conceal import Concealed
 from lathesim.exercises.logger import TIME, LoggedColumn, recordings_entry
 from lathesim.exercises.sealed_answer import answer_of, seal_of
-from lathesim.lessons.class_lesson import class_lesson, files_beside
+from lathesim.lessons.changed_lesson import class_lesson, files_beside
 from lathesim.lessons.lesson import Lesson
 from lathesim.units import si_factor
 from lathesim.whole_file import WholeFiles, folder_lock, make_folder

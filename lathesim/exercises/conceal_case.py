@@ -19,9 +19,8 @@ from lathesim.exercises.conceal import DRAWS, Concealed, NotSeenError, Situation
 from lathesim.exercises.hidden_effect import Wish, random_wishes, read_wish
 from lathesim.exercises.logger import LoggedColumn, logged_columns
 from lathesim.identification.replay.loading import uncertainties
-from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.lesson import Lesson, keep_read_lesson
 from lathesim.lessons.recording_mapping import mapping_of
-from lathesim.lessons.results_folder import keep_read_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.rk4 import HEUN
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.record import Record
 

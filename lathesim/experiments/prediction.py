@@ -15,7 +15,7 @@ from lathesim.component import Component, DiscreteState, Input, Noise, Output, P
 from lathesim.diagnosis.diagnose import diagnose
 from lathesim.diagnosis.question import Question
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.experiments.candidate_programs import Laid

@@ -14,8 +14,8 @@ from lathesim.component import Output
 from lathesim.components.signals import DelayLine, RecordedSignal
 from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import WiringError
 

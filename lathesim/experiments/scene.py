@@ -19,7 +19,7 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import Assembly, FloatArray, Place, of_part
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.experiments.candidate_programs import Laid, lay_candidate
 from lathesim.experiments.families import Candidate

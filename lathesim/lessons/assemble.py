@@ -15,8 +15,7 @@ from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Case, Given, Insertion, case_of
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.part_tables import table_of
-from lathesim.lessons.part_values import no_item, placed_at, seconds, si_value, take_value
+from lathesim.lessons.part_values import no_item, placed_at, seconds, si_value, table_of, take_value
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of, tools_of
 from lathesim.lessons.sensor_sides import is_motion_sensor
 from lathesim.plugins import Registry

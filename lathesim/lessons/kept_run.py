@@ -11,11 +11,11 @@ from typing import cast
 
 from lathesim.analysis.failed_run import nothing_cut, unstable_loop
 from lathesim.analysis.metric import Measurements, measure
-from lathesim.engine.running.run import Sink
+from lathesim.engine.run import Sink
 from lathesim.errors import SimulationError
 from lathesim.lessons.grading import UNFINISHED, GoalResult, Judgement, judge_run
-from lathesim.lessons.results_folder import results_folder
-from lathesim.lessons.run_warnings import run_warnings
+from lathesim.lessons.lesson import results_folder
+from lathesim.lessons.program_path import run_warnings
 from lathesim.lessons.simulate import Prepared, run_prepared
 from lathesim.plugins import Registry
 from lathesim.record import Record
@@ -37,7 +37,7 @@ class KeptRun:
     failure: str
     """The sentence of what broke, empty where nothing did."""
     warned: tuple[str, ...] = ()
-    """What could have been told before the run, see :func:`lathesim.lessons.run_warnings.run_warnings`."""
+    """What could have been told before the run, see :func:`lathesim.lessons.program_path.run_warnings`."""
 
     @property
     def goals(self) -> tuple[GoalResult, ...]:

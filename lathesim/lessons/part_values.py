@@ -1,15 +1,22 @@
-"""Quantities of a lesson to the SI values of a part, each fault with the place where it was written."""
+"""Quantities and tables of a lesson to the SI values of a part, each fault with the place where it was written."""
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
-from lathesim.component import Component, Declaration, Input, Parameter, State
+import numpy as np
+
+from lathesim.component import Component, Declaration, Input, Parameter, State, Table
+from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.lessons.case import Given
+from lathesim.shipped import shipped_folder
 from lathesim.units import quantity
+from lathesim.whole_file import write_text
 
 
 @contextmanager
@@ -69,3 +76,111 @@ def no_item(part: str, component: type[Component], item: str, kinds: tuple[type[
 
 def _with_article(word: str) -> str:
     return f"an {word}" if word[0] in "aeiou" else f"a {word}"
+
+
+LARGEST_TABLE = 200_000
+"""Numbers that a table may hold: a lap of some minutes, or a network far larger than a control has time for."""
+
+
+def table_of(given: Given, component: type[Component], name: str, beside: Path) -> FloatArray:
+    """Return the table of a part, shape (rows, columns) [SI], read from the CSV file that the lesson names.
+
+    A first row of words is the header and must be the columns that the part declares. Raises :class:`LessonError` with file and line
+    where the file is missing, has another shape, holds what is no number, or is too large.
+    """
+    declared = component.declared(Table)[name]
+    file = _found(given, beside)
+    if file.stat().st_size > 40 * LARGEST_TABLE:
+        raise LessonError(f"the table has more than {LARGEST_TABLE} numbers.", place=str(file), remedy="Use fewer rows.")
+    try:
+        rows = _rows(file, declared)
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise LessonError(f"the file is no table: {error}.", place=str(file)) from None
+    if not rows:
+        raise LessonError("the table has no rows.", place=str(file), remedy=f"Its columns are {', '.join(declared.columns)}.")
+    if len(rows) * len(declared.columns) > LARGEST_TABLE:
+        raise LessonError(f"the table has more than {LARGEST_TABLE} numbers.", place=str(file), remedy="Use fewer rows.")
+    table = np.array(rows, dtype=float)
+    check = getattr(component, "table_fault", None)
+    fault = check(name, rows) if check is not None else ""
+    if fault:
+        raise LessonError(fault, place=str(file))
+    return table
+
+
+def _rows(file: Path, declared: Table) -> list[list[float]]:
+    rows: list[list[float]] = []
+    with file.open(encoding="utf-8", newline="") as lines:
+        for number, cells in enumerate(csv.reader(lines), start=1):
+            if not cells or cells[0].lstrip().startswith("#"):
+                continue
+            place = f"{file}:{number}"
+            if not rows and _is_header(cells):
+                _check_header(cells, declared, place)
+                continue
+            rows.append(_numbers(cells, declared, place))
+    return rows
+
+
+def write_table(file: Path, columns: tuple[str, ...], rows: FloatArray, unit: str = "") -> None:
+    """Write a table so that :func:`table_of` reads the same numbers back, bit for bit; ``unit`` is that of all columns."""
+    write_text(file, table_text(columns, rows, unit))
+
+
+def table_text(columns: tuple[str, ...], rows: FloatArray, unit: str = "") -> str:
+    """Return the text of a table file: a comment with the common ``unit``, a header and the rows."""
+    lines = [
+        *([f"# all columns in {unit}"] if unit not in ("", "1") else []),
+        ",".join(columns),
+        *[",".join(repr(float(value)) for value in row) for row in rows],
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def table_file(named: str | float, beside: Path) -> Path | None:
+    """Return the file of a table: relative to the lesson's folder, or a shipped one."""
+    for path in (beside / str(named), shipped_folder("lesson_configs") / str(named)):
+        if path.is_file():
+            return path
+    return None
+
+
+def _found(given: Given, beside: Path) -> Path:
+    named = Path(str(given.value))
+    found = table_file(str(given.value), beside)
+    if found is not None:
+        return found
+    folder = (beside / named).parent
+    known = [path.name for path in folder.glob("*.csv")] if folder.is_dir() else []
+    remedy = nearest(named.name, known) or "The path is taken from the lesson's folder."
+    raise LessonError(f"there is no table '{given.value}'.", place=given.place, remedy=remedy)
+
+
+def _is_header(cells: list[str]) -> bool:
+    return any(not _is_number(cell) for cell in cells) and all(cell.strip().isidentifier() for cell in cells) and "nan" not in cells
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _check_header(cells: list[str], declared: Table, place: str) -> None:
+    written = tuple(cell.strip() for cell in cells)
+    if written != declared.columns:
+        wanted = ", ".join(declared.columns)
+        raise LessonError(f"the columns are {', '.join(written)}, and {declared.name} has {wanted}.", place=place)
+
+
+def _numbers(cells: list[str], declared: Table, place: str) -> list[float]:
+    if len(cells) != len(declared.columns):
+        fact = f"the row has {len(cells)} numbers, and {declared.name} has {len(declared.columns)}: {', '.join(declared.columns)}."
+        raise LessonError(fact, place=place)
+    numbers = [float(cell) if _is_number(cell) else math.nan for cell in cells]
+    for cell, number, column in zip(cells, numbers, declared.columns, strict=True):
+        if not math.isfinite(number):
+            raise LessonError(f"'{cell.strip()}' stands for {column}, and a finite number is due.", place=place)
+    return numbers

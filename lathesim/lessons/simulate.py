@@ -4,33 +4,31 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lathesim.analysis.failed_run import COMMANDS
-from lathesim.component import Parameter, Table
-from lathesim.engine.assembly import Part
+from lathesim.component import Component, Parameter, Table
+from lathesim.engine.assembly import Part, Place
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
-from lathesim.lessons.alarms import Alarm, AlarmWatch, alarms_of
+from lathesim.lessons.alarms import Alarm, AlarmWatch, alarms_of, commands_of_loops
 from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import Case, case_of
+from lathesim.lessons.grading import check_promises
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, Machine
-from lathesim.lessons.loops import commands_of_loops
 from lathesim.lessons.part_values import seconds
-from lathesim.lessons.program_path import expected_time
-from lathesim.lessons.promises import check_promises
-from lathesim.lessons.raw_stock import raw_stock
+from lathesim.lessons.program_path import expected_time, raw_stock
 from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
 
 if TYPE_CHECKING:
-    from lathesim.engine.running.run import Sink
+    from lathesim.engine.run import Sink
     from lathesim.record import Record
 
 
@@ -86,7 +84,7 @@ def prepare(
 ) -> Prepared:
     """Return a lesson's case assembled and wired.
 
-    Refused is what :func:`lathesim.lessons.assemble.assemble` and :func:`lathesim.lessons.promises.check_promises` refuse, and what
+    Refused is what :func:`lathesim.lessons.assemble.assemble` and :func:`lathesim.lessons.grading.check_promises` refuse, and what
     cannot be wired (:class:`WiringError`).
     """
     case = case_of(lesson, variant, overrides, program)
@@ -155,7 +153,7 @@ def run_prepared(
 
     ``onlooker`` sees each recorded block while the run goes on, and ``largest_block`` bounds its samples.
     """
-    from lathesim.engine.running.run import run
+    from lathesim.engine.run import run
 
     settings = prepared.case.lesson.settings
     driven = list(settings.recordings.drive) if settings.recordings is not None else []
@@ -204,3 +202,39 @@ def _described(record: Record, prepared: Prepared) -> Record:
     if stock is not None:
         meta["stock"] = stock.as_text()
     return dataclasses.replace(record, meta=meta)
+
+
+def check_lesson(lesson: Lesson, registry: Registry) -> dict[str, type[Component]]:
+    """Return the parts of all cases by name.
+
+    Raises :class:`LessonError` if a case cannot be prepared, or if an overridden entry of the lesson itself is faulty.
+    """
+    itself = case_of(lesson)
+    prepared = [prepare(lesson, registry, variant) for variant in lesson.variants or (None,)]
+    for case in (itself, *(item.case for item in prepared)):
+        if case.duration is not None:
+            seconds(case.duration)
+    for key, name in _always_overridden(lesson):
+        given = getattr(itself, key)[name]
+        case = case_of(lesson, _without_change(lesson, {Place.of(name).part, Place.of(str(given.value)).part}))
+        changed: dict[str, Any] = {key: {**getattr(case, key), name: given}}
+        try:
+            assemble_case(dataclasses.replace(case, **changed), registry)
+        except LessonError as error:
+            if error.place in (given.place, given.key_place):
+                raise
+    return {part.name: part.component for item in prepared for part in item.machinery.parts}
+
+
+def _always_overridden(lesson: Lesson) -> Iterator[tuple[str, str]]:
+    """Yield key and name of the entries of a lesson that all its variants override."""
+    variants = lesson.settings.variants.values()
+    for key in ("set", "wires", "tables"):
+        for name in getattr(lesson.settings, key):
+            if variants and all(name in getattr(variant, key) for variant in variants):
+                yield key, name
+
+
+def _without_change(lesson: Lesson, parts: set[str]) -> str | None:
+    """Return the name of a variant that leaves ``parts`` unchanged, or none if every variant changes one."""
+    return next((name for name, variant in lesson.settings.variants.items() if not parts & {*variant.replace, *variant.units}), None)

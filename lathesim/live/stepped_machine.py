@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from lathesim.component import Input, Output
-from lathesim.engine.compiling.module_cache import compiled_machine
-from lathesim.engine.fusing.fuse import fuse
-from lathesim.engine.running.noise import draw_noise
-from lathesim.engine.running.run_arrays import start_arrays
+from lathesim.engine.fuse import fuse
+from lathesim.engine.module_cache import compiled_machine
+from lathesim.engine.run_arrays import draw_noise, start_arrays
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import SimulationError, nearest
 from lathesim.identification.replay.open_loop import drive

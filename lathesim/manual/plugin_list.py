@@ -40,7 +40,7 @@ def checked_plugin(path: Path) -> str:
 
 def without_vectors(components: Mapping[str, type[Component]]) -> Iterator[str]:
     """Yield a line for each part that a batch of runs computes one run after the other, with the line of its law that is the reason."""
-    from lathesim.engine.fusing.lane_flat import refusal
+    from lathesim.engine.lane_flat import refusal
 
     for name, component in components.items():
         if place := next((found for function in component.laws.values() if (found := refusal(function))), ""):

@@ -136,7 +136,7 @@ def milling_rig(mode: Mode, cut: Milling, speed: float, *, steps_of_a_vibration:
 
 def growth(rig: Rig, widths: FloatArray, turns: int = TURNS) -> list[complex]:
     """Return the multiplier of a turn at each chip width [m]; infinity where the vibration grows beyond all bounds."""
-    from lathesim.engine.running.batch import Batch
+    from lathesim.engine.batch import Batch
 
     def reduce(values: FloatArray) -> complex:
         return turn_multiplier(values[0], rig.samples_of_a_turn)
@@ -172,7 +172,7 @@ def vibration_frequency(made: Rig, width: float, multiplier: complex) -> float:
 
     It is one of (arg(multiplier) + 2 pi k)/(2 pi tau): which one, the spectrum of the last turns says.
     """
-    from lathesim.engine.running.batch import Batch
+    from lathesim.engine.batch import Batch
 
     batch = Batch(made.plan, TURNS * made.samples_of_a_turn, noisy=False)
     (displacement,) = batch.run(["cut.width"], np.array([[width]]), lambda values: values[0].copy())

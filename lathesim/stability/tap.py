@@ -75,7 +75,7 @@ def tap(tool: ToolPoint, settings: TapSettings, seed: int) -> TapRecord:
     if highest > 0.4 * settings.rate:
         fact = f"a mode at {highest:.0f} Hz cannot be seen at {settings.rate:.0f} samples a second."
         raise LessonError(fact, remedy=f"Use a rate of at least {math.ceil(highest / 0.3):d} Hz.")
-    from lathesim.engine.running.run import run
+    from lathesim.engine.run import run
 
     plan = _plan(tool, settings)
     chance = np.random.Generator(np.random.Philox(seed))

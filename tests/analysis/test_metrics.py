@@ -11,7 +11,7 @@ from lathesim.analysis.turned_part import part_shape
 from lathesim.component import Component, Output
 from lathesim.components.spindles import SteadySpindle
 from lathesim.engine.assembly import Assembly, Part
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.record import Record
 from tests.analysis.small_record import shoulder

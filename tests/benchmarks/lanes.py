@@ -20,10 +20,10 @@ import numpy as np
 
 from lathesim.cli.speed.bench_rows import Tell, cpu_seconds, measured_on, measured_on_line, seconds_text
 from lathesim.cli.writing import Result
+from lathesim.engine import batch, lanes
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.fusing.lane_text import LANES
-from lathesim.engine.running import batch, lanes
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
+from lathesim.engine.lane_text import LANES
 from lathesim.engine.wiring import Plan
 from tests.benchmarks.servo_axis import VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
 
@@ -167,7 +167,7 @@ def _in_lanes(runs: int) -> int:
 def _sweep(lesson: str, name: str, metric: str, runs: int) -> Work:
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
-    from lathesim.lessons.sweeping.members import Members
+    from lathesim.lessons.sweep_runs import Members
     from lathesim.plugins import load_registry
 
     registry = load_registry(installed=False)

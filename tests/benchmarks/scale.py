@@ -159,10 +159,10 @@ def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Se
     Plain, every axis costs what its operations cost. Compiled, one axis keeps the processor waiting for the result before (subtract,
     divide, multiply, add: 25 cycles a stage); the next three are computed in that time, and cost next to nothing.
     """
-    from lathesim.engine.compiling.module_cache import compiled_machine
-    from lathesim.engine.fusing.fuse import fuse
-    from lathesim.engine.running.batch import Batch
-    from lathesim.engine.running.run import run
+    from lathesim.engine.batch import Batch
+    from lathesim.engine.fuse import fuse
+    from lathesim.engine.module_cache import compiled_machine
+    from lathesim.engine.run import run
 
     found = []
     plans = {number: axes_plan(number) for number in AXES}
@@ -208,7 +208,7 @@ def _series(name: str, calls: dict[float, Callable[[], Any]], rounds: int, tell:
 
 def thread_gain(work: Work, rounds: int, tell: Tell) -> float:
     """Return how many times faster two threads are than one, by the clock: the median over pairs of batches, one after the other."""
-    from lathesim.engine.running.batch import Batch
+    from lathesim.engine.batch import Batch
 
     values = _values(work, 100)
     batches = [Batch(work.plan, work.samples, seed=SEED, threads=threads) for threads in (1, 2)]
@@ -250,7 +250,7 @@ def _child(what: str) -> str:
 
 
 def _hour_here() -> str:
-    from lathesim.engine.running.run import run
+    from lathesim.engine.run import run
     from lathesim.record_writer import RecordWriter
 
     plan = long_plan(HOUR)
@@ -278,7 +278,7 @@ class _Nowhere:
 
 
 def _batch_here(runs: int) -> str:
-    from lathesim.engine.running.batch import Batch
+    from lathesim.engine.batch import Batch
 
     plan = lathe_plan()
     value = plan.parameter_values[plan.parameters[_PARAMETER]]

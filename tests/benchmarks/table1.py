@@ -80,7 +80,7 @@ def table1(draws: int, tell: Tell) -> list[Mean]:
     """Return the means of all cases over ``draws`` draws, each of six factors between 0.99 and 1.01."""
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
-    from lathesim.lessons.sweeping.members import Member, Members
+    from lathesim.lessons.sweep_runs import Member, Members
     from lathesim.plugins import load_registry
 
     registry = load_registry(installed=False)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lathesim.cli.speed.bench_work import SEED, Work
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
 from tests.benchmarks.many_axes import axes_plan
 from tests.benchmarks.peers import hand_written_c
 

@@ -10,8 +10,8 @@ import pytest
 
 from lathesim.cli.speed import bench_rows
 from lathesim.cli.speed.bench_rows import Row, Skipped
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
 from tests.benchmarks import lanes, scale, servo_axis, table1
 from tests.benchmarks.lanes import LaneFigure
 from tests.benchmarks.many_axes import axes_plan

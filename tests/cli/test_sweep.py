@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.lessons.sweeping.members import Member
-from lathesim.lessons.sweeping.table import SweepTable
+from lathesim.lessons.sweep_runs import Member
+from lathesim.lessons.sweep_table import SweepTable
 from tests.cli.command import call, environment
 
 LESSON = """\

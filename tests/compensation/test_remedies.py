@@ -15,7 +15,7 @@ from lathesim.compensation.planning import BUILDERS, REPAIRS
 from lathesim.compensation.recorded_lap import program_text
 from lathesim.effects.table_remedies import interpolated
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
-from lathesim.lessons.part_tables import write_table
+from lathesim.lessons.part_values import write_table
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
 

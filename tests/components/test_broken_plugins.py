@@ -169,7 +169,7 @@ def test_what_breaks_only_during_a_run_is_named_with_time_law_and_inputs(new: st
 @pytest.mark.slow  # it stops a run from outside, after a time in which a busy machine may not have come to the loop
 @pytest.mark.parametrize("way", ["STOP", "Ctrl-C"])
 def test_an_endless_loop_during_a_run_is_ended_and_named(way: str, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("lathesim.engine.running.endless.PATIENCE", 0.3)
+    monkeypatch.setattr("lathesim.engine.failure.PATIENCE", 0.3)
     rare = "        while 2.0e-4 < feed < 5.0e-4 and depth_of_cut > 1.9e-3:\n            pass\n"
     text = EXAMPLE.replace("        depth = math.log(", f"{rare}        depth = math.log(", 1)
     registry = bench.load(text)

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.components.signals import DelayLine
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
 from lathesim.lessons.changed_lesson import changed_lesson

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lathesim.conformance import check_component
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import PluginError
 from lathesim.lessons.assemble import assemble

@@ -9,7 +9,7 @@ from lathesim.components.axes import ForceAxis, LedRotaryTable
 from lathesim.components.servo_controllers import AngularPositionController
 from lathesim.components.spindles import TorqueSpindle
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import SimulationError
 from lathesim.lessons.assemble import assemble

@@ -11,7 +11,7 @@ import numpy as np
 
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.lessons.assemble import assemble
 from lathesim.lessons.insertion import Machinery, insert_effect

@@ -9,8 +9,8 @@ import pytest
 
 from lathesim.component import Component, Input, Memory, Output
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
+from lathesim.engine.batch import Batch
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
 from lathesim.plugins import Registry

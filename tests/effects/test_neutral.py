@@ -12,7 +12,7 @@ from lathesim.conformance import check_component
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.register import stock_effects
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.fuse import fuse
 from lathesim.engine.wiring import wire
 from lathesim.lessons.insertion import insert_effect
 from lathesim.record import Record

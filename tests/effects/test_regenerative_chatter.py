@@ -10,7 +10,7 @@ import pytest
 from lathesim.component import Component, Output, Parameter
 from lathesim.effects.force_over_turn import RegenerativeChatter
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.tool_point import Mode, ToolPoint

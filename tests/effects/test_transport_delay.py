@@ -6,7 +6,7 @@ import pytest
 from lathesim.components.axes import ForceAxis
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.recorded_parts import HeldSignal
 from lathesim.lessons.insertion import insert_effect

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.engine.running import batch
-from lathesim.engine.running.batch import Batch
+from lathesim.engine import batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from tests.engine.small_machine import loop
 

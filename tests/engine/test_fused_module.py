@@ -12,12 +12,12 @@ import pytest
 from lathesim.cli.speed.bench_work import SEED, lathe_plan
 from lathesim.component import Component, DiscreteState, Input, Output, State
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.compiling.module_cache import module_path
-from lathesim.engine.fusing.fuse import fuse
+from lathesim.engine.batch import Batch
+from lathesim.engine.fuse import fuse
+from lathesim.engine.module_cache import module_path
 from lathesim.engine.rk4 import HEUN, RK4, Tableau
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.noise import draw_noise
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
+from lathesim.engine.run_arrays import draw_noise
 from lathesim.engine.wiring import wire
 from lathesim.errors import ComponentError
 from tests.engine import small_machine

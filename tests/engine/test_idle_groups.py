@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lathesim.engine.fusing.idle_groups import grouped
+from lathesim.engine.fuse import grouped
 
 
 def branch(part: str, source: str) -> list[str]:

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Noise, Output, Parameter, Table
+from lathesim.engine import lanes
 from lathesim.engine.assembly import Part, Wire
-from lathesim.engine.fusing.fuse import idle_values
-from lathesim.engine.fusing.lane_flat import refusal
-from lathesim.engine.fusing.lane_text import lane_module
-from lathesim.engine.running import lanes
-from lathesim.engine.running.batch import Batch
-from lathesim.engine.running.run import run
-from lathesim.engine.running.run_arrays import RunArrays
+from lathesim.engine.batch import Batch
+from lathesim.engine.fuse import idle_values
+from lathesim.engine.lane_flat import refusal
+from lathesim.engine.lane_text import lane_module
+from lathesim.engine.run import run
+from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.lessons.assemble import assemble

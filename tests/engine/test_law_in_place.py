@@ -8,7 +8,7 @@ import textwrap
 
 import pytest
 
-from lathesim.engine.fusing.law_in_place import NotInPlaceError, in_place
+from lathesim.engine.law_text import NotInPlaceError, in_place
 
 LAW = """
 def law(depth, speed):

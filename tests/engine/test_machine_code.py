@@ -16,15 +16,14 @@ import pytest
 
 from lathesim import cache_folder
 from lathesim.component import Component, Output, State
+from lathesim.engine import module_cache, run_arrays
 from lathesim.engine.assembly import Assembly, Part
-from lathesim.engine.compiling import module_cache
-from lathesim.engine.compiling.compile_notice import tell_compiling_to
-from lathesim.engine.compiling.machine_code import is_kept, load_code
-from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled
-from lathesim.engine.fusing.fuse import fuse
-from lathesim.engine.fusing.law_text import law_text
-from lathesim.engine.running import run_arrays
-from lathesim.engine.running.run import run
+from lathesim.engine.compile_notice import tell_compiling_to
+from lathesim.engine.fuse import fuse
+from lathesim.engine.law_text import law_text
+from lathesim.engine.machine_code import is_kept, load_code
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
 from tests.benchmarks.many_axes import axes_plan
@@ -155,7 +154,7 @@ def test_a_second_start_runs_compiled_without_the_compiler() -> None:
     compile_loop(loop())
     lines = (
         "import sys",
-        "from lathesim.engine.running.run import run",
+        "from lathesim.engine.run import run",
         "from lathesim.engine.wiring import wire",
         "from tests.engine.small_machine import loop",
         "print(run(wire(loop()), duration=1.0).meta['engine'], 'numba' in sys.modules)",
@@ -171,7 +170,7 @@ def test_auto_compiles_only_what_pays(said: list[str], empty_cache: Path, monkey
     assert compile_time(fuse(plan)) > 0.5
     assert run(plan, duration=5.0).meta["engine"] == "plain"
     assert said == []
-    monkeypatch.setattr("lathesim.engine.running.run.compile_time", lambda _: 0.01)
+    monkeypatch.setattr("lathesim.engine.run.compile_time", lambda _: 0.01)
     assert run(plan, duration=50.0).meta["engine"] == "compiled"
     assert len(said) == 1
     assert run(plan, duration=5.0).meta["engine"] == "compiled"
@@ -279,8 +278,8 @@ def test_a_source_edited_while_the_program_runs_is_not_taken_for_the_law(
 
 def test_a_machine_that_is_run_often_is_compiled_sooner(said: list[str], empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = itertools.count()
-    monkeypatch.setattr("lathesim.engine.running.run.clock", SimpleNamespace(perf_counter=lambda: 1e-3 * next(ticks)))
-    monkeypatch.setattr("lathesim.engine.running.run.compile_time", lambda _: 1.0)
+    monkeypatch.setattr("lathesim.engine.run.clock", SimpleNamespace(perf_counter=lambda: 1e-3 * next(ticks)))
+    monkeypatch.setattr("lathesim.engine.run.compile_time", lambda _: 1.0)
     plan = wire(loop())
     assert run(plan, duration=100.0, engine="auto").meta["engine"] == "plain"
     assert run(plan, duration=100.0, engine="auto", often=True).meta["engine"] == "compiled"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lathesim.engine.running.recorded_values import RecordedValues
+from lathesim.engine.run_arrays import RecordedValues
 
 
 @pytest.mark.parametrize("expected", [0, 3, 10, 100])

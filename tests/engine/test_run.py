@@ -11,7 +11,7 @@ import pytest
 
 from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError, WiringError
 from lathesim.record import FloatArray, Record

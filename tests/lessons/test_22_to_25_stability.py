@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.run_warnings import run_warnings
+from lathesim.lessons.program_path import run_warnings
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
 from lathesim.stability.lesson_cut import cut_of

@@ -13,7 +13,7 @@ from lathesim.lessons.grading import UNFINISHED, grade, yardstick
 from lathesim.lessons.kept_run import run_and_keep
 from lathesim.lessons.lesson import Lesson, lesson_from_text, load_lesson
 from lathesim.lessons.simulate import prepare, simulate
-from lathesim.lessons.sweeping.members import Members
+from lathesim.lessons.sweep_runs import Members
 from lathesim.plugins import Registry, load_registry
 from lathesim.record import Channel, FloatArray, Record
 from tests.lessons.small_machine import write_lesson

@@ -150,7 +150,7 @@ def test_only_effects_are_inserted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("effect", "place"), [(Drag, "table"), (Shift, "ruler"), (Shift, "table.mass"), (Shift, "push.force")])
 def test_a_neutral_effect_changes_no_bit(effect: type, place: str, tmp_path: Path) -> None:
-    from lathesim.engine.running.run import run
+    from lathesim.engine.run import run
 
     plain = machine(tmp_path)
     with_effect = insert_effect(plain, effect, place, parameters=effect.neutral)

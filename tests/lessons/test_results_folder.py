@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.results_folder import results_folder
+from lathesim.lessons.lesson import load_lesson, results_folder
 from tests.cli.command import call
 
 LESSON = "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\nduration: 0.1 s\n"

@@ -6,7 +6,7 @@ import pytest
 
 from lathesim.errors import LessonError
 from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.run_warnings import run_warnings
+from lathesim.lessons.program_path import run_warnings
 from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry, load_registry

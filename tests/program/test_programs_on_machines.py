@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.program_path import program_of, program_warnings
-from lathesim.lessons.raw_stock import raw_stock
-from lathesim.lessons.run_warnings import run_warnings
+from lathesim.lessons.program_path import program_of, program_warnings, raw_stock, run_warnings
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from tests.cli.command import call

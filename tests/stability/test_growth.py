@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.errors import SimulationError
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.growth import growth, milling_rig, rig, time_limit

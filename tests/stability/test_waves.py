@@ -10,7 +10,7 @@ import pytest
 
 from lathesim.analysis.metric import MissingChannelError, NoValueError
 from lathesim.analysis.turned_part import wave_roughness, waves_figure, waves_on_part
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.record import Record
 from lathesim.stability.growth import rig
 from lathesim.stability.tool_point import Mode, ToolPoint

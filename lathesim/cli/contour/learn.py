@@ -63,7 +63,7 @@ def learn(chosen: ChosenLesson, method: Method, laps: int, recording: Path | Non
     from lathesim.compensation.learn import learn as from_lap_to_lap
     from lathesim.compensation.learn import write_learned
     from lathesim.errors import WriteError
-    from lathesim.lessons.results_folder import keep_read_lesson
+    from lathesim.lessons.lesson import keep_read_lesson
 
     keep_read_lesson(chosen.loaded, out)
     prepared = chosen.prepared
@@ -77,7 +77,7 @@ def learn(chosen: ChosenLesson, method: Method, laps: int, recording: Path | Non
         how = learning_filter(own, filtered=not method.without_filter)
         if recording is not None:
             from lathesim.compensation.recorded_lap import next_lap
-            from lathesim.lessons.results_folder import results_folder
+            from lathesim.lessons.lesson import results_folder
 
             files, outlook = next_lap(prepared, course, how, recording, chosen.registry, out or results_folder(chosen.loaded, recording))
             click.echo(f"{_promised(outlook)} See {', '.join(map(str, files))}")

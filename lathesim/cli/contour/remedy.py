@@ -46,7 +46,7 @@ def remedy(chosen: ChosenLesson, diagnosis: Path, form: str, out: Path, as_json:
     from lathesim.compensation.remedying import remedy as compensate
     from lathesim.compensation.written_remedy import as_json as as_json_of
     from lathesim.compensation.written_remedy import write_answer, write_lesson
-    from lathesim.lessons.results_folder import keep_read_lesson
+    from lathesim.lessons.lesson import keep_read_lesson
 
     found = read_diagnosis(diagnosis)
     keep_read_lesson(chosen.loaded, out)

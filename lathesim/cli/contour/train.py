@@ -63,7 +63,7 @@ def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tu
     from lathesim.compensation.train import train as trained
     from lathesim.compensation.training_question import Shape, question_of, score_named
     from lathesim.components.predictive_controllers import NeuralRegulator
-    from lathesim.lessons.part_tables import write_table
+    from lathesim.lessons.part_values import write_table
 
     method, shape, wanted = method_named(search.method), Shape(search.hidden), score_named(search.score)
     loaded, registry = chosen.loaded, chosen.registry

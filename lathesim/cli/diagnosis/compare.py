@@ -43,7 +43,7 @@ def compare(chosen: ChosenLesson, recording: Path, as_json: bool, out: Path | No
     from lathesim.diagnosis.comparison.compare import as_json as as_json_of
     from lathesim.diagnosis.comparison.compare import compare as compared
     from lathesim.diagnosis.comparison.compare import load_recording
-    from lathesim.lessons.results_folder import results_folder
+    from lathesim.lessons.lesson import results_folder
 
     registry, loaded = chosen.registry, chosen.loaded
     comparison = compared(loaded.name, *load_recording(loaded, recording, registry, chosen.variant))

@@ -112,7 +112,7 @@ def diagnose(chosen: ChosenLesson, files: Recordings, search: Search, report: Re
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.reporting.answer_files import report_place
     from lathesim.identification.replay.loading import load_case
-    from lathesim.lessons.results_folder import results_folder
+    from lathesim.lessons.lesson import results_folder
 
     registry = chosen.registry
     effects = [registry.effect(name) for name in search.only] if search.only else list(registry.effects.values())

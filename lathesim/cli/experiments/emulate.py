@@ -71,7 +71,7 @@ def emulate(
     from lathesim.experiments.emulation_report import as_json as as_json_of
     from lathesim.experiments.emulation_report import told_lines, write_emulation
     from lathesim.experiments.searches import Effort
-    from lathesim.lessons.results_folder import keep_read_lesson
+    from lathesim.lessons.lesson import keep_read_lesson
 
     question = Question(
         learning.method,

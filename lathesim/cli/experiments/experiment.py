@@ -90,7 +90,7 @@ def experiment(
     Rivals come from --between, or from what a diagnosis left tied. Each is refitted to the others, over what the lesson calls uncertain.
     DIR gets program.nc, lesson.yaml to diagnose the run with, prediction.json and experiment.png. Ctrl-C keeps the best program so far.
     """
-    from lathesim.lessons.results_folder import keep_read_lesson
+    from lathesim.lessons.lesson import keep_read_lesson
 
     wish = _wish(aim, means)
     keep_read_lesson(chosen.loaded, out)

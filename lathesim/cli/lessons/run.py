@@ -76,7 +76,7 @@ def run(chosen: ChosenLesson, how: RunOptions, recording: Path | None, out: Path
 
 def _tell_odd_programs(prepared: list[Prepared]) -> None:
     """Print what is odd in the programs of machines that cut, once each."""
-    from lathesim.lessons.run_warnings import run_warnings
+    from lathesim.lessons.program_path import run_warnings
 
     for sentence in dict.fromkeys(sentence for case in prepared for sentence in run_warnings(case.case, case.plan)):
         click.echo(sentence, err=True)

@@ -13,9 +13,8 @@ from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plu
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
-    from lathesim.lessons.sweeping.members import Member, Members
-    from lathesim.lessons.sweeping.ranges import Range
-    from lathesim.lessons.sweeping.table import SweepTable
+    from lathesim.lessons.sweep_runs import Member, Members
+    from lathesim.lessons.sweep_table import Range, SweepTable
 
 
 @click.command()
@@ -55,9 +54,9 @@ def sweep(
     table of another sweep. A run that breaks down has the reason in its row.
     """
     from lathesim.errors import LatheSimError
-    from lathesim.lessons.results_folder import results_folder
-    from lathesim.lessons.sweeping.members import Members
-    from lathesim.lessons.sweeping.ranges import grid, read_range
+    from lathesim.lessons.lesson import results_folder
+    from lathesim.lessons.sweep_runs import Members
+    from lathesim.lessons.sweep_table import grid, read_range
 
     if executor is not None and not executor.startswith("dask://"):
         raise click.UsageError(f"--executor {executor}: write it as dask://host:port.")
@@ -107,7 +106,7 @@ def _default_metrics(prepared: Prepared) -> list[str]:
 def _sweep_table(
     path: Path, prepared: Prepared, members: Members, ranges: Sequence[Range], points: Sequence[tuple[int, ...]]
 ) -> SweepTable:
-    from lathesim.lessons.sweeping.table import SweepTable
+    from lathesim.lessons.sweep_table import SweepTable
 
     case = prepared.case
     header = [f"lesson: {case.lesson.name}{f', variant {case.variant}' if case.variant else ''}", f"machine: {members.digest}"]
@@ -130,13 +129,13 @@ def _runs(
     executor: str | None,
     chosen: ChosenLesson,
 ) -> Iterator[Member]:
-    from lathesim.lessons.sweeping.executors import run_here, run_on_cluster
+    from lathesim.lessons.sweep_executors import run_here, run_on_cluster
 
     if not jobs:
         return iter(())
     if executor is None:
         return run_here(members, jobs, threads or 0)
-    from lathesim.lessons.sweeping.bundle import pack
+    from lathesim.lessons.sweep_executors import pack
 
     return run_on_cluster(executor, pack(members, chosen.overrides, chosen.registry.plugins), members.digest, jobs)
 

@@ -55,7 +55,7 @@ def watch(
     first. Then a change or a drift is told with its time and place, and the window around it is diagnosed in the background.
     Values may move within what the lesson calls uncertain. Faults of the recording are told as such. Ctrl-C ends it.
     """
-    from lathesim.lessons.results_folder import results_folder
+    from lathesim.lessons.lesson import results_folder
     from lathesim.live.opening import live, open_source
     from lathesim.live.samples import run_until_stopped
     from lathesim.live.watching.watch_session import WatchSession, WatchSettings

@@ -68,9 +68,8 @@ def _checked_program(path: Path, dialect: str) -> str:
 
 
 def _checked_yaml(path: Path, registry: Registry) -> str:
-    from lathesim.lessons.checking import check_lesson
     from lathesim.lessons.lesson import load_lesson, load_machine
-    from lathesim.lessons.simulate import check_machine
+    from lathesim.lessons.simulate import check_lesson, check_machine
     from lathesim.lessons.yaml_source import read_source
     from lathesim.manual.plugin_list import without_vectors
 

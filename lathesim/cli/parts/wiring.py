@@ -25,7 +25,7 @@ def wiring(chosen: ChosenLesson, form: str | None) -> None:
     """Show what feeds each input of each part of LESSON's machine, in the order in which the parts are updated."""
     plan = chosen.prepared.plan
     if form == "source":
-        from lathesim.engine.fusing.fuse import fuse
+        from lathesim.engine.fuse import fuse
 
         click.echo(fuse(plan).source)
     else:

@@ -27,8 +27,8 @@ START = {
 _COMPILE = """\
 import time
 from lathesim.cli.speed.bench_work import lathe_plan
-from lathesim.engine.fusing.fuse import fuse
-from lathesim.engine.compiling.module_cache import compiled_machine
+from lathesim.engine.fuse import fuse
+from lathesim.engine.module_cache import compiled_machine
 fused = fuse(lathe_plan())
 begun = time.process_time()
 compiled_machine(fused)
@@ -66,8 +66,8 @@ def work_rows(work: Work, rounds: int, *, slow: bool, tell: Tell) -> tuple[list[
     The peers are the files of ``tests/benchmarks/peers`` of a checkout. What takes about as long as the engine is measured in turns with
     it, so that a busy moment of the machine strikes all alike.
     """
-    from lathesim.engine.running.batch import Batch
-    from lathesim.engine.running.run import run
+    from lathesim.engine.batch import Batch
+    from lathesim.engine.run import run
 
     record = run(work.plan, seed=SEED, engine="compiled")
     ours = np.stack([record["x_axis.position"], record["z_axis.position"]])

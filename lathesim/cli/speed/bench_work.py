@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.engine.running.noise import draw_noise
+from lathesim.engine.run_arrays import draw_noise
 from lathesim.engine.wiring import Plan, wire
 
 LESSON = "01_contour_error"
@@ -77,7 +77,7 @@ def lathe_plan() -> Plan:
 
 def lathe_work() -> Work:
     """Return the work item, with the number of samples its program takes."""
-    from lathesim.engine.running.run import run
+    from lathesim.engine.run import run
 
     plan = lathe_plan()
     samples = len(run(plan, seed=SEED))

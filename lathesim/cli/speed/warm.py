@@ -12,7 +12,7 @@ from lathesim.cli.options import open_registry, plugins_option
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lathesim.engine.fusing.fuse import FusedModule
+    from lathesim.engine.fuse import FusedModule
     from lathesim.errors import LatheSimError
     from lathesim.plugins import Registry
 
@@ -29,8 +29,8 @@ def warm(lessons: tuple[str, ...], plugin_folders: tuple[Path, ...]) -> int:
     import time
 
     from lathesim.cache_folder import cache_folder
-    from lathesim.engine.compiling.compile_notice import tell_compiling_to
-    from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled
+    from lathesim.engine.compile_notice import tell_compiling_to
+    from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
     from lathesim.errors import LatheSimError, SimulationError
 
     registry = open_registry(plugin_folders)
@@ -65,7 +65,7 @@ def warm(lessons: tuple[str, ...], plugin_folders: tuple[Path, ...]) -> int:
 
 def _cases(lessons: tuple[str, ...], registry: Registry) -> Iterator[tuple[str, FusedModule | LatheSimError]]:
     """Return each case of the lessons by name, as the module it becomes, or what is wrong with it."""
-    from lathesim.engine.fusing.fuse import fuse
+    from lathesim.engine.fuse import fuse
     from lathesim.errors import LatheSimError
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare

@@ -32,8 +32,7 @@ def tap(lesson: str, recording: Path | None, seed: int | None, hits: int | None,
     is tapped. With --recording the hits of a file are evaluated instead; its columns name time, force and displacement, velocity or
     acceleration, with their units. 'lathesim modes' finds the modes in the file that is written.
     """
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.results_folder import results_folder
+    from lathesim.lessons.lesson import load_lesson, results_folder
     from lathesim.stability.response_files import write_response
     from lathesim.stability.tap_lesson import recorded_tap, tap_lesson
 

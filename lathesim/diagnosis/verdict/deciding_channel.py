@@ -18,7 +18,7 @@ from lathesim.diagnosis.records.ranked_effect import RankedEffect
 from lathesim.diagnosis.records.search import Found
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.closed_loop import SETTLING

@@ -14,7 +14,7 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.measured_motion import recorded_motion

@@ -16,7 +16,7 @@ import numpy as np
 
 from lathesim.component import Component, Output, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.open_loop import ROUNDED, ROUNDING
 from lathesim.identification.replay.recorded_parts import HeldSignal

@@ -11,7 +11,7 @@ import numpy as np
 
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.running.batch import Batch
+from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution.budget import RunCount
 from lathesim.identification.execution.cache import Remembered

@@ -163,7 +163,7 @@ class Motion:
 
 def scene_of_case(case: Prepared) -> LatheScene:
     """Return the scene before a run: the raw stock and the programmed path."""
-    from lathesim.lessons.raw_stock import raw_stock
+    from lathesim.lessons.program_path import raw_stock
     from lathesim.path_columns import ARC_MOVE, CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, RADIUS, START_ANGLE, START_X, START_Z, SWEEP
 
     table = next((part.tables["path"] for part in case.machinery.parts if "path" in part.tables), None)

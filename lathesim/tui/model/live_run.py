@@ -12,7 +12,7 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.kept_run import KeptRun, run_and_keep
-from lathesim.lessons.results_folder import RUNS_FOLDER, results_folder
+from lathesim.lessons.lesson import RUNS_FOLDER, results_folder
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray, Record

@@ -212,7 +212,7 @@ class Workbench:
 
     def new_run(self) -> LiveRun:
         """Return a run of the setup, ready for a thread to call its ``run``; raises :class:`LatheSimError` where the setup cannot run."""
-        from lathesim.lessons.results_folder import results_folder
+        from lathesim.lessons.lesson import results_folder
         from lathesim.tui.model.live_run import LiveRun, numbered
 
         setup, prepared = self.setup, self.prepared()

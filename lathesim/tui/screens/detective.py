@@ -199,7 +199,7 @@ class DetectiveScreen(WorkbenchScreen):
 
     def _take_mapping(self, columns: list[ColumnMeaning] | None) -> None:
         from lathesim.lessons.changed_lesson import changed_lesson
-        from lathesim.lessons.results_folder import results_folder
+        from lathesim.lessons.lesson import results_folder
 
         case, setup = self.case, self.workbench.setup
         if columns is None or case is None or setup is None:

@@ -12,7 +12,7 @@ from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.records.discovered import Addend, Discovered, Span
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import Machine

@@ -18,7 +18,7 @@ from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrif
 from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.effects.structure import AxialResonance
 from lathesim.engine.assembly import Assembly, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.lessons.insertion import insert_effect

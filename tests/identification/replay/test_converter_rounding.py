@@ -13,7 +13,7 @@ from lathesim.components.spindles import EmpiricalSpindle
 from lathesim.diagnosis.location.missing_force import passed_through
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay import experiment as problem
 from lathesim.identification.replay.converter_rounding import plain_replay

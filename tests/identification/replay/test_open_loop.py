@@ -12,7 +12,7 @@ from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.spindle_error import Runout
 from lathesim.effects.time_shift import ChannelTimeShift
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.running.run import run
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.open_loop import cut, drive, look, seen, sense, sensed_share
 from lathesim.lessons.insertion import insert_effect

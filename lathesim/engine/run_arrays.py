@@ -1,9 +1,22 @@
-"""The numbers a run is given and leaves behind, as numpy arrays (compiled) or lists of floats (plain, four times quicker that way)."""
+"""The numbers of a run: what it is given, its noise, what it leaves behind and what is recorded.
+
+Noise drawn beforehand: the same numbers for every engine and every block length.
+
+Each ``Noise`` has a stream of its own, numpy's Philox keyed by (seed, part.name). The stream is cut into chunks of fixed length, each with
+its own counter, so that any stretch of samples can be drawn without the ones before it.
+
+The recorded numbers of a run, one row a channel, in one array that grows as blocks come in.
+
+Where the length of the run is known the array has it from the start, so that every number is written once more and no page is asked for
+twice; memory that is not written to costs nothing.
+"""
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,3 +125,55 @@ def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> F
             remedy="Take a shorter delay, or a longer sample period.",
         )
     return np.full(max(length, math.ceil(needed)), item.start)
+
+
+_CHUNK = 4096
+
+
+def draw_noise(names: Iterable[str], seed: int, first: int, count: int) -> FloatArray:
+    """Return standard normal numbers, shape (names, count), for the samples from ``first`` on."""
+    rows = [_stretch(name, seed, first, count) for name in names]
+    return np.array(rows) if rows else np.zeros((1, 1))
+
+
+@functools.lru_cache(maxsize=64)
+def _chunk(key: int, chunk: int) -> FloatArray:
+    """Return one chunk of a stream; neighbouring blocks of a run, and runs with the same seed, share it."""
+    numbers = np.random.Generator(np.random.Philox(key=key, counter=[0, 0, 0, chunk])).standard_normal(_CHUNK)
+    numbers.flags.writeable = False
+    return numbers
+
+
+def _stretch(name: str, seed: int, first: int, count: int) -> FloatArray:
+    key = int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:16], "little")
+    chunks = range(first // _CHUNK, (first + max(count, 1) - 1) // _CHUNK + 1)
+    numbers = [_chunk(key, chunk) for chunk in chunks]
+    offset = first - chunks[0] * _CHUNK
+    return np.concatenate(numbers)[offset : offset + count]
+
+
+_LARGEST_START = 2**24
+"""Numbers the array has at most before there are any: 128 MB."""
+
+
+class RecordedValues:
+    """Collects blocks of shape (channels, samples); ``expected`` is how many samples there will be, 0 where that is not known."""
+
+    def __init__(self, channels: int, expected: int) -> None:
+        self._room = np.empty((channels, min(expected, _LARGEST_START // max(1, channels))))
+        self._samples = 0
+
+    @property
+    def values(self) -> FloatArray:
+        """What was collected, shape (channels, samples)."""
+        return self._room[:, : self._samples]
+
+    def add(self, block: FloatArray) -> None:
+        """Copy a block behind the others."""
+        end = self._samples + block.shape[1]
+        if end > self._room.shape[1]:
+            larger = np.empty((self._room.shape[0], max(end, 2 * self._room.shape[1])))
+            larger[:, : self._samples] = self.values
+            self._room = larger
+        self._room[:, self._samples : end] = block
+        self._samples = end

@@ -13,12 +13,25 @@ array out of many, ``take`` and ``put`` some of its numbers, ``keep`` those of a
 
 The stages of the plan's tableau are one loop: a machine of many parts is then compiled in a quarter of the time, and runs as fast. Sums
 begin with -0.0, to which adding any number gives that number.
+
+``grouped``: what idles together is skipped together.
+
+A part that may idle has a branch beside each of its laws (see :mod:`lathesim.engine.fuse`). A diagnosis puts dozens of them into
+a machine, and nearly all of them idle in any one run. Branches that follow each other then have one before them that skips them all::
+
+    if idle_0:                        if a__idle:
+        a__outgoing = x                   a__outgoing = x
+        b__outgoing = a__outgoing     else:
+    else:                                 ...
+        if a__idle: ...               if b__idle:
+        if b__idle: ...                   ...
 """
 
 from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -26,9 +39,67 @@ from typing import cast
 
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, State, Table
 from lathesim.engine.assembly import Part, Place
-from lathesim.engine.fusing.idle_groups import grouped
-from lathesim.engine.fusing.law_source import LawLibrary, Piece
+from lathesim.engine.law_source import LawLibrary, Piece
 from lathesim.engine.wiring import Plan, giving, law_sources
+
+_TEST = re.compile(r"( *)if (\w+__idle):")
+_FEWEST = 2
+_MOST = 6
+"""Branches that are skipped together: with more of them it is rarer that all idle."""
+
+
+def grouped(lines: list[str]) -> tuple[list[str], list[str]]:
+    """Return a function's lines with its idle branches in groups, and the lines that define what they ask, ``idle_0 = a and b ...``."""
+    made: list[str] = []
+    names: dict[tuple[str, ...], str] = {}
+    run: list[list[str]] = []
+    depth = ""
+    place = 0
+    while place < len(lines):
+        found = _TEST.fullmatch(lines[place])
+        if found is None or found[1] != depth:
+            made += _together(run, names, depth)
+            run, depth = [], found[1] if found else ""
+        if found is None:
+            made.append(lines[place])
+            place += 1
+            continue
+        end = place + 1
+        while end < len(lines) and (_deeper(lines[end], depth) or lines[end].startswith((f"{depth}else:", f"{depth}elif "))):
+            end += 1
+        run.append(lines[place:end])
+        place = end
+    made += _together(run, names, depth)
+    return made, [f"{name} = {' and '.join(parts)}" for parts, name in names.items()]
+
+
+def _together(run: list[list[str]], names: dict[tuple[str, ...], str], depth: str) -> list[str]:
+    made: list[str] = []
+    for first in range(0, len(run), _MOST):
+        branches = run[first : first + _MOST]
+        parts = tuple(dict.fromkeys(branch[0].strip()[3:-1] for branch in branches))
+        if len(branches) < _FEWEST:
+            made += [line for branch in branches for line in branch]
+            continue
+        name = names.setdefault(parts, f"idle_{len(names)}")
+        idle = [line for branch in branches for line in _first_body(branch, depth) if line.strip() != "pass"]
+        made += [f"{depth}if {name}:", *(idle or [f"{depth}    pass"]), f"{depth}else:"]
+        made += [f"    {line}" for branch in branches for line in branch]
+    return made
+
+
+def _first_body(branch: list[str], depth: str) -> list[str]:
+    body = []
+    for line in branch[1:]:
+        if not _deeper(line, depth):
+            break
+        body.append(line)
+    return body
+
+
+def _deeper(line: str, depth: str) -> bool:
+    return line.startswith(f"{depth}    ")
+
 
 _PORTION = 32
 _LONGEST_BODY, _SHORT_BODY = 40, 8

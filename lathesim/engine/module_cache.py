@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.cache_folder import keep, keep_sealed, kept_sealed, names_kept
-from lathesim.engine.compiling.compile_notice import say
-from lathesim.engine.compiling.machine_code import CompiledMachine, is_kept, load_code, make_code
-from lathesim.engine.fusing.fuse import FusedModule
-from lathesim.engine.fusing.law_source import Piece
+from lathesim.engine.compile_notice import say
+from lathesim.engine.fuse import FusedModule
+from lathesim.engine.law_source import Piece
+from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, make_code
 from lathesim.errors import SimulationError
 
 _WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.0025, 0.07
@@ -110,8 +110,7 @@ def _compiled(fused: FusedModule) -> CompiledMachine:
     """Compile a module (no fast mathematics)."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-    from lathesim.engine.compiling.array_access import GIVEN, block_signature
-    from lathesim.engine.compiling.block_compiler import BlockCompiler
+    from lathesim.engine.numba_compiler import GIVEN, BlockCompiler, block_signature
 
     module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
     for name, function in (compiled_laws(fused) | GIVEN).items():
@@ -161,8 +160,7 @@ _LAWS: dict[str, Any] = {}
 
 
 def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
-    from lathesim.engine.compiling.array_access import BITS
-    from lathesim.engine.compiling.law_cache import LawCache
+    from lathesim.engine.numba_compiler import BITS, LawCache
 
     if piece.name in BITS:
         return BITS[piece.name]

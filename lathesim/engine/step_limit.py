@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from lathesim.engine.assembly import Place
-from lathesim.engine.compiling.module_cache import plain_module
-from lathesim.engine.fusing.fuse import fuse
-from lathesim.engine.running.run_arrays import RunArrays
+from lathesim.engine.fuse import fuse
+from lathesim.engine.module_cache import plain_module
+from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan
 from lathesim.errors import WiringError
 

@@ -1,7 +1,7 @@
 """``batch``: many parameter sets of one plan, on all cores, returning only what is asked for.
 
 Every member runs the same compiled module; the runs release the GIL, so threads share the cores without copies of anything but the arrays
-a run changes. Where it pays, a thread runs sixteen members side by side in lanes (see :mod:`lathesim.engine.running.lanes`), with the same
+a run changes. Where it pays, a thread runs sixteen members side by side in lanes (see :mod:`lathesim.engine.lanes`), with the same
 bits. Memory is one scratch record a thread, of one member or sixteen, whatever their number, plus what ``reduce`` gives for each.
 """
 
@@ -20,14 +20,13 @@ from typing import Any
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.compiling.machine_code import CompiledMachine
-from lathesim.engine.compiling.module_cache import compiled_machine
-from lathesim.engine.fusing.fuse import fuse
-from lathesim.engine.fusing.lane_text import LANES
-from lathesim.engine.running.lanes import LEAST, Choice, Lanes, Timing
-from lathesim.engine.running.noise import draw_noise
-from lathesim.engine.running.run_arrays import RunArrays, start_arrays, start_memories
-from lathesim.engine.running.stability import check_step
+from lathesim.engine.fuse import fuse
+from lathesim.engine.lane_text import LANES
+from lathesim.engine.lanes import LEAST, Choice, Lanes, Timing
+from lathesim.engine.machine_code import CompiledMachine
+from lathesim.engine.module_cache import compiled_machine
+from lathesim.engine.run_arrays import RunArrays, draw_noise, start_arrays, start_memories
+from lathesim.engine.step_limit import check_step
 from lathesim.engine.wiring import Plan
 
 Reduce = Callable[[FloatArray], Any]

@@ -3,7 +3,7 @@
 One run waits for its own chain of divisions; sixteen runs side by side let the processor compute vectors. The operations on the numbers of
 a lane and their order are those of one run, so its bits are the same. What no lane has of its own, such as a recorded signal or what only
 parameters that are alike make, is computed once, and before a loop over time where it is the same each time. What
-:mod:`lathesim.engine.fusing.lane_flat` refuses runs lane by lane, as do functions without vectors. Parts that idle in every lane are left
+:mod:`lathesim.engine.lane_flat` refuses runs lane by lane, as do functions without vectors. Parts that idle in every lane are left
 out.
 
 ``run_block`` has the arguments of the fused module with other meanings: ``parameters`` is the workspace, row after row; ``states`` takes
@@ -20,9 +20,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from lathesim.engine.fusing.fuse import FusedModule, Writer, flat_name, fuse
-from lathesim.engine.fusing.lane_flat import Flattener, calls, functions_of
-from lathesim.engine.fusing.law_in_place import NotInPlaceError, Renamed, read_names, stored_names
+from lathesim.engine.fuse import FusedModule, Writer, flat_name, fuse
+from lathesim.engine.lane_flat import Flattener, calls, functions_of
+from lathesim.engine.law_text import NotInPlaceError, Renamed, read_names, stored_names
 from lathesim.engine.wiring import Plan
 
 LANES = 16

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.cache_folder import keep_sealed, kept_sealed, names_kept
-from lathesim.engine.fusing.fuse import FusedModule
+from lathesim.engine.fuse import FusedModule
 
 _FORMAT = 3
 _NUMBERS = (ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_double, ctypes.c_int64)
@@ -41,7 +41,7 @@ class CompiledMachine:
         self, first: int, count: int, period: float, step: float, steps: int, parameters: Any, states: Any, discrete: Any, memories: Any,
         tables: Any, noise: Any, record: Any,
     ) -> int:  # fmt: skip
-        """Advance the machine, see :mod:`lathesim.engine.fusing.fuse`; all arrays are contiguous, of 64-bit floats. The GIL is released.
+        """Advance the machine, see :mod:`lathesim.engine.fuse`; all arrays are contiguous, of 64-bit floats. The GIL is released.
 
         Raises ArithmeticError where a law raises.
         """

@@ -16,8 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lathesim.engine.fusing.law_in_place import NotInPlaceError, in_place
-from lathesim.engine.fusing.law_text import IN_PLACE_OF, law_text
+from lathesim.engine.law_text import IN_PLACE_OF, NotInPlaceError, in_place, law_text
 from lathesim.errors import ComponentError
 
 _IN_PLACE = (

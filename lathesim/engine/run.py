@@ -14,16 +14,13 @@ import numpy as np
 
 import lathesim
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.compiling.compile_notice import say
-from lathesim.engine.compiling.machine_code import CompiledMachine
-from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled, plain_module
-from lathesim.engine.fusing.fuse import FusedModule, fuse
-from lathesim.engine.running.endless import LawRunsOnError, Watch, may_run_on
-from lathesim.engine.running.failure import describe_failure
-from lathesim.engine.running.noise import draw_noise
-from lathesim.engine.running.recorded_values import RecordedValues
-from lathesim.engine.running.run_arrays import RunArrays, start_arrays
-from lathesim.engine.running.stability import check_step
+from lathesim.engine.compile_notice import say
+from lathesim.engine.failure import LawRunsOnError, Watch, describe_failure, may_run_on
+from lathesim.engine.fuse import FusedModule, fuse
+from lathesim.engine.machine_code import CompiledMachine
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module
+from lathesim.engine.run_arrays import RecordedValues, RunArrays, draw_noise, start_arrays
+from lathesim.engine.step_limit import check_step
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
 from lathesim.record import Record

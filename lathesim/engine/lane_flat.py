@@ -10,9 +10,8 @@ import ast
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from lathesim.engine.fusing.law_in_place import NotInPlaceError, Renamed, in_place, stored_names
-from lathesim.engine.fusing.law_source import LawLibrary
-from lathesim.engine.fusing.law_text import source_line
+from lathesim.engine.law_source import LawLibrary
+from lathesim.engine.law_text import NotInPlaceError, Renamed, in_place, source_line, stored_names
 
 _VECTOR_MATH = frozenset({"sqrt", "fabs", "copysign", "floor", "ceil", "isnan", "isinf", "isfinite"})
 """Functions of ``math`` that are instructions of a processor, also for vectors."""

@@ -1,4 +1,4 @@
-"""Runs of one plan side by side: their numbers in rows, one lane a run (see :mod:`lathesim.engine.fusing.lane_text`)."""
+"""Runs of one plan side by side: their numbers in rows, one lane a run (see :mod:`lathesim.engine.lane_text`)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.compiling.machine_code import CompiledMachine
-from lathesim.engine.compiling.module_cache import compile_time, compiled_machine, is_compiled
-from lathesim.engine.fusing.fuse import flat_name, fuse, idle_values
-from lathesim.engine.fusing.lane_text import LANES, LaneModule, lane_module
-from lathesim.engine.fusing.law_in_place import NotInPlaceError
-from lathesim.engine.running.run_arrays import RunArrays
+from lathesim.engine.fuse import flat_name, fuse, idle_values
+from lathesim.engine.lane_text import LANES, LaneModule, lane_module
+from lathesim.engine.law_text import NotInPlaceError
+from lathesim.engine.machine_code import CompiledMachine
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
+from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
 

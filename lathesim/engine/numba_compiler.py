@@ -1,17 +1,37 @@
-"""How machine code reaches its arrays: ``vector``, ``matrix``, ``take`` and ``put`` of a fused module, compiled.
+"""What numba compiles with: access to arrays, the compiler of ``run_block``, and the cache of laws.
+
+How machine code reaches its arrays: ``vector``, ``matrix``, ``take`` and ``put`` of a fused module, compiled.
 
 Machine code is given one directory of addresses for memories, one for tables and one for noise: address, rows and columns of each array.
 Imported only where something is compiled.
+
+The compiler of ``run_block``: numba's own, without the passes that a wiring has no need of and that cost it more than half of the time.
+
+Left out are those that give every assignment a variable of its own and take that back, which go through the whole function once for each
+variable that is assigned twice; those that look for closures, for expressions of whole arrays and for texts of Python to be written
+otherwise, of which a wiring has none; and the first search for where each variable is last read, made once more before the machine code.
+LLVM is given the same text without them, so what is left out changes neither bits nor speed. A variable then has one type wherever it is
+assigned; in a wiring that is a float. A law that stands in the wiring and needs one of them is compiled by all of numba's passes: see
+:mod:`lathesim.engine.module_cache`. Imported only where something is compiled.
 """
 
 from __future__ import annotations
 
+import hashlib
+import pickle
+import sys
 from collections.abc import Callable
 from typing import Any
 
 import numba
 from numba import types
+from numba.core.caching import NullCache
+from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler_machinery import PassManager
+from numba.core.serialize import dumps
 from numba.extending import intrinsic
+
+from lathesim.cache_folder import keep_sealed, kept_sealed
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -126,3 +146,47 @@ def block_signature() -> Any:
     numbers, directory = types.CPointer(types.float64), types.CPointer(types.int64)
     scalars = (types.int64, types.int64, types.float64, types.float64, types.int64)
     return types.int64(*scalars, numbers, numbers, numbers, directory, directory, directory, numbers)
+
+
+_LEFT_OUT = (
+    *("ReconstructSSA", "PreLowerStripPhis"),
+    *("InlineClosureLikes", "GenericRewrites", "NopythonRewrites"),
+    "IRProcessing",
+)
+
+
+class BlockCompiler(CompilerBase):  # type: ignore[misc]
+    """Compiles a function whose variables keep their types."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes but for those left out."""
+        passes = PassManager("lathesim")
+        usual = DefaultPassBuilder.define_nopython_pipeline(self.state).passes
+        passes.passes = [item for item in usual if item[0].__name__ not in _LEFT_OUT]
+        passes.finalize()
+        return [passes]
+
+
+class LawCache(NullCache):  # type: ignore[misc]
+    """The cached machine code of one law by signature; ``digest`` covers its text and the texts of the laws it calls."""
+
+    def __init__(self, digest: str) -> None:
+        self._digest = digest
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled law for a signature, or none if it is missing or cannot be loaded."""
+        target_context.refresh()
+        kept = kept_sealed(self._name(sig, target_context.codegen()))
+        try:
+            return None if kept is None else CompileResult._rebuild(target_context, *pickle.loads(kept))  # noqa: S301 - sealed, and written by us
+        except Exception:  # after any fault the law is compiled again
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Write the compiled law for a signature, unless it holds addresses of this process."""
+        if not data.library.has_dynamic_globals and not any(not lifted.can_cache for lifted in data.lifted):
+            keep_sealed(self._name(sig, data.codegen), dumps(data._reduce()))
+
+    def _name(self, sig: Any, codegen: Any) -> str:
+        compiled_for = repr((numba.__version__, sys.implementation.cache_tag, sig, codegen.magic_tuple()))
+        return f"law_{self._digest}.{hashlib.sha256(compiled_for.encode()).hexdigest()[:16]}.code"

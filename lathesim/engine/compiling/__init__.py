@@ -1,1 +1,0 @@
-"""From the text of a module to machine code, and the cache of both."""

@@ -1,1 +1,0 @@
-"""Sweeps: one lesson run over ranges of its parameters."""
