@@ -38,6 +38,8 @@ from lathesim.identification.records.fit import Fitted
 BLOCKS = 24
 """Blocks that a recording is cut into: enough for a spread, each long against what a machine remembers."""
 _LEAST_POWER = 1e-24
+_BELIEVED = 0.5
+"""Share of the power of a sensor's own noise below which no level is believed: where a machine stands still, readings agree by chance."""
 _WORSE = 10.0
 """Nats a sample below which an explanation is worse by any amount."""
 
@@ -72,6 +74,9 @@ def _of_channel(ours: FloatArray, theirs: FloatArray, noise: NoiseModel, *, full
         np.array([float(np.sum(part**2)) for part in np.array_split(values, BLOCKS)]) + _LEAST_POWER
         for values in (window, ours, theirs, theirs - ours)
     )
+    if noise.floor is not None:
+        least = _BELIEVED * 2.0 * float(np.sum((noise.floor * noise.gain**2)[:bins])) / noise.samples * seen / seen.sum()
+        left, before = np.maximum(left, least), np.maximum(before, least)
     counted = 0.5 * _independent(noise, full_band=full_band) * seen / seen.sum()
     return np.array([counted * np.log(before / left), counted * np.log(before / (left + added))])
 

@@ -101,6 +101,8 @@ class NoiseModel:
     sizes: FloatArray | None = None
     window: FloatArray | None = None
     within_band: bool = False
+    floor: FloatArray | None = None
+    """The part of the power that the sensor makes by itself, (frequencies,)."""
 
     def bins(self, *, full_band: bool) -> int:
         """Return how many frequencies count: those of the motion, or all where ``full_band`` asks for them."""
@@ -275,8 +277,9 @@ def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
 
 
 def _of_sizes(sizes: FloatArray, shapes: NoiseShapes, band: int) -> NoiseModel:
-    power = max(shapes.floor**2, 1e-300) * shapes.shapes[0] + sizes @ shapes.shapes
-    return NoiseModel(power, shapes.samples, shapes.differences, band, sizes, shapes.window, shapes.within_band)
+    floor = max(shapes.floor**2, 1e-300) * shapes.shapes[0]
+    power = floor + sizes @ shapes.shapes
+    return NoiseModel(power, shapes.samples, shapes.differences, band, sizes, shapes.window, shapes.within_band, floor)
 
 
 def white_noise(residual: FloatArray, shapes: NoiseShapes) -> float:

@@ -55,6 +55,18 @@ def test_what_acts_in_a_short_part_of_a_recording_is_as_sure_as_what_acts_all_th
     assert found[0].nats > 10.0 * found[0].error
 
 
+def test_readings_that_agree_by_chance_at_a_standstill_make_no_gain() -> None:
+    standing = noise(1)
+    standing[2400:] = 0.0
+    shapes = NoiseShapes(np.ones((1, SAMPLES // 2 + 1)), 1.0, SAMPLES)
+    none = np.zeros(0)
+    close, closer = (
+        Fitted((), none, np.zeros((0, 0)), (standing + level)[None], (fit_noise_model(standing + level, shapes),), 0.0, 0.0)
+        for level in (1e-3, 1e-6)
+    )
+    assert abs(gain(closer, close, full_band=True).nats) < 1.0
+
+
 def test_what_was_fitted_to_noise_is_no_gain_on_other_noise() -> None:
     shapes = np.cos(np.outer(np.arange(1, 9), np.arange(SAMPLES)) * np.pi / SAMPLES)
     found = []
