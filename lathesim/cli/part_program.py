@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Shape:
+class OutputOptions:
     """What is written of the moves: JSON, a sentence a block or the warnings alone; a figure; a plain program."""
 
     as_json: bool
@@ -46,11 +46,11 @@ class Shape:
 @click.option("--stock", metavar="D,L[,FACE]", help="Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are told.")
 @click.option("--strict", is_flag=True, help="Refuse codes that do nothing in the simulation, as those of the machine's builder.")
 @click.option("--block-delete/--no-block-delete", default=True, show_default=True, help="Leave out the lines that begin with /.")
-@grouped(shape=Shape)
+@grouped(shape=OutputOptions)
 def program(
     file: Path,
     dialect: str,
-    shape: Shape,
+    shape: OutputOptions,
     tools: tuple[str, ...],
     stock: str | None,
     strict: bool,
@@ -228,7 +228,7 @@ _COMMON: list[Callable[[Any], Any]] = [
 
 
 @dataclass(frozen=True)
-class Cut:
+class CutOptions:
     """What all cuts are made from."""
 
     length: str
@@ -239,7 +239,7 @@ class Cut:
 
 
 def _with_common(command: Any) -> Any:
-    command = grouped(cut=Cut)(command)
+    command = grouped(cut=CutOptions)(command)
     for option in reversed(_COMMON):
         command = option(command)
     return command
@@ -254,7 +254,7 @@ def new_program() -> None:
 @click.option("--large-diameter", required=True, help="Diameter at the far end, for example 34mm.")
 @click.option("--small-diameter", required=True, help="Diameter at the face, for example 30mm.")
 @_with_common
-def taper(large_diameter: str, small_diameter: str, cut: Cut, out: Path | None, force: bool) -> None:
+def taper(large_diameter: str, small_diameter: str, cut: CutOptions, out: Path | None, force: bool) -> None:
     """A taper cut: one pass that widens from the face on."""
     from lathesim.program.new_program import taper_from_form
 
@@ -264,7 +264,7 @@ def taper(large_diameter: str, small_diameter: str, cut: Cut, out: Path | None, 
 @new_program.command()
 @click.option("--diameter", required=True, help="Diameter to turn, for example 30mm.")
 @_with_common
-def straight(diameter: str, cut: Cut, out: Path | None, force: bool) -> None:
+def straight(diameter: str, cut: CutOptions, out: Path | None, force: bool) -> None:
     """A straight cut: one pass at one diameter."""
     from lathesim.program.new_program import straight_from_form
 

@@ -14,7 +14,7 @@ from lathesim.json_text import written_json
 
 
 @dataclass(frozen=True)
-class Result:
+class CommandResult:
     """What a command found: ``data`` for programs, ``lines`` for a person, and what draws it.
 
     Values of ``data`` may be numbers, texts, paths, arrays, dataclasses, and mappings and sequences of them. ``lines`` are only made where
@@ -28,7 +28,7 @@ class Result:
     code: int = 0
 
 
-def write(result: Result, as_json: bool, save: Path | None = None) -> int:
+def write(result: CommandResult, as_json: bool, save: Path | None = None) -> int:
     """Draw a result to ``save``, write it to the output and return its exit code."""
     if save is not None and result.figure is not None:
         from lathesim.analysis.plots import save_figure
@@ -45,14 +45,14 @@ def write(result: Result, as_json: bool, save: Path | None = None) -> int:
 
 
 @dataclass(frozen=True)
-class Column:
-    """A column of a table: its heading, its width (below 0: written from the left), and how its numbers are written.
+class Heading:
+    """The heading of a column: its text, the width of the column (below 0: written from the left), and how numbers under it are written.
 
     With ``si`` numbers are SI and are written in the unit that stands in the heading, as in ``"width [mm]"``. ``missing`` stands in the
     place of what is no finite number.
     """
 
-    heading: str
+    text: str
     width: int
     form: str = ""
     si: bool = False
@@ -69,13 +69,13 @@ class Column:
         if self.si:
             from lathesim.units import from_si
 
-            value = from_si(value, self.heading.partition("[")[2].rstrip("]"))
+            value = from_si(value, self.text.partition("[")[2].rstrip("]"))
         return f"{value:{self.form}}"
 
 
-def table(columns: Sequence[Column], rows: Iterable[Sequence[Any]]) -> Iterator[str]:
+def table(columns: Sequence[Heading], rows: Iterable[Sequence[Any]]) -> Iterator[str]:
     """Yield a table of columns of a given width: the headings, then the rows."""
-    yield "".join(column.cell(column.heading) for column in columns)
+    yield "".join(column.cell(column.text) for column in columns)
     for row in rows:
         yield "".join(column.cell(value) for column, value in zip(columns, row, strict=True))
 

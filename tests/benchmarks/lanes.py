@@ -19,7 +19,7 @@ from unittest.mock import patch
 import numpy as np
 
 from lathesim.cli.speed.bench_rows import Tell, cpu_seconds, measured_on, measured_on_line, seconds_text
-from lathesim.cli.writing import Result
+from lathesim.cli.writing import CommandResult
 from lathesim.engine import batch, lanes
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
@@ -67,12 +67,14 @@ class Work:
     run: Callable[[FloatArray], object]
 
 
-def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Measure runs side by side."""
     figures, left_out = lane_figures(3 if quick else 5, quick=quick, tell=tell)
     rows = [{**vars(figure), "is_within": figure.is_within} for figure in figures]
     data = {"rows": rows, "skipped": left_out, "machine": measured_on()}
-    return Result("lathesim-bench-lanes/1", data, _lines(figures, left_out), code=int(any(not figure.is_within for figure in figures))), []
+    return CommandResult(
+        "lathesim-bench-lanes/1", data, _lines(figures, left_out), code=int(any(not figure.is_within for figure in figures))
+    ), []
 
 
 def _lines(figures: Sequence[LaneFigure], left_out: Sequence[str]) -> Iterator[str]:

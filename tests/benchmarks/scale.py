@@ -20,7 +20,7 @@ import numpy as np
 
 from lathesim.cli.speed.bench_rows import Row, Tell, cpu_seconds, measured_on, measured_on_line, row_data, seconds_text
 from lathesim.cli.speed.bench_work import SEED, Work, lathe_plan, lathe_work
-from lathesim.cli.writing import Result
+from lathesim.cli.writing import CommandResult
 from lathesim.engine.wiring import Plan
 from lathesim.whole_file import make_folder
 from tests.benchmarks.many_axes import axes_plan
@@ -64,7 +64,7 @@ class Series:
         return [Row(f"{size:g} {self.name}", seconds) for size, seconds in zip(self.sizes, self.seconds, strict=True)]
 
 
-def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Measure and draw how the cost grows."""
     tell("preparing the work ...")
     work = lathe_work()
@@ -82,7 +82,7 @@ def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[s
         "figure": place,
         "machine": measured_on(),
     }
-    return Result("lathesim-bench/1", data, _lines(series, gain, long, memory, place)), []
+    return CommandResult("lathesim-bench/1", data, _lines(series, gain, long, memory, place)), []
 
 
 def _lines(series: Sequence[Series], gain: float, long: Hour, memory: dict[int, float], place: Path) -> Iterator[str]:

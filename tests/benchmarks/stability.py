@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.cli.speed.bench_rows import Tell, measured_on, measured_on_line
-from lathesim.cli.writing import Result
+from lathesim.cli.writing import CommandResult
 
 CHEAPER, READING, NEXT = 20.0, 3.0, 2.0
 """Bars: how many times cheaper collocation is at least; lobes over reading the file at most; seconds of the next cut at most."""
@@ -50,11 +50,11 @@ class StabilityFigure:
         return self.value >= self.bar if self.is_at_least else self.value <= self.bar
 
 
-def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Measure stability maps."""
     figures = stability_figures(tell)
     data = {"rows": [{**vars(figure), "is_within": figure.is_within} for figure in figures], "machine": measured_on()}
-    return Result("lathesim-bench-stability/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
+    return CommandResult("lathesim-bench-stability/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
 
 
 def _lines(figures: Sequence[StabilityFigure]) -> Iterator[str]:

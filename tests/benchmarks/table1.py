@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.cli.speed.bench_rows import Tell
-from lathesim.cli.writing import Result
+from lathesim.cli.writing import CommandResult
 
 LESSON = "01_contour_error"
 JITTERED = tuple(f"{axis}_{name}" for axis in "xz" for name in ("axis.gain", "axis.time_constant", "controller.proportional"))
@@ -58,14 +58,14 @@ class Mean:
         return abs(self.deviation) <= LIMITS[self.metric] + 1e-6
 
 
-def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Return the means of Table 1 beside the reference, and which are too far from it."""
     draws = 10 if quick else DRAWS
     means = table1(draws, tell)
     rows = [{**dataclasses.asdict(mean), "deviation_percent": mean.deviation, "limit_percent": LIMITS[mean.metric]} for mean in means]
     off = [mean for mean in means if not mean.is_within]
     faults = [f"{mean.case}: {mean.metric} is {mean.deviation:+.2f} % off, more than {LIMITS[mean.metric]:g} %." for mean in off]
-    return Result("lathesim-table1/1", {"draws": draws, "rows": rows}, _lines(means, draws)), faults
+    return CommandResult("lathesim-table1/1", {"draws": draws, "rows": rows}, _lines(means, draws)), faults
 
 
 def _lines(means: Sequence[Mean], draws: int) -> Iterator[str]:

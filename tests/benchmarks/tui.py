@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.cli.speed.bench_rows import Tell, measured_on, measured_on_line
-from lathesim.cli.writing import Result
+from lathesim.cli.writing import CommandResult
 
 SIZE = (120, 36)
 """Columns and rows of the terminal."""
@@ -56,11 +56,11 @@ class Figure:
         return self.value <= self.bar
 
 
-def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[Result, list[str]]:
+def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Measure the terminal app."""
     figures = tui_figures(1 if quick else 5, tell)
     data = {"rows": [{**vars(figure), "is_within": figure.is_within} for figure in figures], "machine": measured_on()}
-    return Result("lathesim-bench-tui/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
+    return CommandResult("lathesim-bench-tui/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
 
 
 def _lines(figures: Sequence[Figure]) -> Iterator[str]:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from lathesim.cli.options import grouped
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 from lathesim.json_text import eight_digits, plain
 from lathesim.units import in_unit
 from tests.cli.command import ROOT
@@ -31,7 +31,7 @@ class Mode:
 
 
 def test_one_result_is_written_for_programs_and_for_a_person(capsys: pytest.CaptureFixture[str]) -> None:
-    result = Result("lathesim-modes/1", {"modes": [Mode(100.0, (1.0, math.inf))]}, iter(["One mode."]), code=3)
+    result = CommandResult("lathesim-modes/1", {"modes": [Mode(100.0, (1.0, math.inf))]}, iter(["One mode."]), code=3)
     assert write(result, as_json=True) == 3
     assert json.loads(capsys.readouterr().out) == {"schema": "lathesim-modes/1", "modes": [{"frequency": 100.0, "shape": [1.0, None]}]}
     assert write(result, as_json=False) == 3
@@ -45,7 +45,7 @@ def test_arrays_paths_and_numbers_that_are_none_become_json() -> None:
 
 
 def test_the_unit_of_a_heading_is_that_of_its_numbers() -> None:
-    columns = (Column("width [mm]", 12, ".2f", si=True, missing="stable"), Column("share", 8, ".1%"), Column("  kind", -1))
+    columns = (Heading("width [mm]", 12, ".2f", si=True, missing="stable"), Heading("share", 8, ".1%"), Heading("  kind", -1))
     assert list(table(columns, [(0.0012, 0.25, "  flip"), (math.inf, 1.0, "  Hopf")])) == [
         "  width [mm]   share  kind",
         "        1.20   25.0%  flip",

@@ -11,7 +11,7 @@ import click
 
 from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, save_option, set_option, variant_option
 from lathesim.cli.progress import working
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.analysis.circular_test import Ellipse
@@ -50,7 +50,7 @@ def circle(chosen: ChosenLesson, save: Path | None, no_contributions: bool, as_j
 
     ellipses = {name: ellipse(way) for name, way in test.ways}
     data = {"lesson": chosen.lesson, "variant": chosen.variant, **_data(test, ellipses)}
-    return write(Result("lathesim-circle/1", data, _lines(test, ellipses), figure), as_json, save)
+    return write(CommandResult("lathesim-circle/1", data, _lines(test, ellipses), figure), as_json, save)
 
 
 def _data(test: CircularTest, ellipses: dict[str, Ellipse]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import click
 
 from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, set_option, variant_option
 from lathesim.cli.progress import working
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
     from lathesim.compensation.learn import Learning
@@ -24,7 +24,7 @@ NO_BETTER = 0.97
 
 
 @dataclass(frozen=True)
-class Method:
+class LearnOptions:
     """What is corrected, which error is learned from, and what the filter follows from."""
 
     what: str
@@ -51,8 +51,8 @@ class Method:
 @variant_option
 @set_option
 @plugins_option
-@grouped(chosen=ChosenLesson, method=Method)
-def learn(chosen: ChosenLesson, method: Method, laps: int, recording: Path | None, out: Path | None, as_json: bool) -> int:
+@grouped(chosen=ChosenLesson, method=LearnOptions)
+def learn(chosen: ChosenLesson, method: LearnOptions, laps: int, recording: Path | None, out: Path | None, as_json: bool) -> int:
     """Run LESSON lap after lap, each with a correction that the errors of the lap before improve.
 
     The filter follows from the lesson's own frequency response, measured by a pulse. It ends where a lap is no better than the one
@@ -93,16 +93,16 @@ def learn(chosen: ChosenLesson, method: Method, laps: int, recording: Path | Non
     except WriteError as error:  # the result is printed first
         refused = error
     data = {"lesson": chosen.lesson, **_data(learning), "files": written, "wall_time_s": round(lasted, 2)}
-    write(Result("lathesim-learning/1", data, _lines(learning, lasted, written)), as_json)
+    write(CommandResult("lathesim-learning/1", data, _lines(learning, lasted, written)), as_json)
     if refused is not None:
         raise refused
     return 0
 
 
 _LAPS = (
-    Column("lap", 4, "d"), Column("tracking rms [mm]", 20, ".5g", si=True), Column("predicted at most", 20, ".5g", missing="-"),
-    Column("of the lap before", 20, ".3f", missing="-"), Column("largest distance [mm]", 24, ".5g", si=True),
-    Column("its rms [mm]", 16, ".4g", si=True),
+    Heading("lap", 4, "d"), Heading("tracking rms [mm]", 20, ".5g", si=True), Heading("predicted at most", 20, ".5g", missing="-"),
+    Heading("of the lap before", 20, ".3f", missing="-"), Heading("largest distance [mm]", 24, ".5g", si=True),
+    Heading("its rms [mm]", 16, ".4g", si=True),
 )  # fmt: skip
 
 

@@ -12,13 +12,19 @@ import click
 
 from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, variant_option
 from lathesim.cli.progress import working
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
     from lathesim.compensation.loop_gains import LoopGain
     from lathesim.compensation.remedying import Answer
 
-_SIZES = (Column("", -40), Column("before", 12), Column("after", 12), Column("promised", 24), Column("removed", 10))
+_SIZES = (
+    Heading("", -40),
+    Heading("before", 12),
+    Heading("after", 12),
+    Heading("promised", 24),
+    Heading("removed", 10),
+)
 
 
 @click.command()
@@ -68,7 +74,7 @@ def remedy(chosen: ChosenLesson, diagnosis: Path, form: str, out: Path, as_json:
             files.append(write_control_table(answer, out))
     data = as_json_of(answer, chosen.lesson, [file.name for file in files], time.perf_counter() - began)
     files.append(write_answer(data, out))
-    return write(Result("lathesim-remedy/1", data, _lines(answer, files, time.perf_counter() - began)), as_json)
+    return write(CommandResult("lathesim-remedy/1", data, _lines(answer, files, time.perf_counter() - began)), as_json)
 
 
 def _lines(answer: Answer, files: list[Path], lasted: float) -> Iterator[str]:

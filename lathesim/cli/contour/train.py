@@ -12,16 +12,16 @@ import click
 
 from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option
 from lathesim.cli.progress import working
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
     from lathesim.compensation.train import Training
 
-_SCORES = (Column("variant", -16), Column("trained", 12, ".4g"), Column("zero regulator", 16, ".4g"))
+_SCORES = (Heading("variant", -16), Heading("trained", 12, ".4g"), Heading("zero regulator", 16, ".4g"))
 
 
 @dataclass(frozen=True)
-class Search:
+class TrainOptions:
     """How the weights are searched for."""
 
     method: str
@@ -53,8 +53,8 @@ class Search:
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Draw the same first weights again.")
 @json_option("lathesim-training/1")
 @plugins_option
-@grouped(chosen=ChosenLesson, search=Search)
-def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tuple[str, ...], search: Search, as_json: bool) -> int:
+@grouped(chosen=ChosenLesson, search=TrainOptions)
+def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tuple[str, ...], search: TrainOptions, as_json: bool) -> int:
     """Find the weights of LESSON's neural regulator and write them as a table that the lesson can name under 'tables:'.
 
     All starts are told. The best is judged in each variant with the lesson's own steps, beside the regulator whose weights are zero.
@@ -84,7 +84,7 @@ def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tu
         "file": out,
         "wall_time_s": round(lasted, 2),
     }
-    code = write(Result("lathesim-training/1", data, _lines(training)), as_json)
+    code = write(CommandResult("lathesim-training/1", data, _lines(training)), as_json)
     write_table(out, NeuralRegulator.declarations["weights"].columns, training.table)  # type: ignore[attr-defined]
     if not as_json:
         click.echo(

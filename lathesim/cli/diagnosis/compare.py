@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, variant_option
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 from lathesim.whole_file import make_folder
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def compare(chosen: ChosenLesson, recording: Path, as_json: bool, out: Path | No
     folder = out or results_folder(loaded, recording, variant=chosen.variant)
     figure = None if no_plots else _drawn(comparison, folder / f"{recording.stem}_compared.png")
     data = {**as_json_of(comparison), "figure": figure, "promises": [vars(item) | {"holds": item.holds} for item in kept]}
-    return write(Result("lathesim-compare/1", data, _lines(comparison, kept, figure)), as_json)
+    return write(CommandResult("lathesim-compare/1", data, _lines(comparison, kept, figure)), as_json)
 
 
 def _lines(comparison: Comparison, kept: Sequence[Kept], figure: Path | None) -> Iterator[str]:

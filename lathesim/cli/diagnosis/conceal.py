@@ -18,7 +18,7 @@ VALIDATION = "validation"
 
 
 @dataclass(frozen=True)
-class Hiding:
+class HidingOptions:
     """What is hidden, and how it is recorded."""
 
     asked: tuple[str, ...]
@@ -48,9 +48,9 @@ class Hiding:
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Draw the same again [default: drawn, and kept in the answer].")
 @plugins_option
-@grouped(hiding=Hiding)
+@grouped(hiding=HidingOptions)
 def conceal(
-    lesson: str | None, again: Path | None, remedied: str | None, out: Path, plugin_folders: tuple[Path, ...], hiding: Hiding
+    lesson: str | None, again: Path | None, remedied: str | None, out: Path, plugin_folders: tuple[Path, ...], hiding: HidingOptions
 ) -> None:
     """Hide an effect in the machine of LESSON, record it, and seal the answer; or record a concealed machine again, with a remedy.
 
@@ -75,7 +75,7 @@ def conceal(
     _hide(lesson, hiding, out, plugin_folders)
 
 
-def _hide(lesson: str, hiding: Hiding, out: Path, plugin_folders: tuple[Path, ...]) -> None:
+def _hide(lesson: str, hiding: HidingOptions, out: Path, plugin_folders: tuple[Path, ...]) -> None:
     """Hide, record and seal, and say where everything is."""
     from lathesim.exercises.conceal_case import conceal_case
     from lathesim.exercises.revealed_text import hidden_lines

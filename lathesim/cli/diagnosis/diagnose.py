@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Recordings:
+class RecordingOptions:
     """The recordings that are explained and those that judge."""
 
     recording: Path
@@ -37,7 +37,7 @@ class Recordings:
 
 
 @dataclass(frozen=True)
-class Search:
+class SearchOptions:
     """What is searched for, and for how long."""
 
     only: tuple[str, ...]
@@ -46,7 +46,7 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Report:
+class ReportOptions:
     """What is written of the answer."""
 
     explained: bool
@@ -95,8 +95,10 @@ class Report:
 )
 @variant_option
 @plugins_option
-@grouped(chosen=ChosenLesson, files=Recordings, search=Search, report=Report)
-def diagnose(chosen: ChosenLesson, files: Recordings, search: Search, report: Report, out: Path | None, design: bool) -> int:
+@grouped(chosen=ChosenLesson, files=RecordingOptions, search=SearchOptions, report=ReportOptions)
+def diagnose(
+    chosen: ChosenLesson, files: RecordingOptions, search: SearchOptions, report: ReportOptions, out: Path | None, design: bool
+) -> int:
     """Hold RECORDING against the simulation of LESSON, find what the lesson left out, and show that the fit improves.
 
     The lesson says in ``recordings:`` what the columns mean and in ``uncertain:`` how sure its values are. The answer is judged on a
@@ -137,7 +139,7 @@ def diagnose(chosen: ChosenLesson, files: Recordings, search: Search, report: Re
     return 0 if diagnosis.complete or search.at_most is not None else STOPPED
 
 
-def _answer(question: Question, case: LoadedCase, files: Recordings, chosen: ChosenLesson, *, quiet: bool) -> Diagnosis:
+def _answer(question: Question, case: LoadedCase, files: RecordingOptions, chosen: ChosenLesson, *, quiet: bool) -> Diagnosis:
     """Search for the answer, with the further recordings where there are any."""
     from lathesim.diagnosis.diagnose import diagnose as answer
 
@@ -150,7 +152,7 @@ def _answer(question: Question, case: LoadedCase, files: Recordings, chosen: Cho
         return diagnose_together(case, further, chosen.registry, lambda loaded_case: question, tell)
 
 
-def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path, report: Report) -> None:
+def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path, report: ReportOptions) -> None:
     """Print the answer, then write its files: the disk may be full."""
     import json
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, read_names, set_option, variant_option
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def fit(
     found = fit_parameters(question.misfit, question.free, starts=starts, seed=seed, tell=None if as_json else _progress)
     findings = [str(finding) for finding in question.findings]
     data = as_json_of(loaded.name, str(recording), found, findings)
-    write(Result("lathesim-fit/1", data, fit_lines(found, findings)), as_json)
+    write(CommandResult("lathesim-fit/1", data, fit_lines(found, findings)), as_json)
     if out is not None:
         _write(loaded, found, out)
         if not as_json:

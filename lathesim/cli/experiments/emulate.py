@@ -9,11 +9,11 @@ import click
 
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, json_option, plugins_option, read_names
 from lathesim.cli.progress import interruptible
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 
 @dataclass(frozen=True)
-class Learning:
+class EmulateOptions:
     """How the machine is learnt, and what of it."""
 
     method: str
@@ -56,9 +56,9 @@ class Learning:
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where lesson and report go.")
 @json_option("lathesim-emulation/1")
 @plugins_option
-@grouped(chosen=ChosenLesson, learning=Learning)
+@grouped(chosen=ChosenLesson, learning=EmulateOptions)
 def emulate(
-    chosen: ChosenLesson, learning: Learning, recordings: tuple[str, ...], validate: tuple[str, ...], out: Path, as_json: bool
+    chosen: ChosenLesson, learning: EmulateOptions, recordings: tuple[str, ...], validate: tuple[str, ...], out: Path, as_json: bool
 ) -> int:
     """Learn the machine of LESSON from way-points of its programs, and say what they cannot tell.
 
@@ -90,7 +90,7 @@ def emulate(
 
     with interruptible() as stop:
         found = learn(chosen.loaded, recordings, validate, chosen.registry, question, say, stop)
-    write(Result("lathesim-emulation/1", as_json_of(found), told_lines(found)), as_json)
+    write(CommandResult("lathesim-emulation/1", as_json_of(found), told_lines(found)), as_json)
     places = write_emulation(found, out)
     if not as_json:
         click.echo(f"\nThe lesson is {places['lesson']}, the report {places['report']}")

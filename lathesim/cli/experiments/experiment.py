@@ -10,7 +10,7 @@ import click
 
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, read_names, variant_option
 from lathesim.cli.progress import interruptible
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,7 +25,7 @@ _LONGEST = 3600.0
 
 
 @dataclass(frozen=True)
-class Aim:
+class AimOptions:
     """What the program is to tell: rivals apart, named or those a diagnosis left tied, or values."""
 
     diagnosis: Path | None
@@ -40,7 +40,7 @@ class Aim:
 
 
 @dataclass(frozen=True)
-class Means:
+class MeansOptions:
     """How long the program may last, how often it is recorded, and how many are tried."""
 
     at_most: str
@@ -74,11 +74,11 @@ class Means:
 @click.option("--json", "as_json", is_flag=True, help="Print the prediction (schema lathesim-experiment/1) and nothing else.")
 @variant_option
 @plugins_option
-@grouped(chosen=ChosenLesson, aim=Aim, means=Means)
+@grouped(chosen=ChosenLesson, aim=AimOptions, means=MeansOptions)
 def experiment(
     chosen: ChosenLesson,
-    aim: Aim,
-    means: Means,
+    aim: AimOptions,
+    means: MeansOptions,
     rounds: int | None,
     machine: str | None,
     no_trial: bool,
@@ -106,7 +106,7 @@ def experiment(
     return _for_rivals(chosen, aim, wish, out, as_json, say, is_tried=not no_trial)
 
 
-def _wish(aim: Aim, means: Means) -> Wish:
+def _wish(aim: AimOptions, means: MeansOptions) -> Wish:
     """Return what is wished for; raises what cannot be met."""
     from lathesim.errors import LatheSimError, UnitError
     from lathesim.experiments.discrimination import Conditions
@@ -132,7 +132,7 @@ def _wish(aim: Aim, means: Means) -> Wish:
     return Wish(limit, means.programs, seed=means.seed, conditions=conditions, rate=per_second)
 
 
-def _for_values(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None]) -> int:
+def _for_values(chosen: ChosenLesson, aim: AimOptions, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None]) -> int:
     """Design the program by which values get known as well as possible."""
     from lathesim.experiments.precision import before_design, design_for_precision, precision_lines, write_precision
 
@@ -142,16 +142,20 @@ def _for_values(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: 
     with interruptible() as stop:
         precise = design_for_precision(chosen.loaded, names, registry, wish, aim.criterion, chosen.variant, say, stop, before)
     data = write_precision(precise, out)
-    return write(Result("lathesim-precision/1", data, precision_lines(precise, out), code=STOPPED if precise.stopped else 0), as_json)
+    return write(
+        CommandResult("lathesim-precision/1", data, precision_lines(precise, out), code=STOPPED if precise.stopped else 0), as_json
+    )
 
 
-def _rivals(chosen: ChosenLesson, aim: Aim) -> list[Named]:
+def _rivals(chosen: ChosenLesson, aim: AimOptions) -> list[Named]:
     from lathesim.experiments.rivals import named_between, named_in_diagnosis
 
     return named_between(aim.between) if aim.between is not None else named_in_diagnosis(aim.diagnosis or Path(), chosen.loaded.title)
 
 
-def _in_rounds(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, rounds: int, machine: str | None, say: Callable[[str], None]) -> int:
+def _in_rounds(
+    chosen: ChosenLesson, aim: AimOptions, wish: Wish, out: Path, rounds: int, machine: str | None, say: Callable[[str], None]
+) -> int:
     """Design, run on the machine of another lesson, diagnose, and again."""
     from lathesim.experiments.sequence import run_rounds
     from lathesim.lessons.lesson import load_lesson
@@ -167,7 +171,9 @@ def _in_rounds(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, rounds: in
     return 0
 
 
-def _for_rivals(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None], *, is_tried: bool) -> int:
+def _for_rivals(
+    chosen: ChosenLesson, aim: AimOptions, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None], *, is_tried: bool
+) -> int:
     """Design the program that tells rivals apart, and try it on simulated recordings of each."""
     import contextlib
 
@@ -184,6 +190,6 @@ def _for_rivals(chosen: ChosenLesson, aim: Aim, wish: Wish, out: Path, as_json: 
         if is_tried and not found.stopped and found.decidable:
             with contextlib.suppress(KeyboardInterrupt):
                 found, foretold = tried_design(found, lambda design: write_program_and_lesson(design, out), registry, wish.seed, say)
-    write(Result("lathesim-experiment/1", as_json_of(found, foretold), told_lines(found, foretold, out)), as_json)
+    write(CommandResult("lathesim-experiment/1", as_json_of(found, foretold), told_lines(found, foretold, out)), as_json)
     write_experiment(found, foretold, out)
     return STOPPED if found.stopped else 0

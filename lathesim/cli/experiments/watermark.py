@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import grouped, json_option, save_option
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
     from lathesim.experiments.guard_theory import Loop, Point
 
 _POINTS = (
-    Column("watermark", 10, ".4g"), Column("E[x^2]", 11, ".5g"), Column("var nu, replayed", 18, ".5g"),
-    Column("E[nu e], replayed", 19, ".4g"), Column("mean delay [samples]", 22, ".1f", missing="never"),
+    Heading("watermark", 10, ".4g"), Heading("E[x^2]", 11, ".5g"), Heading("var nu, replayed", 18, ".5g"),
+    Heading("E[nu e], replayed", 19, ".4g"), Heading("mean delay [samples]", 22, ".1f", missing="never"),
 )  # fmt: skip
 
 
@@ -74,7 +74,7 @@ def watermark(
         return frontier_figure(told, points[0].cost, false_alarm)
 
     data = {"gain": loop.gain, "innovation": loop.innovation, "memory": loop.memory, "chosen": wanted, "rows": _rows(loop, points)}
-    return write(Result("lathesim-watermark/1", data, _lines(loop, points, wanted, within), figure), as_json, save)
+    return write(CommandResult("lathesim-watermark/1", data, _lines(loop, points, wanted, within), figure), as_json, save)
 
 
 def _rows(loop: Loop, points: Sequence[Point]) -> list[dict[str, Any]]:

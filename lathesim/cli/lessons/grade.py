@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import open_registry, plugins_option
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.lessons.grading import GoalResult, Grade
@@ -38,7 +38,7 @@ def grade(files: tuple[str, ...], form: str | None, plugin_folders: tuple[Path, 
         click.echo(_csv(grades), nl=False)
     else:
         data = {"lesson": given.name if given else None, "records": [_data(item) for item in grades]}
-        write(Result("lathesim-grade/1", data, _in_full(grades[0]) if len(grades) == 1 else _lines(grades)), form == "json")
+        write(CommandResult("lathesim-grade/1", data, _in_full(grades[0]) if len(grades) == 1 else _lines(grades)), form == "json")
     return int(any(item.result == UNREADABLE for item in grades))
 
 

@@ -20,7 +20,7 @@ from lathesim.cli.options import (
     set_option,
     variant_option,
 )  # fmt: skip
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.analysis.metric import Measurements
@@ -143,12 +143,12 @@ class _Runs:
 
             self.files += save_run_plots(record, path, f"{lesson.title}{f', case {variant}' if variant else ''}")
 
-    def result(self) -> Result:
+    def result(self) -> CommandResult:
         """Return the result of all cases; of several the first stands at the top of the JSON and all of them under ``variants``."""
         data = dict(self.results[0]) if self.results else {}
         if len(self.results) != 1 or self.stopped:
             data["variants"] = {str(result["variant"]): result for result in self.results}
-        return Result("lathesim-run/1", data, self._lines(), code=STOPPED if self.stopped else int(self.failed))
+        return CommandResult("lathesim-run/1", data, self._lines(), code=STOPPED if self.stopped else int(self.failed))
 
     def _lines(self) -> Iterator[str]:
         """Yield what was found in the recording, tables with the goals, and where everything is."""

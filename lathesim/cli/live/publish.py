@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Servers:
+class ServerOptions:
     """Where values are published."""
 
     host: str
@@ -25,7 +25,7 @@ class Servers:
 
 
 @dataclass(frozen=True)
-class FaultTexts:
+class FaultOptions:
     """The faults that are made on demand."""
 
     gap: str | None
@@ -48,8 +48,8 @@ class FaultTexts:
 @variant_option
 @set_option
 @plugins_option
-@grouped(chosen=ChosenLesson, servers=Servers, made=FaultTexts)
-def publish(chosen: ChosenLesson, servers: Servers, made: FaultTexts, play: Path | None, rate: str | None, laps: int) -> int:
+@grouped(chosen=ChosenLesson, servers=ServerOptions, made=FaultOptions)
+def publish(chosen: ChosenLesson, servers: ServerOptions, made: FaultOptions, play: Path | None, rate: str | None, laps: int) -> int:
     """Publish what LESSON's machine does, again and again, as a machine on the shop floor would.
 
     Values of one instant belong together and have one time stamp, that of the source. Faults come on demand: gaps, values that are held
@@ -74,7 +74,7 @@ def publish(chosen: ChosenLesson, servers: Servers, made: FaultTexts, play: Path
     return STOPPED if stopped else 0
 
 
-def _faults(made: FaultTexts) -> Faults:
+def _faults(made: FaultOptions) -> Faults:
     """Return the faults in SI."""
     from dataclasses import replace
 

@@ -11,7 +11,7 @@ import click
 
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, json_option, open_registry, plugins_option, variant_option
 from lathesim.cli.progress import time_bar
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _FIRST = 10
 
 
 @dataclass(frozen=True)
-class Reading:
+class RecordOptions:
     """What is recorded, for how long, and how often the source is asked."""
 
     map_file: Path | None
@@ -44,9 +44,9 @@ class Reading:
 @variant_option
 @json_option("lathesim-record/1", "what was found")
 @plugins_option
-@grouped(reading=Reading)
+@grouped(reading=RecordOptions)
 def record(
-    url: str, reading: Reading, out: Path, lesson: str | None, variant: str | None, as_json: bool, plugin_folders: tuple[Path, ...]
+    url: str, reading: RecordOptions, out: Path, lesson: str | None, variant: str | None, as_json: bool, plugin_folders: tuple[Path, ...]
 ) -> int:
     """Record what an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port) or a servo side (tcp://host:port) sends.
 
@@ -82,7 +82,7 @@ def record(
     written = None if prepared is None else _write_lesson(prepared, [signal.name for signal in source.signals], out, variant)
     data = {"out": out, "lesson": written, "remarks": source.remarks, **noted.as_json()}
     lines = _lines(noted, source.remarks, out, written)
-    return write(Result("lathesim-record/1", data, lines, code=STOPPED if stopped else 0), as_json)
+    return write(CommandResult("lathesim-record/1", data, lines, code=STOPPED if stopped else 0), as_json)
 
 
 def _notice(sentence: str) -> None:

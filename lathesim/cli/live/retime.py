@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import OutputPath, grouped, json_option
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
     from lathesim.motion.axis_limits import AxisLimits
@@ -20,12 +20,13 @@ if TYPE_CHECKING:
 
 
 _AXES = (
-    Column("axis", -10), Column("largest speed", 18), Column("of its limit", 14), Column("acceleration", 18), Column("of its limit", 14),
+    Heading("axis", -10), Heading("largest speed", 18), Heading("of its limit", 14), Heading("acceleration", 18),
+    Heading("of its limit", 14),
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Way:
+class RetimeOptions:
     """How a path is timed: the file of limits, whether the samples are poses, and the steps along it.
 
     ``keep_free`` is the share of the accelerations that the timing does not use, ``retraction`` the turn [deg] at which the axes stop.
@@ -54,8 +55,10 @@ class Way:
 )
 @click.option("--out", type=OutputPath(), metavar="S.h5", help="Where the set-points go [default: JOINTS_set_points.h5].")
 @json_option("lathesim-retime/1")
-@grouped(way=Way)
-def retime(joints: Path, way: Way, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None) -> int:
+@grouped(way=RetimeOptions)
+def retime(
+    joints: Path, way: RetimeOptions, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None
+) -> int:
     """Time the path of JOINTS.csv as quickly as the limits of the axes allow, and write a set-point for each servo period.
 
     JOINTS.csv has the header 'x [mm],y [mm],a [deg]' and one row a sample, without times. LIMITS.yaml has
@@ -90,10 +93,10 @@ def retime(joints: Path, way: Way, as_json: bool, out: Path | None, period: str,
         result["tolerance"] = cost
     if note and not as_json:
         click.echo(note, err=True)
-    return write(Result("lathesim-retime/1", result, _lines(result)), as_json)
+    return write(CommandResult("lathesim-retime/1", result, _lines(result)), as_json)
 
 
-def timed(given: Any, way: Way) -> tuple[Timing, AxisLimits, Chain | None, str]:
+def timed(given: Any, way: RetimeOptions) -> tuple[Timing, AxisLimits, Chain | None, str]:
     """Return the timing of a path with the limits and the kinematics of a file, and what to say about singularities."""
     from lathesim.lessons.yaml_source import read_source
     from lathesim.motion.axis_limits import limits_from

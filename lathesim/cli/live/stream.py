@@ -11,7 +11,7 @@ import click
 
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, axis_option, grouped, json_option, read_axes
 from lathesim.cli.progress import time_bar
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.live.recording_run import RecordBlocks
@@ -21,7 +21,7 @@ _SUFFIX = ".position"
 
 
 @dataclass(frozen=True)
-class Playing:
+class StreamOptions:
     """How set-points are sent: the fill of the buffer, how often, and what a simulated planner and machine do."""
 
     fill: int
@@ -45,8 +45,8 @@ class Playing:
 )
 @axis_option
 @json_option("lathesim-stream/1")
-@grouped(playing=Playing)
-def stream(set_points: Path, url: str, playing: Playing, out: Path | None, as_json: bool) -> int:
+@grouped(playing=StreamOptions)
+def stream(set_points: Path, url: str, playing: StreamOptions, out: Path | None, as_json: bool) -> int:
     """Send the set-points of S.h5, as 'lathesim retime' writes them, to the servo side at URL (127.0.0.1:5600), and take its feedback.
 
     With the URL sim:LESSON planner, buffer and machine run here on a virtual clock, as fast as they can, the same bits each time.
@@ -62,7 +62,7 @@ def stream(set_points: Path, url: str, playing: Playing, out: Path | None, as_js
         result, stopped = send(source, names, url.removeprefix("sim:"), playing, out, as_json)
     finally:
         source.close()
-    return write(Result("lathesim-stream/1", result, _lines(result, out), code=STOPPED if stopped else 0), as_json)
+    return write(CommandResult("lathesim-stream/1", result, _lines(result, out), code=STOPPED if stopped else 0), as_json)
 
 
 def _axes(source: RecordBlocks) -> list[str]:
@@ -103,7 +103,7 @@ def _writer(out: Path | None, signals: Any) -> Any:
 
 
 def _network(
-    source: RecordBlocks, names: list[str], url: str, playing: Playing, out: Path | None, as_json: bool
+    source: RecordBlocks, names: list[str], url: str, playing: StreamOptions, out: Path | None, as_json: bool
 ) -> tuple[dict[str, Any], bool]:
     from lathesim.live.connections import read_address
     from lathesim.live.samples import run_until_stopped
@@ -119,7 +119,7 @@ def _network(
 
 
 def _virtual(
-    source: RecordBlocks, names: list[str], lesson: str, playing: Playing, out: Path | None, as_json: bool
+    source: RecordBlocks, names: list[str], lesson: str, playing: StreamOptions, out: Path | None, as_json: bool
 ) -> tuple[dict[str, Any], bool]:
     from dataclasses import asdict
 

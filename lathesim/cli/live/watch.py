@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Watching:
+class WatchOptions:
     """How long is learnt, summed up, kept and diagnosed, and what is said."""
 
     learn: str
@@ -44,9 +44,9 @@ class Watching:
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where windows and answers go.")
 @variant_option
 @plugins_option
-@grouped(chosen=ChosenLesson, watching=Watching)
+@grouped(chosen=ChosenLesson, watching=WatchOptions)
 def watch(
-    chosen: ChosenLesson, sources: tuple[str, ...], map_file: Path | None, watching: Watching, json_lines: bool, out: Path | None
+    chosen: ChosenLesson, sources: tuple[str, ...], map_file: Path | None, watching: WatchOptions, json_lines: bool, out: Path | None
 ) -> int:
     """Watch a machine: say when it began to differ from LESSON, where, and what that is.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.options import OutputPath
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.cli.speed.bench_rows import Row, Skipped
@@ -54,7 +54,7 @@ def bench(as_json: bool, quick: bool, what: str | None, save: Path | None) -> in
     return 1 if faults else code
 
 
-def _of_the_checkout(what: str, quick: bool, save: Path | None) -> tuple[Result, list[str]]:
+def _of_the_checkout(what: str, quick: bool, save: Path | None) -> tuple[CommandResult, list[str]]:
     """Measure with one of the modules of ``tests/benchmarks``: its ``measured(quick, save, tell)`` gives the result and what is at fault.
 
     Raises :class:`LatheSimError` where there is no checkout.
@@ -69,7 +69,7 @@ def _of_the_checkout(what: str, quick: bool, save: Path | None) -> tuple[Result,
     return result, faults
 
 
-def _one_run(quick: bool) -> tuple[Result, list[str]]:
+def _one_run(quick: bool) -> tuple[CommandResult, list[str]]:
     """Measure the work by the engine and by its peers, and how long commands take from nothing."""
     from lathesim.cli.speed.bench_rows import measured_on, row_data, start_rows, work_rows
     from lathesim.cli.speed.bench_work import lathe_work
@@ -81,7 +81,7 @@ def _one_run(quick: bool) -> tuple[Result, list[str]]:
     data = {"rows": row_data([*rows, *starts], rows[0].median_s), "skipped": skipped, "machine": measured_on()}
     off = [row for row in rows if row.difference is not None and row.difference > AGREEMENT]
     faults = [f"{row.name} differs from the engine by {row.difference:.3g} encoder counts." for row in off]
-    return Result(SCHEMA, data, _lines(rows, starts, skipped, work)), faults
+    return CommandResult(SCHEMA, data, _lines(rows, starts, skipped, work)), faults
 
 
 def _lines(rows: list[Row], starts: list[Row], skipped: list[Skipped], work: Work) -> Iterator[str]:

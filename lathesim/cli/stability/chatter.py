@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import grouped, json_option, open_registry, read_ends, save_option
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
     from lathesim.stability.diagnose_cut import CutDiagnosis
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 _LINES = 8
 """Lines of the spectrum that are shown."""
 _COLUMNS = (
-    Column("line [Hz]", 10, ".2f"), Column("order", 9, ".3f"), Column("share", 9, ".1%"), Column("wide [Hz]", 11, ".1f"),
-    Column("late/early", 12, ".2f"),
+    Heading("line [Hz]", 10, ".2f"), Heading("order", 9, ".3f"), Heading("share", 9, ".1%"), Heading("wide [Hz]", 11, ".1f"),
+    Heading("late/early", 12, ".2f"),
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class CutFile:
+class CutFileOptions:
     """The file of a recorded cut, and what it does not say."""
 
     recording: Path
@@ -48,9 +48,9 @@ class CutFile:
 @click.option("--band", metavar="LOW..HIGH", help="Judge only what is between these frequencies [Hz].")
 @json_option("lathesim-chatter/1")
 @save_option("Draw the spectrum with its lines.")
-@grouped(file=CutFile)
+@grouped(file=CutFileOptions)
 def chatter(
-    file: CutFile,
+    file: CutFileOptions,
     lesson: str | None,
     second: Path | None,
     second_speed: float | None,
@@ -73,7 +73,7 @@ def chatter(
     if second is not None:
         other = recorded_cut(second, readers, channel=file.channel, speed=second_speed, rate=file.rate, tacho=file.tacho)
     found = diagnose_cut(cut, _modes(lesson), other, None if band is None else read_ends("--band", band))
-    result = Result("lathesim-chatter/1", _data(cut, found), _lines(cut, found), lambda: _figure(file.recording, cut, found))
+    result = CommandResult("lathesim-chatter/1", _data(cut, found), _lines(cut, found), lambda: _figure(file.recording, cut, found))
     return write(result, as_json, save)
 
 

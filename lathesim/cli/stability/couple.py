@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import json_option, read_range, save_option
-from lathesim.cli.writing import Column, Result, table, write
+from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
     from lathesim.stability.assembly_file import Assembly
@@ -48,15 +48,15 @@ def couple(assembly: Path, frequency: str, overhang: str | None, inverse: Path |
     return write(_tip(loaded, asked, gap=save is not None), as_json, save)
 
 
-_TERMS = (Column("f [Hz]", 10, ".1f"), Column("Re H [m/N]", 16, ".5e"), Column("Im H [m/N]", 16, ".5e"))
-_SIZE, _BAND = Column("|H| [m/N]", 16, ".5e"), Column("95 % of |H|", 28)
+_TERMS = (Heading("f [Hz]", 10, ".1f"), Heading("Re H [m/N]", 16, ".5e"), Heading("Im H [m/N]", 16, ".5e"))
+_SIZE, _BAND = Heading("|H| [m/N]", 16, ".5e"), Heading("95 % of |H|", 28)
 _LENGTHS = (
-    Column("length [mm]", 12, ".1f", si=True), Column("peak [Hz]", 12, ".1f"), Column("|H| [um/N]", 12, ".4f", si=True),
-    Column("min Re H [um/N]", 18, ".4f", si=True), Column("at [Hz]", 10, ".1f"),
+    Heading("length [mm]", 12, ".1f", si=True), Heading("peak [Hz]", 12, ".1f"), Heading("|H| [um/N]", 12, ".4f", si=True),
+    Heading("min Re H [um/N]", 18, ".4f", si=True), Heading("at [Hz]", 10, ".1f"),
 )  # fmt: skip
 
 
-def _tip(loaded: Assembly, asked: Any, *, gap: bool) -> Result:
+def _tip(loaded: Assembly, asked: Any, *, gap: bool) -> CommandResult:
     """Return the tip over frequency; a ``gap`` stands before the name of its figure."""
     import numpy as np
 
@@ -80,7 +80,7 @@ def _tip(loaded: Assembly, asked: Any, *, gap: bool) -> Result:
         if gap:
             yield ""
 
-    return Result("lathesim-couple/1", _data(loaded, rows), lines(), lambda: _figure(loaded, asked, band is not None))
+    return CommandResult("lathesim-couple/1", _data(loaded, rows), lines(), lambda: _figure(loaded, asked, band is not None))
 
 
 def _figure(loaded: Assembly, asked: Any, is_uncertain: bool) -> Any:
@@ -110,7 +110,7 @@ def _rows(frequency: Any, receptance: Any) -> list[dict[str, Any]]:
     ]
 
 
-def _inverse(artefact: Assembly, measured: Path) -> Result:
+def _inverse(artefact: Assembly, measured: Path) -> CommandResult:
     from lathesim.stability.assembly_file import base_share, read_base
 
     tip = read_base(measured)
@@ -120,10 +120,10 @@ def _inverse(artefact: Assembly, measured: Path) -> Result:
         yield f"{artefact.title}: what it is fixed to, displacement over force\n"
         yield from table(_TERMS, [(value, m[0, 0].real, m[0, 0].imag) for value, m in zip(tip.frequency, share, strict=True)])
 
-    return Result("lathesim-couple/1", _data(artefact, _rows(tip.frequency, share)), lines())
+    return CommandResult("lathesim-couple/1", _data(artefact, _rows(tip.frequency, share)), lines())
 
 
-def _overhangs(loaded: Assembly, lengths: list[float]) -> Result:
+def _overhangs(loaded: Assembly, lengths: list[float]) -> CommandResult:
     from lathesim.stability.assembly_file import overhangs
 
     found = overhangs(loaded, lengths)
@@ -142,4 +142,4 @@ def _overhangs(loaded: Assembly, lengths: list[float]) -> Result:
         yield f"{loaded.title}: the tip over the length of its first part\n"
         yield from table(_LENGTHS, [tuple(row.values()) for row in rows])
 
-    return Result("lathesim-overhang/1", {"model": loaded.model, "rows": rows}, lines())
+    return CommandResult("lathesim-overhang/1", {"model": loaded.model, "rows": rows}, lines())

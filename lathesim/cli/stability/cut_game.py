@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.writing import Column, table
+from lathesim.cli.writing import Heading, table
 from lathesim.errors import LatheSimError
 from lathesim.units import from_si, in_unit
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from lathesim.stability.tried_cuts import TriedCut
 
 _SCORES = (
-    Column("", -10), Column("cuts", 6, "d"), Column("rate [rpm*mm]", 16, ".0f"), Column("of the best", 13, ".0%"),
-    Column("tools broken", 14, "d"),
+    Heading("", -10), Heading("cuts", 6, "d"), Heading("rate [rpm*mm]", 16, ".0f"), Heading("of the best", 13, ".0%"),
+    Heading("tools broken", 14, "d"),
 )  # fmt: skip
 
 

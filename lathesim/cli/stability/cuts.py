@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import grouped, json_option, read_range, save_option
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.stability.learned_map import LearnedMap
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Wish:
+class ProposalOptions:
     """How many next cuts are proposed, at what risk, at what price of chatter [rpm*mm], the seed of the particles, and the map before."""
 
     before: Path | None
@@ -30,7 +30,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Inside:
+class RangeOptions:
     """Which speeds are looked at, and the widest chip [mm]."""
 
     speeds: str
@@ -65,12 +65,12 @@ class Inside:
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Another seed of the particles.")
 @json_option("lathesim-cuts/1")
 @save_option("Draw the map.")
-@grouped(wish=Wish, inside=Inside)
+@grouped(wish=ProposalOptions, inside=RangeOptions)
 def cuts(
     lesson: str,
     cuts_file: Path | None,
-    wish: Wish,
-    inside: Inside,
+    wish: ProposalOptions,
+    inside: RangeOptions,
     comparators: bool,
     game: int | None,
     as_json: bool,
@@ -101,7 +101,9 @@ def cuts(
         play(concealed_machine(prior, within, wish.seed), prior, game, wish.risk, wish.seed)
         return 0
     found = learned_map(loaded, tried, within, wish.count, risk=wish.risk, price=1e-3 * wish.price, seed=wish.seed, before=wish.before)
-    return write(Result("lathesim-cuts/1", _data(found), _lines(found), lambda: _figure(loaded.title, found, comparators)), as_json, save)
+    return write(
+        CommandResult("lathesim-cuts/1", _data(found), _lines(found), lambda: _figure(loaded.title, found, comparators)), as_json, save
+    )
 
 
 def _data(found: LearnedMap) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import json_option, read_range, save_option
-from lathesim.cli.writing import Column, Result, sentence, table, write
+from lathesim.cli.writing import CommandResult, Heading, sentence, table, write
 
 if TYPE_CHECKING:
     from lathesim.stability.lesson_cut import Cut
@@ -53,7 +53,7 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     band = _band(cut, spreads, asked)
     cuts = _tried(tried)
     lines = _lines(found, cut, band, bool(spreads))
-    result = Result("lathesim-lobes/1", _data(found, cut, band, cuts), lines, lambda: _figure(loaded.title, found, cut, band, cuts))
+    result = CommandResult("lathesim-lobes/1", _data(found, cut, band, cuts), lines, lambda: _figure(loaded.title, found, cut, band, cuts))
     return write(result, as_json, save)
 
 
@@ -114,9 +114,13 @@ def _data(found: StabilityMap, cut: Cut, band: Band | None, cuts: tuple[TriedCut
     return result
 
 
-_EDGE = Column("[mm]", 1, ".3f", si=True, missing="stable")
-_SPEED, _WIDTH, _BAND = Column("speed [rpm]", 12, ".0f"), Column("width [mm]", 14, ".4f", si=True, missing="stable"), Column("95 %", 20)
-_BEHIND = (Column("chatter [Hz]", 14, ".2f", missing="-"), Column("lobe", 6), Column("  kind", -1))
+_EDGE = Heading("[mm]", 1, ".3f", si=True, missing="stable")
+_SPEED, _WIDTH, _BAND = (
+    Heading("speed [rpm]", 12, ".0f"),
+    Heading("width [mm]", 14, ".4f", si=True, missing="stable"),
+    Heading("95 %", 20),
+)
+_BEHIND = (Heading("chatter [Hz]", 14, ".2f", missing="-"), Heading("lobe", 6), Heading("  kind", -1))
 
 
 def _lines(found: StabilityMap, cut: Cut, band: Band | None, is_uncertain: bool) -> Iterator[str]:

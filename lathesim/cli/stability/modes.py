@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import json_option, read_ends, save_option
-from lathesim.cli.writing import Result, sentence, write
+from lathesim.cli.writing import CommandResult, sentence, write
 
 if TYPE_CHECKING:
     from lathesim.stability.choose_modes import FoundModes
@@ -40,7 +40,7 @@ def modes(file: Path, quantity: str | None, unit: str | None, count: int | None,
     if band is not None:
         response = within(response, *read_ends("--band", band), str(file))
     found = find_modes(response, count)
-    result = Result("lathesim-modes/1", _data(found, response), _lines(found, response), lambda: _figure(file.name, found, response))
+    result = CommandResult("lathesim-modes/1", _data(found, response), _lines(found, response), lambda: _figure(file.name, found, response))
     return write(result, as_json, save)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lathesim.cli.options import OutputPath, json_option, save_option
-from lathesim.cli.writing import Result, write
+from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.stability.tap import TapEstimate
@@ -40,7 +40,7 @@ def tap(lesson: str, recording: Path | None, seed: int | None, hits: int | None,
     found = recorded_tap(recording) if recording is not None else tap_lesson(loaded, loaded.settings.seed if seed is None else seed, hits)
     place = out or results_folder(loaded, recording) / "tap.csv"
     write_response(found.response, place)
-    result = Result("lathesim-tap/1", _data(found, place), _lines(found, place), lambda: _figure(loaded.title, found))
+    result = CommandResult("lathesim-tap/1", _data(found, place), _lines(found, place), lambda: _figure(loaded.title, found))
     return write(result, as_json, save)
 
 
