@@ -37,7 +37,6 @@ from lathesim.identification.records.fit import Fitted
 
 BLOCKS = 24
 """Blocks that a recording is cut into: enough for a spread, each long against what a machine remembers."""
-_LEAST_POWER = 1e-24
 _BELIEVED = 0.5
 """Share of the power of a sensor's own noise below which no level is believed: where a machine stands still, readings agree by chance."""
 _WORSE = 10.0
@@ -71,7 +70,7 @@ def _of_channel(ours: FloatArray, theirs: FloatArray, noise: NoiseModel, *, full
     ours, theirs = (_white(row, noise, bins) for row in (ours, theirs))
     window = taper(noise.samples) if noise.window is None else noise.window
     seen, left, before, added = (
-        np.array([float(np.sum(part**2)) for part in np.array_split(values, BLOCKS)]) + _LEAST_POWER
+        np.array([float(np.sum(part**2)) for part in np.array_split(values, BLOCKS)]) + np.finfo(float).tiny
         for values in (window, ours, theirs, theirs - ours)
     )
     if noise.floor is not None:
