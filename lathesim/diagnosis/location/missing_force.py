@@ -29,7 +29,7 @@ from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 
 
 @dataclass(frozen=True)
-class Place:
+class OffChannel:
     """A channel whose replay is off: root mean square over the floor, the parts it passes through, and when it is largest [s]."""
 
     channel: str
@@ -146,14 +146,16 @@ def value_of(plan: Plan, name: str, item: str, values: Mapping[str, float]) -> f
     return float(found[component.output_laws()[law].index(item)] if isinstance(found, tuple) else found)
 
 
-def places(experiment: Experiment, fitted: Fitted) -> list[Place]:
+def places(experiment: Experiment, fitted: Fitted) -> list[OffChannel]:
     """Return the channels by how far their replay is over the floor, the worst first."""
     result = []
     for row, channel in enumerate(experiment.machine.compare):
         over = float(np.sqrt(np.mean(fitted.residual[row] ** 2)) / experiment.sensed.replayed_floors[row])
         parts = passed_through(experiment.sensed.plan, experiment.sensed.channels[row])
         result.append(
-            Place(channel, over, parts, _windows(missing_signal(experiment, fitted, row).values, experiment.machine.assembly.sample_period))
+            OffChannel(
+                channel, over, parts, _windows(missing_signal(experiment, fitted, row).values, experiment.machine.assembly.sample_period)
+            )
         )
     return sorted(result, key=lambda place: -place.over_floor)
 

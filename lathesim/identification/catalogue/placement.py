@@ -15,7 +15,7 @@ from scipy.stats import qmc
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part
+from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.identification.machine.roles import decides, further_readings_of, inputs_of_readings, readings_of
@@ -42,7 +42,7 @@ def insert_candidates(
     candidates: list[Candidate] = []
     result = assembly
     for effect, host, senses in places:
-        beside = "".join(f"_{source.partition('.')[0]}" for source in senses.values())
+        beside = "".join(f"_{Place.of(source).part}" for source in senses.values())
         name = f"try_{host.replace('.', '_')}_{_snake(effect.__name__)}{beside}"
         neutral = _neutral_si(effect)
         try:
@@ -121,7 +121,7 @@ def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, 
     """Return what may feed the input of an effect that senses another channel of its sensor: what feeds the sensor's other inputs, as
     far as their readings are compared, which tell it from a factor on the own one."""
     ports, sources = part.component.ports, {wire.target: wire.source for wire in assembly.wires}
-    reading = at.partition(".")[2] or ports.get("reading", "")
+    reading = Place.of(at).port or ports.get("reading", "")
     readings = [port for port in readings_of(part.component) if port != reading]
     seen = [port for port in readings if compared is None or f"{part.name}.{port}" in compared]
     fed = [sources.get(f"{part.name}.{name}", "") for name in inputs_of_readings(part.component, seen)]
@@ -130,7 +130,7 @@ def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, 
 
 def _measured_parts(assembly: Assembly) -> dict[str, str]:
     """Return for each sensor the part whose motion it measures."""
-    sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
+    sources = {wire.target: Place.of(wire.source).part for wire in assembly.wires}
     sensors = [part for part in assembly.parts if "reading" in part.component.ports and "measured" in part.component.ports]
     return {part.name: sources[target] for part in sensors if sources.get(target := f"{part.name}.{part.component.ports['measured']}")}
 
@@ -168,8 +168,8 @@ def _is_unseen(assembly: Assembly, part: Part, compared: Collection[str]) -> boo
 
 def _second_sensors(assembly: Assembly) -> set[str]:
     """Return the sensors of a part of which another tells already: one at the motor, one that closes a loop, or one before them."""
-    sources = {wire.target: wire.source.partition(".")[0] for wire in assembly.wires}
-    feeding = {source for target, source in sources.items() if target.partition(".")[0] != source}
+    sources = {wire.target: Place.of(wire.source).part for wire in assembly.wires}
+    feeding = {source for target, source in sources.items() if Place.of(target).part != source}
     sensors: dict[str, list[str]] = {}
     for sensor, part in _measured_parts(assembly).items():
         sensors.setdefault(part, []).append(sensor)
@@ -194,7 +194,7 @@ def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
     """Return whether a part's command comes from a drive of its own (amplifier, motor): what a drive leaves out then belongs there."""
     port = part.component.ports.get("drive")
     source = next((wire.source for wire in assembly.wires if wire.target == f"{part.name}.{port}"), "")
-    before = next((other for other in assembly.parts if other.name == source.partition(".")[0]), None)
+    before = next((other for other in assembly.parts if other.name == Place.of(source).part), None)
     return before is not None and "drive" in before.component.ports and not decides(before.component)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.bootstrap_bias import replay_bias
 from lathesim.identification.estimation.covariance import LARGEST_INFLATION, covariance_of
 from lathesim.identification.estimation.least_squares import fit
@@ -237,7 +237,7 @@ def is_there(product: Estimate) -> bool:
 def _sizes(candidate: Candidate, values: Estimates) -> list[tuple[float, float]]:
     """Return how far each size of an effect is from where it vanishes, and half its interval."""
     sizes = [(name, neutral) for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True) if name in values.by_name]
-    sizes = [(name, neutral) for name, neutral in sizes if name.partition(".")[2] in candidate.effect.neutral]
+    sizes = [(name, neutral) for name, neutral in sizes if Place.of(name).port in candidate.effect.neutral]
     return [(_away(values.by_name[name].value, neutral), CONFIDENCE * values.by_name[name].error) for name, neutral in sizes]
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.component import Parameter
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, nearest
 from lathesim.identification.estimation.covariance import BLOCKS, SIGNIFICANT
@@ -111,15 +111,14 @@ def free_parameters(plan: Plan, names: Sequence[str]) -> list[FreeParameter]:
             given = plan.start_states[plan.states[name]]
         else:
             raise LessonError(_why_not(plan, name), place="--free", remedy=nearest(name, [*plan.parameters, *plan.states]))
-        part, _, item = name.partition(".")
-        declared = plan.parts[part].component.declarations[item]
+        declared = plan.declaration(name)
         low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-np.inf, np.inf)
         found.append(FreeParameter(name, plan.unit(name), given, low, high, abs(given)))
     return found
 
 
 def _why_not(plan: Plan, name: str) -> str:
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     if part in plan.parts and item in plan.parts[part].component.declarations:
         kind = plan.parts[part].component.declarations[item].kind
         if kind == "parameter":

@@ -13,7 +13,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.replay.controller_rate import at_controllers_rate
@@ -105,16 +105,16 @@ def _needed(assembly: Assembly, channels: Sequence[str]) -> Assembly:
     sources: dict[str, set[str]] = {}
     for item in assembly.wires:
         if item.source:
-            sources.setdefault(item.target.partition(".")[0], set()).add(item.source.partition(".")[0])
+            sources.setdefault(Place.of(item.target).part, set()).add(Place.of(item.source).part)
     kept: set[str] = set()
-    waiting = [channel.partition(".")[0] for channel in channels]
+    waiting = [Place.of(channel).part for channel in channels]
     while waiting:
         part = waiting.pop()
         if part not in kept:
             kept.add(part)
             waiting.extend(sources.get(part, ()))
     parts = tuple(part for part in assembly.parts if part.name in kept)
-    return replace(assembly, parts=parts, wires=tuple(item for item in assembly.wires if item.target.partition(".")[0] in kept))
+    return replace(assembly, parts=parts, wires=tuple(item for item in assembly.wires if Place.of(item.target).part in kept))
 
 
 def _shown_places(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
@@ -123,7 +123,7 @@ def _shown_places(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assem
     parts = list(assembly.parts)
     wires = {item.target: item for item in assembly.wires}
     for output, values in motion.items():
-        host, _, item = output.partition(".")
+        host, item = Place.of(output)
         component = by_name[host].component
         if item != component.ports.get("displacement"):
             continue
@@ -138,7 +138,7 @@ def _shown_places(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assem
 
 def _measures(parts: Mapping[str, Part], target: str) -> bool:
     """Return whether an input is that of a sensor or an effect, which stand for the machine and not for what it does."""
-    part, _, item = target.partition(".")
+    part, item = Place.of(target)
     component = parts[part].component
     return issubclass(component, Effect) or component.ports.get("measured") == item
 
@@ -174,7 +174,7 @@ def _starts(plan: Plan, motion: Mapping[str, FloatArray]) -> dict[str, float]:
     """Return the first recorded value of the states that an output shows as they are."""
     found = {}
     for name in plan.states:
-        part, _, item = name.partition(".")
+        part, item = Place.of(name)
         component = plan.parts[part].component
         for role in ("displacement", "flow"):
             output = component.ports.get(role)

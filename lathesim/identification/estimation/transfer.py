@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import ROUGH, fit
 from lathesim.identification.records.candidate import QUARTER_TURNS, Candidate, instants_of, jump_at
 from lathesim.identification.records.fit import Fitted, Free, with_start
@@ -98,8 +98,8 @@ def _at_the_best_turn(
 
     left = white(np.array(experiment.sensed.residuals([*constant, *(item.name for item in free)], rows)))
     assert here.sensitivity is not None
-    waves = {name.partition(".")[0] for name in phases}
-    others = [place for place, item in enumerate(free) if item.name.partition(".")[0] not in waves]
+    waves = {Place.of(name).part for name in phases}
+    others = [place for place, item in enumerate(free) if Place.of(item.name).part not in waves]
     if others:
         slopes = white(here.sensitivity[others])
         slopes /= np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), 1e-300)

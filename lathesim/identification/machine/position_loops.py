@@ -7,7 +7,7 @@ from typing import Any
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, Part
+from lathesim.engine.assembly import Assembly, Part, Place
 from lathesim.errors import LessonError
 from lathesim.lessons.sensor_sides import SeenBeyond
 
@@ -69,10 +69,10 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
     ports = controller.component.ports
     asked = _passed(wires, parts, wires.get(f"{controller.name}.{ports['drive']}", ""))
     reading = _passed(wires, parts, wires.get(f"{controller.name}.{ports['measured']}", ""))
-    sensor = reading.partition(".")[0]
+    sensor = Place.of(reading).part
     measured = wires.get(f"{sensor}.measured", "") if sensor in parts else ""
     seen = _passed(wires, parts, measured)
-    axis = seen.partition(".")[0]
+    axis = Place.of(seen).part
     if axis not in parts or "effort" not in parts[axis].component.ports:
         return None
     beyond = reading if sensor in parts and parts[sensor].side == "load" else ""
@@ -80,10 +80,10 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
         seated = {"reading", "measured"} <= set(part.component.ports) and part.side != "motor"
         if seated and part.name != sensor and parts[sensor].side != "load":
             other = _passed(wires, parts, wires.get(f"{part.name}.{part.component.ports['measured']}", ""))
-            if other.partition(".")[0] == axis and part.component.declarations[part.component.ports["reading"]].unit == "m":
+            if Place.of(other).part == axis and part.component.declarations[part.component.ports["reading"]].unit == "m":
                 beyond = f"{part.name}.{part.component.ports['reading']}"
     converter = _after(wires, parts, controller.name)
-    own = {controller.name, axis, sensor, converter, beyond.partition(".")[0]} - {""}
+    own = {controller.name, axis, sensor, converter, Place.of(beyond).part} - {""}
     return Loop(
         controller.name, asked, reading, axis, sensor, converter, beyond, frozenset(own | _on_the_way(wires, controller.name, axis))
     )
@@ -91,18 +91,18 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
 
 def _passed(wires: dict[str, str], parts: dict[str, Any], source: str) -> str:
     """Return what an output passes on where it is one of effects: the first output before them."""
-    while source.partition(".")[0] in parts and issubclass(parts[source.partition(".")[0]].component, Effect):
-        source = wires.get(f"{source.partition('.')[0]}.incoming", "")
-    if source.partition(".")[0] in parts and issubclass(parts[source.partition(".")[0]].component, SeenBeyond):
-        return _passed(wires, parts, wires.get(f"{source.partition('.')[0]}.incoming", ""))
+    while Place.of(source).part in parts and issubclass(parts[Place.of(source).part].component, Effect):
+        source = wires.get(f"{Place.of(source).part}.incoming", "")
+    if Place.of(source).part in parts and issubclass(parts[Place.of(source).part].component, SeenBeyond):
+        return _passed(wires, parts, wires.get(f"{Place.of(source).part}.incoming", ""))
     return source
 
 
 def _after(wires: dict[str, str], parts: dict[str, Part], name: str) -> str:
     """Return the converter that holds the command of a controller, or nothing."""
     for target, source in wires.items():
-        part = target.partition(".")[0]
-        if _passed(wires, parts, source).partition(".")[0] != name or part not in parts:
+        part = Place.of(target).part
+        if Place.of(_passed(wires, parts, source)).part != name or part not in parts:
             continue
         component = parts[part].component
         if "bits" in component.declared(Parameter) and component.ports.get("reading") == "voltage":
@@ -115,7 +115,7 @@ def _on_the_way(wires: dict[str, str], controller: str, axis: str) -> set[str]:
     fed: dict[str, set[str]] = {}
     for target, source in wires.items():
         if source:
-            fed.setdefault(target.partition(".")[0], set()).add(source.partition(".")[0])
+            fed.setdefault(Place.of(target).part, set()).add(Place.of(source).part)
     behind, waiting = {axis}, [axis]
     while waiting:
         for source in fed.get(waiting.pop(), set()) - behind - {controller}:

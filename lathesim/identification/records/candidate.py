@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 
 WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
 """The phase of a wave, and its sizes: one of negative size is the same wave half a turn on. A size whose phase an effect does not have
@@ -70,7 +70,7 @@ class Candidate:
     @property
     def bare(self) -> Candidate | None:
         """The candidate in its simplest form, none where it has no other."""
-        kept = [name for name in self.parameters if name.partition(".")[2] in self.effect.identification.minimal_form]
+        kept = [name for name in self.parameters if Place.of(name).port in self.effect.identification.minimal_form]
         return self.keeping(kept) if kept and len(kept) < len(self.parameters) else None
 
     def keeping(self, names: Collection[str]) -> Candidate:
@@ -83,7 +83,7 @@ class Candidate:
     def spare(self) -> tuple[str, ...]:
         """The free names that are nothing unless they are given, and without which the effect is still there."""
         declared = self.effect.declared(Parameter)
-        items = [(name, low, name.partition(".")[2]) for name, low in zip(self.parameters, self.low, strict=True)]
+        items = [(name, low, Place.of(name).port) for name, low in zip(self.parameters, self.low, strict=True)]
         return tuple(name for name, low, item in items if low == 0.0 and item not in self.effect.neutral and declared[item].default == 0.0)
 
     @property
@@ -103,7 +103,7 @@ class Candidate:
 
     def named(self, items: Collection[str]) -> tuple[str, ...]:
         """Return the free names of some parameters of the effect, as far as they are free."""
-        return tuple(name for name in self.parameters if name.partition(".")[2] in items)
+        return tuple(name for name in self.parameters if Place.of(name).port in items)
 
     @property
     def waves(self) -> dict[str, tuple[str, ...]]:
@@ -129,7 +129,7 @@ QUARTER_TURNS = tuple(0.5 * np.pi * quarter for quarter in (0, 1, 2, -1))
 def instants_of(candidate: Candidate) -> list[str]:
     """Return the free names of a candidate that are instants of a recording: ``instant``, and others like ``second_instant``."""
     declared = candidate.effect.identification.instants
-    return [name for name in candidate.parameters if name.partition(".")[2].rpartition("_")[2] in declared]
+    return [name for name in candidate.parameters if Place.of(name).port.rpartition("_")[2] in declared]
 
 
 def jump_at(instant: str) -> str:

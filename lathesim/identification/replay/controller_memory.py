@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import DiscreteState, Parameter
-from lathesim.engine.assembly import Assembly, FloatArray, Part
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, of_part
 from lathesim.identification.machine.roles import decides, start_values
 from lathesim.identification.replay.simulator import Simulator
 from lathesim.identification.signal.rounding import LARGER_PART, ROUNDING, SLOPE_ROUNDING
@@ -51,11 +51,11 @@ def shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> l
     waiting, seen = [controller.name], {controller.name}
     while waiting:
         name = waiting.pop(0)
-        rows += [row for row, channel in enumerate(compared) if channel.partition(".")[0] == name]
+        rows += [row for row, channel in enumerate(compared) if Place.of(channel).part == name]
         for wire in assembly.wires:
-            target, port = wire.target.partition(".")[::2]
+            target, port = Place.of(wire.target)
             ports = parts[target].component.ports if target in parts else {}
-            passed_on = wire.source.partition(".")[0] == name and port == ports.get("drive") and "effort" not in ports
+            passed_on = Place.of(wire.source).part == name and port == ports.get("drive") and "effort" not in ports
             if passed_on and target not in seen and ports.get("measured") in (None, port):
                 seen.add(target)
                 waiting.append(target)
@@ -82,7 +82,7 @@ def with_memory(assembly: Assembly, memory: dict[str, float]) -> Assembly:
     """Return the assembly whose controllers remember it."""
     parts = []
     for part in assembly.parts:
-        own = {name.partition(".")[2]: value for name, value in memory.items() if name.partition(".")[0] == part.name}
+        own = of_part(part.name, memory)
         parameters = {name: value for name, value in own.items() if name in part.component.declared(Parameter)}
         start = {name: value for name, value in own.items() if name not in parameters}
         parts.append(replace(part, parameters={**part.parameters, **parameters}, start={**part.start, **start}) if own else part)

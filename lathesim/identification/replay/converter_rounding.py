@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import Component, Output, Parameter
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.open_loop import ROUNDED, ROUNDING
@@ -37,10 +37,10 @@ def plain_replay(replayed: Assembly, motion: Collection[str], samples: int, comp
         return {}
     twins = {output: f"{_TWIN}{output}" for output in rounding}
     parts, wires = list(replayed.parts), list(replayed.wires)
-    for name in dict.fromkeys(output.partition(".")[0] for output in rounding):
+    for name in dict.fromkeys(Place.of(output).part for output in rounding):
         part = next(part for part in parts if part.name == name)
         parts.append(replace(_without_steps(part), name=f"{_TWIN}{name}"))
-        wires += [replace(item, target=f"{_TWIN}{item.target}") for item in replayed.wires if item.target.partition(".")[0] == name]
+        wires += [replace(item, target=f"{_TWIN}{item.target}") for item in replayed.wires if Place.of(item.target).part == name]
     asked = (*rounding, *twins.values(), *motion)
     plan = wire(replace(replayed, parts=tuple(parts), wires=tuple(wires), record=asked, finish=""))
     (made,) = Batch(plan, samples, noisy=False).run([], np.zeros((1, 0)))
@@ -55,7 +55,7 @@ def with_rounding(assembly: Assembly, rounding: Mapping[str, FloatArray]) -> Ass
     by_name = {part.name: part for part in parts}
     for output, values in rounding.items():
         targets = [target for target, item in wires.items() if item.source == output]
-        name, _, item = output.partition(".")
+        name, item = Place.of(output)
         unit = by_name[name].component.declarations[item].unit
         signal, sum_of_both = f"{ROUNDING}{name}_{item}", f"{ROUNDED}{name}_{item}"
         table = np.ascontiguousarray(values.reshape(-1, 1))

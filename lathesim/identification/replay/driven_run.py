@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from lathesim.engine.assembly import Part
+from lathesim.engine.assembly import Part, of_part
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError
 from lathesim.identification.replay.controller_rate import at_controllers_rate
@@ -60,5 +60,5 @@ def _recorded_starts(machine: Machine, recorded: Recorded, plan: Plan) -> dict[s
 
 
 def _started(part: Part, starts: dict[str, float]) -> Part:
-    own = {name.partition(".")[2]: value for name, value in starts.items() if name.partition(".")[0] == part.name}
+    own = of_part(part.name, starts)
     return replace(part, start={**part.start, **own}) if own else part

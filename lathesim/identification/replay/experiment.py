@@ -11,7 +11,7 @@ from scipy.fft import prev_fast_len
 
 from lathesim.component import Component, Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.identification.machine.roles import acting, commands
@@ -114,7 +114,7 @@ class Experiment:
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
         parts = {part.name: part.component for part in self.machine.assembly.parts}
-        names = [name.partition(".")[::2] for name in self.machine.compare]
+        names = [Place.of(name) for name in self.machine.compare]
         rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
         again = self._redundant_sensors(recorded)
         every = self.machine.decisions
@@ -128,7 +128,7 @@ class Experiment:
         again = {sight.row for sight in self._redundant_sensors(np.array([self._recorded[name] for name in self.machine.compare]))}
         found = set()
         for row, name in enumerate(self.machine.compare):
-            host, _, item = measured_output(parts, wires, name).partition(".")
+            host, item = Place.of(measured_output(parts, wires, name))
             ports, declared = parts[host].component.ports, parts[host].component.declarations
             led = {"reference", "flow"} <= set(ports) and not {"drive", "measured"} & set(ports)
             if led and row not in again and declared[item].unit == declared[ports["reference"]].unit:
@@ -143,7 +143,7 @@ class Experiment:
         return tuple(output for output in outputs if output not in moved and self._gives(output))
 
     def _gives(self, output: str) -> bool:
-        name, _, item = output.partition(".")
+        name, item = Place.of(output)
         return any(part.name == name and item in part.component.declared(Output) for part in self.machine.assembly.parts)
 
     @cached_property
@@ -155,7 +155,7 @@ class Experiment:
     def way_of(self, candidate: Candidate) -> FloatArray:
         """Return the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""
         channels = self.sensed.plan.channels
-        sizes = [name for name in candidate.parameters if name.partition(".")[2] in candidate.effect.neutral]
+        sizes = [name for name in candidate.parameters if Place.of(name).port in candidate.effect.neutral]
         nearly = [float(candidate.neutral[candidate.parameters.index(name)]) + ROUNDING for name in sizes]
         return self.sensed.channel(sizes, nearly, channels.index(f"{candidate.part}.{candidate.effect.identification.along}"))
 
@@ -167,7 +167,7 @@ class Experiment:
         period = self.machine.assembly.sample_period
         found: list[RedundantSensor] = []
         for row, output in enumerate(shown):
-            host, _, item = output.partition(".")
+            host, item = Place.of(output)
             ports = parts[host].component.ports
             earlier = {shown[first]: first for first in range(len(shown)) if first != row and all(first != one.row for one in found)}
             place = f"{host}.{ports.get('displacement', '')}"
@@ -233,7 +233,7 @@ class Experiment:
         return plain_replay(assembly, motion, len(self.record), self.machine.compare)
 
     def _part(self, output: str) -> type[Component]:
-        return next(part.component for part in self.machine.assembly.parts if part.name == output.partition(".")[0])
+        return next(part.component for part in self.machine.assembly.parts if part.name == Place.of(output).part)
 
     @cached_property
     def feeds_back(self) -> bool:
@@ -263,10 +263,10 @@ class Experiment:
         motion = recorded_motion(self.with_candidates, self._whole())
         free = []
         for name, position in plan.states.items():
-            part = plan.parts[name.partition(".")[0]]
+            part = plan.parts[Place.of(name).part]
             if issubclass(part.component, Effect):
                 continue
-            seen_start = start_from(part, name.partition(".")[2], motion)
+            seen_start = start_from(part, Place.of(name).port, motion)
             if seen_start is None:
                 start = plan.start_states[position]
                 free.append(Free(name, start, max(abs(start), 1e-2)))
@@ -330,7 +330,7 @@ def baseline_free(machine: Machine, wider: float = 1.0) -> list[Free]:
         deviation = wider * declared_deviation
         _, position = plan.settable(name)
         given = plan.parameter_values[position]
-        part, _, item = name.partition(".")
+        part, item = Place.of(name)
         declared = plan.parts[part].component.declared(Parameter)[item]
         low = max(declared.low, given - POSSIBLE * deviation)
         high = min(declared.high, given + POSSIBLE * deviation)

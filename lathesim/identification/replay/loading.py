@@ -205,8 +205,7 @@ def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:
         number, unit = split_quantity(text)
         _, position = plan.settable(name)
         given = plan.parameter_values[position] if name in plan.parameters else plan.start_states[position]
-        part, _, item = name.partition(".")
-        declared = plan.parts[part].component.declarations[item].unit
+        declared = plan.unit(name)
         found[name] = abs(given) * float(number) / 100.0 if unit == "%" else si_value(Given(text, place, place), declared)
         if found[name] <= 0.0:
             fact = f"{name} is {given:g}, and a share of it is no uncertainty."

@@ -17,7 +17,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from lathesim.component import Input, Parameter
-from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Wire
+from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place, Wire
 from lathesim.identification.machine.roles import comes_from_effect
 from lathesim.identification.signal.resolution import channel_floor
 
@@ -71,7 +71,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     velocities = {name: values for name, values in gained.items() if name not in found}
     found.update(velocities)
     for source in found.copy():
-        host, _, item = source.partition(".")
+        host, item = Place.of(source)
         ports = parts[host].component.ports
         if item == ports.get("flow") and "displacement" in ports:
             found.setdefault(f"{host}.{ports['displacement']}", cumulative_trapezoid(found[source], dx=period, initial=0.0))
@@ -119,9 +119,9 @@ def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Ite
     parts = {part.name: part for part in assembly.parts}
     side = {part.name: part.side for part in assembly.parts}
     wires = {wire.target: wire for wire in assembly.wires}
-    for channel, values in sorted(recorded.items(), key=lambda item: SIDES.index(side.get(item[0].partition(".")[0], ""))):
+    for channel, values in sorted(recorded.items(), key=lambda item: SIDES.index(side.get(Place.of(item[0]).part, ""))):
         source = _shown_through(parts, wires, channel)
-        host, _, item = source.partition(".")
+        host, item = Place.of(source)
         ports = _ports(parts, source)
         is_place = item == ports.get("displacement")
         if not np.isfinite(values).all() or not (is_place or item == ports.get("flow")):
@@ -141,7 +141,7 @@ def _shown_through(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel
 
 
 def _ports(parts: Mapping[str, Part], output: str) -> Mapping[str, str]:
-    part = parts.get(output.partition(".")[0])
+    part = parts.get(Place.of(output).part)
     return part.component.ports if part else {}
 
 
@@ -175,7 +175,7 @@ def _odd(samples: float, count: int, period: float) -> int:
 
 def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
     """Return by what a reading is to be divided to be what it shows: 1 where it has its unit; 0 where nobody knows."""
-    (sensor, reading), (host, item) = (name.partition(".")[::2] for name in (channel, source))
+    (sensor, reading), (host, item) = (Place.of(name) for name in (channel, source))
     part = parts[sensor]
     declared = part.component.declarations
     if declared[reading].unit == parts[host].component.declarations[item].unit:
@@ -188,11 +188,11 @@ def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
 def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
     """Return the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between; of the
     rate that an encoder makes of its counts the velocity that belongs to the place."""
-    name, _, item = channel.partition(".")
+    name, item = Place.of(channel)
     ports = parts[name].component.ports if name in parts else {}
     if item == ports.get("rate"):
         place = measured_output(parts, wires, f"{name}.{ports['reading']}")
-        host, _, shown = place.partition(".")
+        host, shown = Place.of(place)
         moving = _ports(parts, place)
         return f"{host}.{moving['flow']}" if shown == moving.get("displacement") and "flow" in moving else channel
     if item != ports.get("reading") or "measured" not in ports:
@@ -200,7 +200,7 @@ def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channe
     target = f"{name}.{ports['measured']}"
     while target in wires and wires[target].source:
         source = wires[target].source
-        part = source.partition(".")[0]
+        part = Place.of(source).part
         if comes_from_effect(source) and "incoming" in parts[part].component.declared(Input):
             target = f"{part}.incoming"
             continue

@@ -14,7 +14,7 @@ import numpy as np
 
 from lathesim.component import Component, Input
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.wiring import wire
 from lathesim.identification.machine.roles import SENSED, comes_from_effect, goes_to_effect, is_sensed_share
 from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
@@ -48,7 +48,7 @@ def drive(assembly: Assembly, signals: Mapping[str, FloatArray], moving: Collect
 
 def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list[str]:
     """Return the inputs of effects that sense the same input of their host: fed as it was, and called as its role."""
-    host, _, item = target.partition(".")
+    host, item = Place.of(target)
     component = next(part.component for part in assembly.parts if part.name == host)
     roles = {role for role, port in component.ports.items() if port == item}
     head = first_input({part.name: part for part in assembly.parts}, wires, target)
@@ -65,14 +65,14 @@ def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list
 def _sits_at(assembly: Assembly, effect: str) -> set[str]:
     """Return the parts whose port an effect sits on, past effects beside it."""
     effects = {part.name for part in assembly.parts if issubclass(part.component, Effect)}
-    before = {item.target: item.source.partition(".")[0] for item in assembly.wires}
+    before = {item.target: Place.of(item.source).part for item in assembly.wires}
     here = effect
     while here in effects:
         here = before.get(f"{here}.incoming", "")
     found, waiting, seen_before = {here}, [effect], {effect}
     while waiting:
         source = f"{waiting.pop()}.outgoing"
-        for name in (item.target.partition(".")[0] for item in assembly.wires if item.source == source):
+        for name in (Place.of(item.target).part for item in assembly.wires if item.source == source):
             if name not in effects:
                 found.add(name)
             elif name not in seen_before:
@@ -92,7 +92,7 @@ def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
         targets = [target for target, item in wires.items() if item.source == source and not _senses_own_host(by_name, target)]
         if not targets:
             continue
-        part, _, item = channel.partition(".")
+        part, item = Place.of(channel)
         name = f"recorded_{channel.replace('.', '_')}"
         unit = by_name[part].component.declarations[item].unit
         parts.append(_signal(name, HeldSignal if channel in held else LinearSignal, unit, values))
@@ -114,7 +114,7 @@ def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
         targets = _taken_by_processes(by_name, wires, output)
         if not targets:
             continue
-        host, _, item = output.partition(".")
+        host, item = Place.of(output)
         name = f"followed_{host}_{item}"
         parts.append(_signal(name, LinearSignal, by_name[host].component.declarations[item].unit, values))
         for target in targets:
@@ -130,7 +130,7 @@ def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], ou
         if _is_of_a_process(parts, wires, target):
             found.append(target)
         elif goes_to_effect(target):
-            found += _taken_by_processes(parts, wires, f"{target.partition('.')[0]}.outgoing")
+            found += _taken_by_processes(parts, wires, f"{Place.of(target).part}.outgoing")
     return found
 
 
@@ -141,7 +141,7 @@ def is_a_process(component: type[Component]) -> bool:
 
 def _is_of_a_process(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> bool:
     """Return whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
-    part, _, item = target.partition(".")
+    part, item = Place.of(target)
     component = parts[part].component
     if "incoming" not in component.declared(Input):
         return is_a_process(component)
@@ -162,10 +162,10 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
         # target -> the input of an effect for which it senses: itself, or one behind a spring
         sensing = {target: _sensing_for(wires, target) for target, item in wires.items() if item.source == output}
         sensing = {target: own for target, own in sensing.items() if _senses_own_host(by_name, own)}
-        targets = [target for target, own in sensing.items() if candidates is None or own.partition(".")[0] in candidates]
+        targets = [target for target, own in sensing.items() if candidates is None or Place.of(own).part in candidates]
         if not targets:
             continue
-        part, _, item = output.partition(".")
+        part, item = Place.of(output)
         name = f"motion_{part}_{item}"
         unit = by_name[part].component.declarations[item].unit
         parts.append(_signal(name, LinearSignal, unit, values))
@@ -173,7 +173,7 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
             if candidates is None:
                 wires[target] = Wire(target, f"{name}.value")
                 continue
-            sensed = sensed_share(sensing[target]).partition(".")[0]
+            sensed = Place.of(sensed_share(sensing[target])).part
             parts.append(Part(sensed, SensedMotion.with_units({"signal": unit})))
             for end, feed in (("recorded", f"{name}.value"), ("simulated", output)):
                 wires[f"{sensed}.{end}"] = Wire(f"{sensed}.{end}", feed)
@@ -183,7 +183,7 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
 
 def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
     """Return the input that is fed with what ``target`` sees, past what is added to it behind springs."""
-    part, _, item = target.partition(".")
+    part, item = Place.of(target)
     if item == "incoming" and f"{part}.beyond" in wires:
         return next((_sensing_for(wires, fed) for fed, wire in wires.items() if wire.source == f"{part}.outgoing"), target)
     return target
@@ -215,14 +215,14 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
     shown: dict[str, str] = {}
     looked_at: set[str] = set()
     for channel, output in channels.items():
-        sensor, _, reading = channel.partition(".")
+        sensor, reading = Place.of(channel)
         if sensor not in by_name or by_name[sensor].component.ports.get("reading") != reading:
             continue
         target = _eye(by_name, wires, sensor)
         source = wires[target].source if target in wires else ""
         if source not in motion:
             continue
-        host, _, item = source.partition(".")
+        host, item = Place.of(source)
         unit = by_name[host].component.declarations[item].unit
         if by_name[sensor].component.declarations[reading].unit != unit:
             continue  # its errors are not lengths or speeds that could be added to the motion
@@ -252,7 +252,7 @@ def _taken_out(parts: Mapping[str, Part], wires: dict[str, Wire], sensor: str) -
     found = []
     target = f"{sensor}.{parts[sensor].component.ports['measured']}"
     while comes_from_effect(wires[target].source):
-        before = wires[target].source.partition(".")[0]
+        before = Place.of(wires[target].source).part
         component, incoming = parts[before].component, f"{before}.incoming"
         if issubclass(component, Effect) and component.proportional:
             found.append(before)
@@ -266,7 +266,7 @@ def _between(wires: Mapping[str, Wire], channel: str, output: str) -> list[str]:
     """Return the effects between a channel and the output that stands for it, in the order in which they act."""
     chain: list[str] = []
     while output != channel:
-        chain.insert(0, output.partition(".")[0])
+        chain.insert(0, Place.of(output).part)
         output = wires[f"{chain[0]}.incoming"].source
     return chain
 
@@ -283,7 +283,7 @@ def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> s
     """Return the input at which a sensor's chain of effects begins."""
     target = f"{sensor}.{parts[sensor].component.ports['measured']}"
     while target in wires and comes_from_effect(wires[target].source):
-        before = wires[target].source.partition(".")[0]
+        before = Place.of(wires[target].source).part
         if f"{before}.incoming" not in wires:
             break
         target = f"{before}.incoming"
@@ -292,7 +292,7 @@ def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> s
 
 def _senses_own_host(parts: Mapping[str, Part], target: str) -> bool:
     """Return whether a target is an effect's sense of its own host, which must stay simulated (a friction acts on the simulated speed)."""
-    part, _, item = target.partition(".")
+    part, item = Place.of(target)
     component = parts[part].component
     return issubclass(component, (Effect, GoesWithMain)) and item != "incoming"
 

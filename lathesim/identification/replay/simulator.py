@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution.budget import RunCount
@@ -220,7 +220,7 @@ class Simulator:
     @cached_property
     def _simulated_motion(self) -> list[str]:
         """The machine's own states that move a channel while no effect is in: an angle that only a runout feels brings in no noise."""
-        states = [name for name in self.plan.states if not issubclass(self.plan.parts[name.partition(".")[0]].component, Effect)]
+        states = [name for name in self.plan.states if not issubclass(self.plan.parts[Place.of(name).part].component, Effect)]
         _, impulse_responses, _ = self._impulse_responses_of(states, {})
         return [state for state, impulse in zip(states, impulse_responses, strict=True) if np.any(impulse)]
 
