@@ -21,8 +21,8 @@ INPUT_FAULT, USAGE, PROGRAM_FAULT = 1, 2, 3
 
 SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
     "The course": {
-        "tui": ("lathesim.cli.app:tui", "Open the terminal app, as lathesim alone does."),
-        "serve": ("lathesim.cli.app:serve", "Serve the terminal app to a browser."),
+        "tui": ("lathesim.cli.open_app:tui", "Open the terminal app, as lathesim alone does."),
+        "serve": ("lathesim.cli.open_app:serve", "Serve the terminal app to a browser."),
         "init": ("lathesim.cli.parts.init:init", "Copy lessons, programs and plug-ins to a folder to work on."),
         "lessons": ("lathesim.cli.listing:lessons", "List the lessons."),
         "run": ("lathesim.cli.lessons.run:run", "Run a lesson: numbers, plots and a record."),
@@ -145,7 +145,7 @@ def group(ctx: click.Context) -> int | None:
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         click.echo(ctx.get_help())
         return None
-    from lathesim.cli.app import open_app
+    from lathesim.cli.open_app import open_app
 
     return open_app()
 

@@ -25,7 +25,7 @@ RATE = 10.0
 """Pictures a second."""
 _FIRST_PAINT = """\
 import sys, time, asyncio
-from lathesim.cli.app import make_app
+from lathesim.cli.open_app import make_app
 app = make_app()
 shown, display = [], type(app)._display
 def timed(self, screen, renderable):
@@ -103,7 +103,7 @@ def _first_paint() -> float:
 
 async def _key_answers(keys: int) -> list[float]:
     """Return for each key the seconds until the picture shows it, with runs going on all the time."""
-    from lathesim.cli.app import make_app
+    from lathesim.cli.open_app import make_app
     from lathesim.tui.widgets.lathe_view import LatheView
 
     app = make_app("01_contour_error")
@@ -126,7 +126,7 @@ async def _key_answers(keys: int) -> list[float]:
 
 async def _search_answers(keys: int) -> list[float]:
     """Return for each key the seconds until it is answered, while the diagnosis of a concealed case searches."""
-    from lathesim.cli.app import make_app
+    from lathesim.cli.open_app import make_app
     from lathesim.exercises.conceal_case import conceal_case
     from lathesim.lessons.lesson import load_lesson
     from lathesim.plugins import load_registry
@@ -163,7 +163,7 @@ async def _search_answers(keys: int) -> list[float]:
 
 async def _drawing_share(seconds: float) -> float:
     """Return the share of a core that drawing a run takes, less what the app takes when it stands still."""
-    from lathesim.cli.app import make_app
+    from lathesim.cli.open_app import make_app
     from lathesim.tui.screens.bench import BenchScreen
 
     _record(Path("run.h5"))

@@ -9,7 +9,7 @@ from contextlib import asynccontextmanager
 from textual.pilot import Pilot
 from textual.widgets import Input
 
-from lathesim.cli.app import make_app
+from lathesim.cli.open_app import make_app
 from lathesim.tui.app import LathesimApp
 
 PATIENCE = 30.0

@@ -10,8 +10,8 @@ import pytest
 from textual.geometry import Region
 from textual.widgets import Select, Static
 
-from lathesim.cli.app import make_app
 from lathesim.cli.main import run_command_line
+from lathesim.cli.open_app import make_app
 from lathesim.record import load
 from lathesim.tui.widgets.controls import Slider
 from lathesim.tui.widgets.lathe_view import LatheView
