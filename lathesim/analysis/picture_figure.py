@@ -26,7 +26,7 @@ class DrawnLine:
 
 
 @dataclass(frozen=True)
-class Picture:
+class PlotPicture:
     """Lines with the labels and limits of both axes, and the x value of the cursor, if there is one."""
 
     lines: tuple[DrawnLine, ...]
@@ -37,7 +37,7 @@ class Picture:
     cursor: float | None = None
 
 
-def picture_figure(picture: Picture, title: str = "") -> Any:
+def picture_figure(picture: PlotPicture, title: str = "") -> Any:
     """Return a figure with all lines of a picture, within its limits."""
     figure = new_figure(8.0, 4.4)
     panel = figure.subplots()

@@ -32,7 +32,7 @@ _FINEST_BITS = 32.0
 
 
 @dataclass(frozen=True)
-class Line:
+class InsertedRemedy:
     """A remedy as a lesson inserts it: its class, where it sits, its name, its values as a lesson writes them, and the tables it needs.
 
     ``answers`` names the effects of the diagnosis that it is there for; ``tuned`` are parameters that the simulation finds, and
@@ -138,7 +138,9 @@ class Diagnosed:
     variant: str | None = None
     samples: int = 0
 
-    def text(self, lines: Sequence[Line], units: Mapping[str, Mapping[str, str]], folder: Path, *, with_effects: bool = True) -> str:
+    def text(
+        self, lines: Sequence[InsertedRemedy], units: Mapping[str, Mapping[str, str]], folder: Path, *, with_effects: bool = True
+    ) -> str:
         """Return the lesson with remedies, and with the effects where they shall act, for a file in ``folder``."""
         entries = [dict(entry) for entry in self.effects] if with_effects else []
         entries += [line.entry(units.get(line.name, {})) for line in lines]
@@ -151,7 +153,7 @@ class Diagnosed:
                 write_table(folder / f"{line.name}_{name}.csv", columns, rows, units.get(line.name, {}).get(name, ""))
         return text
 
-    def bench(self, lines: Sequence[Line] = (), noise: Mapping[str, float] | None = None) -> Bench:
+    def bench(self, lines: Sequence[InsertedRemedy] = (), noise: Mapping[str, float] | None = None) -> Bench:
         """Return the machine with remedies, ``noise`` [m] before its sensors where it is given.
 
         The values of the lines are set by override, so a lesson of defaults is made.

@@ -22,7 +22,7 @@ _NOTHING_TO_MEND = {
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedEffect:
     """An effect of a diagnosis: where it is, its values with their 95 % intervals [unit of the file], and what it is tied with."""
 
     effect: str
@@ -33,11 +33,11 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Found:
+class DiagnosedMachine:
     """A diagnosis: its verdict, the named effects, the refitted values of the lesson with their intervals, and what it may not claim."""
 
     verdict: str
-    effects: tuple[Named, ...]
+    effects: tuple[NamedEffect, ...]
     baseline: Mapping[str, tuple[float, float, float, str]]
     cautions: tuple[str, ...]
     nothing: str
@@ -45,7 +45,7 @@ class Found:
     """What each compared channel cannot resolve: noise and rounding together, one standard deviation [SI]."""
 
 
-def read_diagnosis(file: Path) -> Found:
+def read_diagnosis(file: Path) -> DiagnosedMachine:
     """Read a diagnosis; :class:`LessonError` where the file is none."""
     data = _data(file)
     verdict = str(data.get("verdict", ""))
@@ -68,12 +68,14 @@ def read_diagnosis(file: Path) -> Found:
         known = item.get("parameters")
         values = {name: _interval(value, file) for name, value in (known if isinstance(known, dict) else {}).items()}
         named.append(
-            Named(item["effect"], item["at"], values, {key: str(value) for key, value in entry.items()}, tuple(item.get("tied_with") or ()))
+            NamedEffect(
+                item["effect"], item["at"], values, {key: str(value) for key, value in entry.items()}, tuple(item.get("tied_with") or ())
+            )
         )
     baseline = {str(name): _value(value) for name, value in dict(data.get("baseline") or {}).items() if _value(value) is not None}
     if not nothing and not named:
         nothing = "The diagnosis names no effect, so no remedy follows from it."
-    return Found(verdict, tuple(named), baseline, _cautions(verdict, data, named), nothing, _floors(data))  # type: ignore[arg-type]
+    return DiagnosedMachine(verdict, tuple(named), baseline, _cautions(verdict, data, named), nothing, _floors(data))  # type: ignore[arg-type]
 
 
 def _floors(data: Mapping[str, Any]) -> dict[str, float]:
@@ -120,7 +122,7 @@ def _value(value: Any) -> tuple[float, float, float, str] | None:
     return number, float(low) if known else number, float(high) if known else number, str(value.get("unit", "1"))  # type: ignore[arg-type]
 
 
-def _cautions(verdict: str, data: Mapping[str, Any], named: list[Named]) -> tuple[str, ...]:
+def _cautions(verdict: str, data: Mapping[str, Any], named: list[NamedEffect]) -> tuple[str, ...]:
     found = []
     if verdict == "tied" or any(item.tied_with for item in named):
         others = ", ".join(sorted({name for item in named for name in item.tied_with}))

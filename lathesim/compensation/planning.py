@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, Line
-from lathesim.compensation.diagnosis_file import Named
+from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy
+from lathesim.compensation.diagnosis_file import NamedEffect
 from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.machine.position_loops import Loop
@@ -29,7 +29,7 @@ _PROBE_VOLTAGE, _PROBE_FORCE = 1e-3, 0.1
 
 
 @dataclass(frozen=True)
-class Axis:
+class LoopToSize:
     """What is known of a loop for sizing: its model T, T_i [s], volts per newton, mass over gain, and how far it travels [m]."""
 
     loop: Loop
@@ -44,10 +44,10 @@ class Axis:
 class Sized:
     """An effect with its values [SI] as it is placed on the bench, and the loop that it belongs to."""
 
-    named: Named
+    named: NamedEffect
     values: Mapping[str, float]
-    axis: Axis
-    axes: tuple[Axis, ...]
+    axis: LoopToSize
+    axes: tuple[LoopToSize, ...]
 
     @property
     def part(self) -> str:
@@ -65,10 +65,10 @@ class Sized:
         return self.host == self.axis.loop.sensor
 
 
-Builder = Callable[[Sized], list[Line]]
+Builder = Callable[[Sized], list[InsertedRemedy]]
 
 
-def axes_of(diagnosed: Diagnosed, bench: Bench, *, with_force: bool) -> tuple[Axis, ...]:
+def axes_of(diagnosed: Diagnosed, bench: Bench, *, with_force: bool) -> tuple[LoopToSize, ...]:
     """Return what sizing needs of each loop, from runs of the sound machine."""
     record = bench.runs([bench.sound], exact=True)[0]
     axes = []
@@ -79,7 +79,7 @@ def axes_of(diagnosed: Diagnosed, bench: Bench, *, with_force: bool) -> tuple[Ax
         assert asked is not None and place is not None and speed is not None
         lag, inner = loop_model(asked, place, speed, bench.period)
         ratio = _per_force(diagnosed, loop) if with_force else 0.0
-        axes.append(Axis(loop, lag, inner, float(np.min(asked)), float(np.max(asked)), ratio))
+        axes.append(LoopToSize(loop, lag, inner, float(np.min(asked)), float(np.max(asked)), ratio))
     return tuple(axes)
 
 
@@ -96,7 +96,7 @@ def loop_model(asked: FloatArray, place: FloatArray, speed: FloatArray, period: 
 
 def _per_force(diagnosed: Diagnosed, loop: Loop) -> float:
     """Return the volts at the controller that hold a newton at the axis: which voltage moves the table as a force does."""
-    probe = Line("CommandBias", f"{loop.controller}", "probe_bias", {"bias": _PROBE_VOLTAGE})
+    probe = InsertedRemedy("CommandBias", f"{loop.controller}", "probe_bias", {"bias": _PROBE_VOLTAGE})
     entry = {"effect": "ForceOffset", "at": loop.axis, "name": "probe_force", "offset": f"{_PROBE_FORCE} N"}
     bench = Diagnosed(diagnosed.lesson, diagnosed.registry, (entry,), diagnosed.values, diagnosed.folder, diagnosed.variant,
                       diagnosed.samples).bench([probe])  # fmt: skip
@@ -107,10 +107,10 @@ def _per_force(diagnosed: Diagnosed, loop: Loop) -> float:
     return -float(by_force @ by_bias) / size * _PROBE_VOLTAGE / _PROBE_FORCE if size > 0.0 else 0.0
 
 
-def sized_effects(bench: Bench, effects: Sequence[Named], axes: tuple[Axis, ...]) -> list[Sized | Named]:
+def sized_effects(bench: Bench, effects: Sequence[NamedEffect], axes: tuple[LoopToSize, ...]) -> list[Sized | NamedEffect]:
     """Return each effect with its loop, or as it is where it belongs to none."""
     parts = {part.name: part for part in bench.machinery.parts}
-    found: list[Sized | Named] = []
+    found: list[Sized | NamedEffect] = []
     for named in effects:
         part = parts[named.entry.get("name") or effect_part_name(named.at, named.effect)]
         values = {name: part.parameters.get(name, item.default) for name, item in part.component.declared(Parameter).items()}
@@ -120,23 +120,23 @@ def sized_effects(bench: Bench, effects: Sequence[Named], axes: tuple[Axis, ...]
     return found
 
 
-def remedies_for(sized: Sized) -> list[Line]:
+def remedies_for(sized: Sized) -> list[InsertedRemedy]:
     """Return the remedies that may answer to an effect, the usual one first; none where none does."""
     builder = BUILDERS.get(sized.named.effect)
     return builder(sized) if builder is not None else []
 
 
-def _line(sized: Sized, remedy: str, values: Mapping[str, float], **further: object) -> Line:
+def _line(sized: Sized, remedy: str, values: Mapping[str, float], **further: object) -> InsertedRemedy:
     loop = sized.axis.loop
     name = f"{loop.controller}_{effect_part_name('', remedy).strip('_')}"
-    return Line(remedy, loop.controller, name, dict(values), answers=(sized.named.effect,), **further)  # type: ignore[arg-type]
+    return InsertedRemedy(remedy, loop.controller, name, dict(values), answers=(sized.named.effect,), **further)  # type: ignore[arg-type]
 
 
 def _modelled(sized: Sized) -> dict[str, float]:
     return {"lag": sized.axis.lag, "inner": sized.axis.inner}
 
 
-def _friction(sized: Sized) -> list[Line]:
+def _friction(sized: Sized) -> list[InsertedRemedy]:
     p, volts = sized.values, sized.axis.per_force
     if volts == 0.0:
         return []
@@ -161,24 +161,24 @@ def _friction(sized: Sized) -> list[Line]:
     return [_line(sized, "FrictionFeedforward", values, tuned=tuple(tuned), one_sided=tuple(sided))]
 
 
-def _force_offset(sized: Sized) -> list[Line]:
+def _force_offset(sized: Sized) -> list[InsertedRemedy]:
     return [_line(sized, "CommandBias", {"bias": sized.axis.per_force * sized.values["offset"]}, tuned=("bias",))]
 
 
-def _command_offset(sized: Sized) -> list[Line]:
+def _command_offset(sized: Sized) -> list[InsertedRemedy]:
     return [_line(sized, "CommandBias", {"bias": -sized.values["offset"]})]
 
 
-def _gain(sized: Sized) -> list[Line]:
+def _gain(sized: Sized) -> list[InsertedRemedy]:
     return [_line(sized, "CommandGain", {name: sized.values[name] for name in ("error", "sag")})]
 
 
-def _dead_zone(sized: Sized) -> list[Line]:
+def _dead_zone(sized: Sized) -> list[InsertedRemedy]:
     values = {"half_width": sized.values["half_width"], "soft": max(1e-3, 0.02 * sized.values["half_width"])}
     return [_line(sized, "InverseDeadZone", values, one_sided=("half_width",), share=DEAD_ZONE_SHARE)]
 
 
-def _play(sized: Sized) -> list[Line]:
+def _play(sized: Sized) -> list[InsertedRemedy]:
     # on which side of its play an axis was left, nobody knows at the start
     free = {f"{sized.part}.start_in_gap": _ANYWHERE_IN_GAP}
     if sized.closes:
@@ -189,7 +189,7 @@ def _play(sized: Sized) -> list[Line]:
     return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",), begins=begins, free=free)]
 
 
-def _pitch(sized: Sized) -> list[Line]:
+def _pitch(sized: Sized) -> list[InsertedRemedy]:
     """A table of the error over the travel: the table of a screw says where the table is, that of the loop's own encoder what it reads."""
     law = _error_law(sized)
     low, high = sized.axis.low, sized.axis.high
@@ -232,7 +232,7 @@ def _turns(x: FloatArray, length: float) -> FloatArray:
     return 2.0 * math.pi * x / length
 
 
-def _square(sized: Sized) -> list[Line]:
+def _square(sized: Sized) -> list[InsertedRemedy]:
     others = [axis for axis in sized.axes if axis.loop.axis != sized.axis.loop.axis]
     if not others:
         return []
@@ -244,34 +244,34 @@ def _square(sized: Sized) -> list[Line]:
     return [_line(sized, "AcrossTable", {}, tables=tables, sources={"other": other.loop.reference})]
 
 
-def _growth(sized: Sized) -> list[Line]:
+def _growth(sized: Sized) -> list[InsertedRemedy]:
     side = -1.0 if sized.closes else 1.0
     values = {name: sized.values[name] for name in ("time_constant", "fixed_end", "warmed_before")}
     return [_line(sized, "GrowthModel", {"strain": side * sized.values["strain"], **values})]
 
 
-def _spindle_growth(sized: Sized) -> list[Line]:
+def _spindle_growth(sized: Sized) -> list[InsertedRemedy]:
     side = -1.0 if sized.closes else 1.0
     values = {name: sized.values[name] for name in ("time_constant", "full_speed")}
     return [_line(sized, "SpindleGrowthModel", {"growth": side * sized.values["growth"], **values})]
 
 
-def _motion(sized: Sized) -> list[Line]:
+def _motion(sized: Sized) -> list[InsertedRemedy]:
     gains = ("velocity_gain", "acceleration_gain", "jerk_gain")
     return [_line(sized, "MotionFeedforward", {**_modelled(sized), **dict.fromkeys(gains, 0.0)}, tuned=gains)]
 
 
-def _swing(sized: Sized) -> list[Line]:
+def _swing(sized: Sized) -> list[InsertedRemedy]:
     values = {**_modelled(sized), "frequency": sized.values["frequency"], "damping": sized.values["damping"], "gain": 0.0, "drag": 0.0}
     return [_line(sized, "SwingModel", values, tuned=("gain", "drag")), *_motion(sized)]
 
 
-def _wind_up(sized: Sized) -> list[Line]:
+def _wind_up(sized: Sized) -> list[InsertedRemedy]:
     values = {**_modelled(sized), "per_speed": 0.0, "per_acceleration": 0.0}
     return [_line(sized, "ComplianceShift", values, tuned=("per_speed", "per_acceleration")), *_motion(sized)]
 
 
-def _ripple(sized: Sized) -> list[Line]:
+def _ripple(sized: Sized) -> list[InsertedRemedy]:
     p, volts = sized.values, sized.axis.per_force
     if volts == 0.0:
         return []

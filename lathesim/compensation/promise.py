@@ -31,7 +31,7 @@ RECORDED = "recorded_"
 
 
 @dataclass(frozen=True)
-class Size:
+class PromisedSize:
     """A size before and after [``unit``], with the interval that is promised for it after."""
 
     name: str
@@ -98,7 +98,7 @@ def noise_of(bench: Bench, floors: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, seed: int = 1) -> tuple[list[Size], float]:
+def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, seed: int = 1) -> tuple[list[PromisedSize], float]:
     """Return the promised sizes, and the share of the draws in which the remedy makes the tables deviate less.
 
     Each draw is a machine with noise of its own, and its deviation is that from itself without effects. The interval reaches from the least
@@ -115,7 +115,7 @@ def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, seed: int 
     off = np.exp(float(FORM_ERROR) * np.random.default_rng([seed, 9]).standard_normal((len(lasts[0]), len(lasts))))
     for (name, (value, unit)), shares in zip(lasts[0].items(), off, strict=True):
         known = [share * item[name][0] for share, item in zip(shares, lasts, strict=True) if np.isfinite(item[name][0])]
-        found.append(Size(name, unit, firsts[0][name][0], value, min(known, default=np.nan), max(known, default=np.nan)))
+        found.append(PromisedSize(name, unit, firsts[0][name][0], value, min(known, default=np.nan), max(known, default=np.nan)))
     better = [_worst(last) < _worst(first) for first, last in zip(firsts, lasts, strict=True)]
     return found, float(np.mean(better))
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, Line, draws_of
-from lathesim.compensation.diagnosis_file import Found, Named
+from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy, draws_of
+from lathesim.compensation.diagnosis_file import DiagnosedMachine, NamedEffect
 from lathesim.compensation.loop_gains import LoopGain, loop_gains
-from lathesim.compensation.planning import Axis, Sized, axes_of, remedies_for, repair_of, sized_effects
-from lathesim.compensation.promise import DRAWS, Size, noise_of, promised
+from lathesim.compensation.planning import LoopToSize, Sized, axes_of, remedies_for, repair_of, sized_effects
+from lathesim.compensation.promise import DRAWS, PromisedSize, noise_of, promised
 from lathesim.compensation.tuning import deviation, merged, tuned, with_values
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
@@ -55,10 +55,10 @@ class Answer:
 
     diagnosed: Diagnosed
     bench: Bench | None
-    lines: tuple[Line, ...]
-    axes: tuple[Axis, ...]
+    lines: tuple[InsertedRemedy, ...]
+    axes: tuple[LoopToSize, ...]
     not_mended: tuple[NotMended, ...]
-    promise: tuple[Size, ...]
+    promise: tuple[PromisedSize, ...]
     better_in: float
     cautions: tuple[str, ...]
     nothing: str = ""
@@ -68,7 +68,7 @@ class Answer:
 def remedy(
     lesson: Lesson,
     registry: Registry,
-    found: Found,
+    found: DiagnosedMachine,
     folder: Path,
     *,
     variant: str | None = None,
@@ -107,7 +107,7 @@ def remedy(
     return Answer(diagnosed, mended, tuple(lines), axes, unmended, tuple(sizes), better, found.cautions, gains=gains)
 
 
-def _refitted(lesson: Lesson, registry: Registry, found: Found, variant: str | None) -> dict[str, str]:
+def _refitted(lesson: Lesson, registry: Registry, found: DiagnosedMachine, variant: str | None) -> dict[str, str]:
     """Return the values of the lesson as they were refitted with the effects, as far as the machine has them."""
     machinery = prepare(lesson, registry, variant).machinery
     declared = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declared(Parameter)}
@@ -119,7 +119,7 @@ def _refitted(lesson: Lesson, registry: Registry, found: Found, variant: str | N
     }
 
 
-def _same_machine(diagnosed: Diagnosed, found: Found) -> None:
+def _same_machine(diagnosed: Diagnosed, found: DiagnosedMachine) -> None:
     parts = {part.name for part in prepare(diagnosed.lesson, diagnosed.registry, diagnosed.variant).machinery.parts}
     for item in found.effects:
         host = Place.of(item.at).part
@@ -134,12 +134,14 @@ def _same_machine(diagnosed: Diagnosed, found: Found) -> None:
         ) from None
 
 
-def _chosen(diagnosed: Diagnosed, bench: Bench, found: Found, axes: tuple[Axis, ...], tell: Tell) -> tuple[list[Line], list[NotMended]]:
+def _chosen(
+    diagnosed: Diagnosed, bench: Bench, found: DiagnosedMachine, axes: tuple[LoopToSize, ...], tell: Tell
+) -> tuple[list[InsertedRemedy], list[NotMended]]:
     """Return for each effect the alternative that leaves least, put together, and what has none."""
-    lines: list[Line] = []
+    lines: list[InsertedRemedy] = []
     without: list[NotMended] = []
     for item in sized_effects(bench, found.effects, axes):
-        if isinstance(item, Named):
+        if isinstance(item, NamedEffect):
             family = str(getattr(diagnosed.registry.effect(item.effect), "family", ""))
             without.append(NotMended(item.effect, item.at, repair_of(item.effect, family)))
             continue
@@ -176,7 +178,9 @@ def _left(bench: Bench) -> float:
     return float(np.sqrt(after / before)) if before > 0.0 else 1.0
 
 
-def _kept(diagnosed: Diagnosed, lines: Sequence[Line], found: Found, tell: Tell) -> tuple[list[Line], list[NotMended]]:
+def _kept(
+    diagnosed: Diagnosed, lines: Sequence[InsertedRemedy], found: DiagnosedMachine, tell: Tell
+) -> tuple[list[InsertedRemedy], list[NotMended]]:
     """Return the lines with their tuned values, without those that the simulation does not see help."""
     tell("tuning the remedies by simulation")
     bench = diagnosed.bench(lines)
@@ -194,7 +198,7 @@ def _kept(diagnosed: Diagnosed, lines: Sequence[Line], found: Found, tell: Tell)
     return kept, without
 
 
-def _no_help(line: Line, level: float) -> str:
+def _no_help(line: InsertedRemedy, level: float) -> str:
     size = _voltage(line)
     if 0.0 < size < level:
         return f"{_under(size, level)}: take a converter of more bits first"
@@ -205,11 +209,11 @@ def _under(size: float, level: float) -> str:
     return f"{in_unit(size, 'mV', '.3g')} under a level of {in_unit(level, 'mV', '.3g')}"
 
 
-def _voltage(line: Line) -> float:
+def _voltage(line: InsertedRemedy) -> float:
     return max((abs(line.values.get(name, 0.0)) for name in ("level", "bias", "amplitude", "excess")), default=0.0)
 
 
-def _limits(bench: Bench, lines: Sequence[Line]) -> list[NotMended]:
+def _limits(bench: Bench, lines: Sequence[InsertedRemedy]) -> list[NotMended]:
     """Return what of the lines a converter lets through only in part."""
     told = []
     for line in lines:
@@ -221,7 +225,7 @@ def _limits(bench: Bench, lines: Sequence[Line]) -> list[NotMended]:
     return told
 
 
-def _with_margin(line: Line, found: Found) -> Line:
+def _with_margin(line: InsertedRemedy, found: DiagnosedMachine) -> InsertedRemedy:
     """Return a line with its one-sided sizes moved towards the lower end of what the diagnosis is sure of."""
     share = 1.0
     for item in found.effects:
@@ -236,7 +240,7 @@ def _with_margin(line: Line, found: Found) -> Line:
     return line if share >= 1.0 else dataclasses.replace(line, share=line.share * share)
 
 
-def _not_twice(diagnosed: Diagnosed, bench: Bench, found: Found, axes: tuple[Axis, ...]) -> None:
+def _not_twice(diagnosed: Diagnosed, bench: Bench, found: DiagnosedMachine, axes: tuple[LoopToSize, ...]) -> None:
     """Refuse a lesson that has a remedy already which would be put in."""
     known = {part.name for part in bench.machinery.parts if issubclass(part.component, Remedy)}
     for item in sized_effects(bench, found.effects, axes):
@@ -247,7 +251,7 @@ def _not_twice(diagnosed: Diagnosed, bench: Bench, found: Found, axes: tuple[Axi
                 raise LessonError(fact, place=str(diagnosed.lesson.path), remedy=remedy_told)
 
 
-def _intervals(bench: Bench, found: Found, lesson: Lesson) -> dict[str, tuple[float, float, float]]:
+def _intervals(bench: Bench, found: DiagnosedMachine, lesson: Lesson) -> dict[str, tuple[float, float, float]]:
     """Return the intervals of what is uncertain, by ``part.parameter`` of the bench: of the effects, and of the refitted values."""
     placed = {part.name: part for part in bench.machinery.parts}
     intervals: dict[str, tuple[float, float, float]] = {}
@@ -266,7 +270,7 @@ def _intervals(bench: Bench, found: Found, lesson: Lesson) -> dict[str, tuple[fl
     return intervals
 
 
-def _free(bench: Bench, lines: Sequence[Line]) -> dict[str, tuple[float, float]]:
+def _free(bench: Bench, lines: Sequence[InsertedRemedy]) -> dict[str, tuple[float, float]]:
     """Return the ranges of what differs from one start to the next, whatever the diagnosis tells of its recording."""
     parts = {part.name for part in bench.machinery.parts}
     return {name: ends for line in lines for name, ends in line.free.items() if Place.of(name).part in parts}

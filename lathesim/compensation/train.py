@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.compensation.training_question import AsScored, Question
+from lathesim.compensation.training_question import AsScored, TrainingQuestion
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError, SimulationError, nearest
 from lathesim.identification.estimation.fit import fit
@@ -36,17 +36,17 @@ class Trained:
         return not math.isfinite(self.score)
 
 
-def descent(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
+def descent(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Follow the gradient downhill; a step that makes it worse is halved, one that helps grows by a half."""
     return _stepping(question, start, rounds, tell, adam=False)
 
 
-def adam(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
+def adam(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Follow the gradient with momentum and a scale for each weight (Kingma, Ba, Adam, 2015, algorithm 1), steps of 0.03 that shrink."""
     return _stepping(question, start, rounds, tell, adam=True)
 
 
-def _stepping(question: Question, start: FloatArray, rounds: int, tell: ReportStep, *, adam: bool) -> Trained:
+def _stepping(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep, *, adam: bool) -> Trained:
     vector, best, least = start.copy(), start.copy(), math.inf
     mean, square, step = np.zeros_like(start), np.zeros_like(start), 1.0
     way: list[float] = []
@@ -71,7 +71,7 @@ def _stepping(question: Question, start: FloatArray, rounds: int, tell: ReportSt
     return Trained(best, least, rounds, tuple(way))
 
 
-def least_squares(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
+def least_squares(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Fit the weights: the traces of the score by least squares, divided by their sizes (:class:`AsScored`)."""
     way: list[float] = []
 
@@ -85,7 +85,7 @@ def least_squares(question: Question, start: FloatArray, rounds: int, tell: Repo
     return Trained(found.values, found.cost, len(way), tuple(way))
 
 
-def evolution(question: Question, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
+def evolution(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
     """Draw, score and move a cloud of weights (CMA-ES of the package ``cma``): no gradient, for scores that jump."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the package, about plots that nobody makes
@@ -105,23 +105,23 @@ def evolution(question: Question, start: FloatArray, rounds: int, tell: ReportSt
 
 
 @dataclass(frozen=True)
-class Method:
+class TrainingMethod:
     """A search and how many rounds it takes where nobody says."""
 
-    search: Callable[[Question, FloatArray, int, ReportStep], Trained]
+    search: Callable[[TrainingQuestion, FloatArray, int, ReportStep], Trained]
     rounds: int
 
 
 METHODS = {
-    "descent": Method(descent, 250),
-    "adam": Method(adam, 250),
-    "least-squares": Method(least_squares, 25),
-    "evolution": Method(evolution, 150),
+    "descent": TrainingMethod(descent, 250),
+    "adam": TrainingMethod(adam, 250),
+    "least-squares": TrainingMethod(least_squares, 25),
+    "evolution": TrainingMethod(evolution, 150),
 }
 """The searches, by name."""
 
 
-def method_named(name: str) -> Method:
+def method_named(name: str) -> TrainingMethod:
     """Return a search; :class:`LessonError` with the nearest name where there is none."""
     if name not in METHODS:
         raise LessonError(f"there is no method '{name}'.", remedy=nearest(name, METHODS) or f"Methods: {', '.join(METHODS)}.")
@@ -143,13 +143,13 @@ class Training:
 
 
 def train(
-    question: Question,
-    method: Method,
+    question: TrainingQuestion,
+    method: TrainingMethod,
     *,
     starts: int,
     rounds: int | None,
     seed: int,
-    judged: Question | None = None,
+    judged: TrainingQuestion | None = None,
     tell: Tell = lambda text: None,
 ) -> Training:
     """Search from several starts and return all of them with the best, judged in the situations of ``judged``, else in its own.

@@ -29,7 +29,7 @@ MOST_HIDDEN = 64
 
 
 @dataclass(frozen=True)
-class Shape:
+class NetworkShape:
     """A network with no or one hidden layer: ``hidden`` neurons, 0 for none."""
 
     hidden: int
@@ -65,7 +65,7 @@ _TINY = 1e-15
 
 
 @dataclass(frozen=True)
-class Score:
+class TrainingScore:
     """A sum of sizes of channels:  score = sum of weight times size(channel).
 
     ``channels`` holds the ending of a channel's name with its weight; ``size`` is "rms" or "largest".
@@ -80,20 +80,20 @@ class Score:
 SCORES = {
     score.name: score
     for score in (
-        Score(
+        TrainingScore(
             "seed",
             "rms contour error [m] + 0.001 rms speed error [m^2/s^2], as published",
             ((".contour_error", 1.0), (".speed_error", 1e-3)),
         ),
-        Score("contour", "rms contour error [m]", ((".contour_error", 1.0),)),
-        Score("largest", "largest contour error [m]", ((".contour_error", 1.0),), "largest"),
-        Score("even", "rms contour error [m] + 0.1 rms speed error [m^2/s^2]", ((".contour_error", 1.0), (".speed_error", 0.1))),
+        TrainingScore("contour", "rms contour error [m]", ((".contour_error", 1.0),)),
+        TrainingScore("largest", "largest contour error [m]", ((".contour_error", 1.0),), "largest"),
+        TrainingScore("even", "rms contour error [m] + 0.1 rms speed error [m^2/s^2]", ((".contour_error", 1.0), (".speed_error", 0.1))),
     )
 }
 """The scores, by name."""
 
 
-def score_named(name: str) -> Score:
+def score_named(name: str) -> TrainingScore:
     """Return a score; :class:`LessonError` with the nearest name where there is none."""
     if name not in SCORES:
         raise LessonError(f"there is no score '{name}'.", remedy=nearest(name, SCORES) or f"Scores: {', '.join(SCORES)}.")
@@ -107,7 +107,7 @@ def size_of(values: FloatArray, how: str) -> float:
     return float(np.max(np.abs(values))) if how == "largest" else float(np.sqrt(np.mean(values * values)))
 
 
-def total(score: Score, traces: Sequence[FloatArray]) -> float:
+def total(score: TrainingScore, traces: Sequence[FloatArray]) -> float:
     """Return the score of one run from the traces of its channels."""
     return sum(weight * size_of(trace, score.size) for (_, weight), trace in zip(score.channels, traces, strict=True))
 
@@ -121,7 +121,7 @@ class AsScored(Weighting):
     Divided by the sizes at one place, their slopes are those of the score there; the second derivatives of the traces are left out.
     """
 
-    score: Score
+    score: TrainingScore
 
     def power(self, residual: FloatArray) -> float:
         """Return the mean score; infinity where a run diverged."""
@@ -152,15 +152,15 @@ _DIFFERENCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Question:
+class TrainingQuestion:
     """What is trained: ``part.weights`` of one plan, in several ``situations`` (names, and their values of ``names``).
 
     ``steps`` integration steps a sample are taken while searching, fewer than the lesson's; the answer is judged with the lesson's own.
     """
 
     table: str
-    shape: Shape
-    score: Score
+    shape: NetworkShape
+    score: TrainingScore
     batch: Batch
     names: tuple[str, ...]
     situations: tuple[str, ...]
@@ -203,8 +203,8 @@ class Question:
 
 
 def question_of(
-    lesson: Lesson, registry: Registry, variants: Sequence[str], score: Score, shape: Shape, *, seed: int | None = None
-) -> Question:
+    lesson: Lesson, registry: Registry, variants: Sequence[str], score: TrainingScore, shape: NetworkShape, *, seed: int | None = None
+) -> TrainingQuestion:
     """Return the question of a lesson: its regulator, scored in some of its variants (without any: in the lesson as it stands).
 
     Raises :class:`LessonError` where no part has a table of weights, where a channel of the score is missing, where the run has no
@@ -228,7 +228,7 @@ def question_of(
     places = tuple(_channel(first, ending, lesson) for ending, _ in score.channels)
     batch = Batch(first.plan, samples, seed=first.case.seed if seed is None else seed)
     steps = _fewest_steps(first)
-    return Question(table, shape, score, batch, names, tuple(variants) or (lesson.name,), rows, places, steps)
+    return TrainingQuestion(table, shape, score, batch, names, tuple(variants) or (lesson.name,), rows, places, steps)
 
 
 def _table_of(prepared: Prepared, lesson: Lesson) -> str:

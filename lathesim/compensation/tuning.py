@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lathesim.compensation.diagnosed_machine import Bench, Line
+from lathesim.compensation.diagnosed_machine import Bench, InsertedRemedy
 from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray, Place, of_part
 from lathesim.identification.estimation.fit import Problem, fit
@@ -18,12 +18,12 @@ _SUMMED = ("bias",)
 """Values that add up, whatever else is set."""
 
 
-def merged(lines: Sequence[Line]) -> list[Line]:
+def merged(lines: Sequence[InsertedRemedy]) -> list[InsertedRemedy]:
     """Return the lines with those of one name put together, in the order of the first of each.
 
     Two that ask for different values of one parameter, as ripples of two periods do, stay two, the later ones numbered.
     """
-    found: dict[str, Line] = {}
+    found: dict[str, InsertedRemedy] = {}
     for line in lines:
         names = (line.name, *(f"{line.name}_{number}" for number in range(2, len(lines) + 1)))
         name = next(name for name in names if name not in found or _agree(found[name], line))
@@ -32,12 +32,12 @@ def merged(lines: Sequence[Line]) -> list[Line]:
     return list(found.values())
 
 
-def _agree(first: Line, second: Line) -> bool:
+def _agree(first: InsertedRemedy, second: InsertedRemedy) -> bool:
     shared = [name for name in first.values if name in second.values and name not in _SUMMED]
     return all(first.values[name] == second.values[name] for name in shared)
 
 
-def _both(first: Line, second: Line) -> Line:
+def _both(first: InsertedRemedy, second: InsertedRemedy) -> InsertedRemedy:
     values = {**first.values, **second.values}
     for name in _SUMMED:
         if name in first.values and name in second.values:
@@ -76,7 +76,7 @@ def deviation(bench: Bench, record: FloatArray, sound: FloatArray) -> FloatArray
     return (bench.table(record) - sound).ravel()
 
 
-def tuned(bench: Bench, lines: Sequence[Line], free: Mapping[str, tuple[str, ...]]) -> dict[str, float]:
+def tuned(bench: Bench, lines: Sequence[InsertedRemedy], free: Mapping[str, tuple[str, ...]]) -> dict[str, float]:
     """Return ``part.parameter`` -> value for the free parameters of the lines: a short fit from the given values."""
     names = [f"{line.name}.{name}" for line in lines for name in free.get(line.name, ())]
     if not names:
@@ -138,6 +138,6 @@ def _bounds(bench: Bench, names: Sequence[str]) -> tuple[FloatArray, FloatArray]
     return np.array([item.low for item in items]), np.array([item.high for item in items])
 
 
-def with_values(line: Line, found: Mapping[str, float]) -> Line:
+def with_values(line: InsertedRemedy, found: Mapping[str, float]) -> InsertedRemedy:
     """Return a line with the values that were found for it."""
     return dataclasses.replace(line, values={**line.values, **of_part(line.name, found)})

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.compensation.diagnosed_machine import Line
+from lathesim.compensation.diagnosed_machine import InsertedRemedy
 from lathesim.compensation.promise import RECORDED
 from lathesim.compensation.remedying import Answer
 from lathesim.effects.effect import Effect
@@ -46,7 +46,7 @@ def write_control_table(answer: Answer, folder: Path) -> Path:
     return file
 
 
-def _of(line: Line, answer: Answer) -> list[str]:
+def _of(line: InsertedRemedy, answer: Answer) -> list[str]:
     value = {name: number * line.share if name in line.one_sided else number for name, number in line.values.items()}
     if line.remedy == "BacklashShift":
         return [
@@ -67,7 +67,7 @@ def _of(line: Line, answer: Answer) -> list[str]:
     return [f"  {name:<24}{number:.8g} {answer.bench.units(line.name)[name] if answer.bench else ''}" for name, number in value.items()]
 
 
-def _over_acceleration(line: Line, value: dict[str, float], answer: Answer) -> list[str]:
+def _over_acceleration(line: InsertedRemedy, value: dict[str, float], answer: Answer) -> list[str]:
     """Return the size of the friction pulse over the acceleration at reversal, as quadrant compensation asks for it."""
     rows = ["  acceleration at reversal [mm/s^2]      pulse [mV]"]
     lag = value.get("inner", 0.0)
@@ -143,7 +143,7 @@ def as_json(answer: Answer, lesson: str, files: list[str], wall_time: float) -> 
     }
 
 
-def _class(answer: Answer, line: Line) -> Any:
+def _class(answer: Answer, line: InsertedRemedy) -> Any:
     return answer.diagnosed.registry.remedies[line.remedy]
 
 

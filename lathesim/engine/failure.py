@@ -113,7 +113,7 @@ def _has_while(path: str) -> bool:
         return True
 
 
-class Watch:
+class EndlessLawWatch:
     """Watches a run in this thread: when ``stop`` is set and the block under way does not end, it raises :class:`LawRunsOnError` in it.
 
     Only where a part may run on, and only plain Python can be left that way.
@@ -127,7 +127,7 @@ class Watch:
         self._over = threading.Event()
         self.block_begun = clock.perf_counter()
 
-    def __enter__(self) -> Watch:
+    def __enter__(self) -> EndlessLawWatch:
         if self.stop is not None:
             threading.Thread(target=self._wait, args=(self.stop,), daemon=True).start()
         return self

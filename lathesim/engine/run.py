@@ -15,7 +15,7 @@ import numpy as np
 import lathesim
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.compile_notice import say
-from lathesim.engine.failure import LawRunsOnError, Watch, describe_failure, may_run_on
+from lathesim.engine.failure import EndlessLawWatch, LawRunsOnError, describe_failure, may_run_on
 from lathesim.engine.fuse import FusedModule, fuse
 from lathesim.engine.machine_code import CompiledMachine
 from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module
@@ -42,14 +42,14 @@ _LONGEST_WITHOUT_END = 36000.0
 """Simulated seconds after which a run that has neither a duration nor come to its end is ended."""
 
 
-class Sink(Protocol):
+class BlockSink(Protocol):
     """Takes the recorded blocks of a long run, so that memory stays bounded."""
 
     def write(self, time: FloatArray, values: FloatArray) -> None:
         """Take the times (samples,) and values (channels, samples) of the next block."""
 
 
-class Guard(Protocol):
+class AlarmGuard(Protocol):
     """Stops a run if a value leaves the limits of the machine."""
 
     def look(self, first: int, values: FloatArray) -> tuple[int, str] | None:
@@ -74,8 +74,8 @@ class _Destination:
     """Where the recorded blocks go: to the sink or else into memory, and past the onlooker."""
 
     recorded: RecordedValues
-    sink: Sink | None
-    onlooker: Sink | None
+    sink: BlockSink | None
+    onlooker: BlockSink | None
     period: float
 
     def add(self, state: _Progress, values: FloatArray) -> None:
@@ -100,13 +100,13 @@ def run(
     overrides: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
     stop: threading.Event | None = None,
-    sink: Sink | None = None,
+    sink: BlockSink | None = None,
     check_stability: bool = True,
     expected_time: float | None = None,
     often: bool = False,
-    onlooker: Sink | None = None,
+    onlooker: BlockSink | None = None,
     largest_block: int | None = None,
-    guard: Guard | None = None,
+    guard: AlarmGuard | None = None,
 ) -> Record:
     """Run a plan and give its Record.
 
@@ -138,7 +138,7 @@ def run(
     state = _Progress(expected, worth=_WORTH_IF_OFTEN if often else _WORTH, largest=largest_block or _BLOCK_NUMBERS)
     kept = _Destination(recorded, sink, onlooker, period)
     failure = ""
-    with Watch(plan, stop) as watch:
+    with EndlessLawWatch(plan, stop) as watch:
         try:
             failure = _advance(plan, fused, arrays, state, last, seed, engine, kept, progress, stop, watch, guard)
         except (KeyboardInterrupt, LawRunsOnError) as stopped:
@@ -154,7 +154,7 @@ def run(
 
 def _advance(
     plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, kept: _Destination,
-    progress: Callable[[float], None] | None, stop: threading.Event | None, watch: Watch, guard: Guard | None = None,
+    progress: Callable[[float], None] | None, stop: threading.Event | None, watch: EndlessLawWatch, guard: AlarmGuard | None = None,
 ) -> str:  # fmt: skip
     """Run block after block; give the sentence about what broke, empty where nothing did."""
     module: Any = None

@@ -15,8 +15,8 @@ from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.exercises.class_folder import csv_text
-from lathesim.exercises.conceal import Machine, Situation, logged
-from lathesim.exercises.hidden_effect import Wish
+from lathesim.exercises.conceal import Situation, TrueMachine, logged
+from lathesim.exercises.hidden_effect import HiddenWish
 from lathesim.exercises.logger import logged_columns
 from lathesim.exercises.sealed_answer import ANSWER, read_json
 from lathesim.identification.machine.position_loops import loops_of
@@ -62,9 +62,9 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     first = _original((str(answer.get("lesson", "")), str(beside)), lesson, registry, variant)
     tables = [loop.table for loop in loops]
     try:
-        machine = Machine(Situation(prepared.machinery, prepared.duration, {}), columns, wishes, noise, tables)
+        machine = TrueMachine(Situation(prepared.machinery, prepared.duration, {}), columns, wishes, noise, tables)
         own = logged_columns(first.case.lesson, first.machinery, {})
-        alone = Machine(Situation(first.machinery, first.duration, {}), own, wishes, noise, tables)
+        alone = TrueMachine(Situation(first.machinery, first.duration, {}), own, wishes, noise, tables)
     except LatheSimError as error:
         fact = f"what is hidden cannot be put into this lesson: {error.fact}"
         raise LessonError(fact, place=str(lesson.path), remedy="Give the lesson that was made for this case.") from None
@@ -102,7 +102,7 @@ def _original(names: tuple[str, ...], lesson: Lesson, registry: Registry, varian
     return own
 
 
-def _wishes(answer: Mapping[str, Any], effects: Mapping[str, type[Effect]]) -> list[Wish]:
+def _wishes(answer: Mapping[str, Any], effects: Mapping[str, type[Effect]]) -> list[HiddenWish]:
     wishes = []
     for item in answer["effects"]:
         effect = effects.get(str(item["effect"]))
@@ -112,7 +112,7 @@ def _wishes(answer: Mapping[str, Any], effects: Mapping[str, type[Effect]]) -> l
             name: f"{value['value']!r} {value['unit']}" if value["unit"] != "1" else repr(value["value"])
             for name, value in item["parameters"].items()
         }
-        wishes.append(Wish(effect, str(item["at"]), values, str(item["effect"])))
+        wishes.append(HiddenWish(effect, str(item["at"]), values, str(item["effect"])))
     return wishes
 
 

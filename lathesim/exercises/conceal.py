@@ -16,7 +16,7 @@ from lathesim.component import Parameter
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, SimulationError
-from lathesim.exercises.hidden_effect import Hidden, Wish, drawn_values, place_wishes
+from lathesim.exercises.hidden_effect import HiddenEffect, HiddenWish, drawn_values, place_wishes
 from lathesim.exercises.logger import LoggedColumn
 from lathesim.exercises.reference_run import fine_plan, fine_run
 from lathesim.identification.machine.sensor_noise import with_sensor_noise
@@ -64,7 +64,7 @@ class Concealed:
     together move each compared channel.
     """
 
-    hidden: tuple[Hidden, ...]
+    hidden: tuple[HiddenEffect, ...]
     columns: tuple[LoggedColumn, ...]
     times: tuple[FloatArray, ...]
     tables: tuple[FloatArray, ...]
@@ -75,7 +75,7 @@ class Concealed:
 def conceal(
     situations: Sequence[Situation],
     columns: Sequence[LoggedColumn],
-    wishes: Sequence[Wish],
+    wishes: Sequence[HiddenWish],
     uncertain: Mapping[str, float],
     *,
     seed: int,
@@ -87,7 +87,7 @@ def conceal(
     given are drawn until the effect is seen; raises :class:`NotSeenError` where none is.
     """
     rng = np.random.default_rng([seed, 1])
-    machines = [Machine(situation, columns, wishes, noise) for situation in situations]
+    machines = [TrueMachine(situation, columns, wishes, noise) for situation in situations]
     true_values = {name: _drawn(machines[0].plan, name, deviation, rng) for name, deviation in uncertain.items()}
     baseline = {name: item.true for name, item in true_values.items()}
     columns = machines[0].with_resolution(columns, baseline)
@@ -100,11 +100,11 @@ def conceal(
     return Concealed(hidden, tuple(columns), tuple(record.time for record in records), tuple(tables), true_values, moves)
 
 
-class Machine:
+class TrueMachine:
     """The true machine in one situation, made ready to be run with other values."""
 
     def __init__(
-        self, situation: Situation, columns: Sequence[LoggedColumn], wishes: Sequence[Wish], noise: float, further: Sequence[str] = ()
+        self, situation: Situation, columns: Sequence[LoggedColumn], wishes: Sequence[HiddenWish], noise: float, further: Sequence[str] = ()
     ) -> None:
         driven = drive(situation.assembly, situation.signals) if situation.signals else situation.assembly
         placed, self.hidden = place_wishes(driven, wishes, [column.target for column in columns if column.role == "compare"])
@@ -145,17 +145,17 @@ def _drawn(plan: Plan, name: str, deviation: float, rng: np.random.Generator) ->
     return TrueValue(given, float(np.clip(given + off, low, high)), declared.unit)
 
 
-def _overrides(hidden: Sequence[Hidden]) -> dict[str, float]:
+def _overrides(hidden: Sequence[HiddenEffect]) -> dict[str, float]:
     return {name: value for item in hidden for name, value in item.overrides.items()}
 
 
-def _neutral(hidden: Sequence[Hidden]) -> dict[str, float]:
+def _neutral(hidden: Sequence[HiddenEffect]) -> dict[str, float]:
     return {name: value for item in hidden for name, value in item.neutral.items()}
 
 
 def _sized(
-    machine: Machine, columns: Sequence[LoggedColumn], baseline: Mapping[str, float], rng: np.random.Generator, noise: float
-) -> tuple[tuple[Hidden, ...], dict[str, float]]:
+    machine: TrueMachine, columns: Sequence[LoggedColumn], baseline: Mapping[str, float], rng: np.random.Generator, noise: float
+) -> tuple[tuple[HiddenEffect, ...], dict[str, float]]:
     """Return the hidden effects with their values, and by how many floors they move each compared channel together."""
     if not machine.hidden:
         return (), {}
@@ -165,7 +165,7 @@ def _sized(
         column.target: max(column.floor(noise), channel_floor(without[channel], column.resolution))
         for column, channel in zip(columns, machine.channels, strict=True)
     }
-    sized: list[Hidden] = []
+    sized: list[HiddenEffect] = []
     for item in machine.hidden:
         for _ in range(DRAWS if item.drawn else 1):
             tried = drawn_values(item, rng)
@@ -185,7 +185,7 @@ def _sized(
 
 
 def _moves(
-    machine: Machine, columns: Sequence[LoggedColumn], without: Record, record: Record, floors: Mapping[str, float]
+    machine: TrueMachine, columns: Sequence[LoggedColumn], without: Record, record: Record, floors: Mapping[str, float]
 ) -> dict[str, float]:
     """Return by how many floors each compared channel moves; the floor holds what the sensors' noise makes of it in the loop."""
     moved = {}
@@ -197,7 +197,7 @@ def _moves(
     return moved
 
 
-def _is_broken(machine: Machine, columns: Sequence[LoggedColumn], without: Record, record: Record) -> bool:
+def _is_broken(machine: TrueMachine, columns: Sequence[LoggedColumn], without: Record, record: Record) -> bool:
     """Return whether an effect is so large that the machine no longer does its work."""
     for column, channel in zip(columns, machine.channels, strict=True):
         count = min(len(without), len(record))
@@ -207,7 +207,7 @@ def _is_broken(machine: Machine, columns: Sequence[LoggedColumn], without: Recor
     return False
 
 
-def logged(record: Record, machine: Machine, columns: Sequence[LoggedColumn], noise: float, seed: int) -> FloatArray:
+def logged(record: Record, machine: TrueMachine, columns: Sequence[LoggedColumn], noise: float, seed: int) -> FloatArray:
     """Return what the logger writes down, shape (columns, samples) [SI]."""
     rows = []
     for position, (column, channel) in enumerate(zip(columns, machine.channels, strict=True)):

@@ -16,7 +16,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError
 from lathesim.exercises.class_folder import RECORDINGS, Published, answer_place, publish
 from lathesim.exercises.conceal import DRAWS, Concealed, NotSeenError, Situation, conceal
-from lathesim.exercises.hidden_effect import Wish, random_wishes, read_wish
+from lathesim.exercises.hidden_effect import HiddenWish, random_wishes, read_wish
 from lathesim.exercises.logger import LoggedColumn, logged_columns
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.lesson import Lesson, keep_read_lesson
@@ -70,7 +70,7 @@ def conceal_case(
 
 
 def _drawn(
-    made: Callable[[list[Wish]], Concealed],
+    made: Callable[[list[HiddenWish]], Concealed],
     prepared: Prepared,
     effects: dict[str, type[Effect]],
     columns: list[LoggedColumn],

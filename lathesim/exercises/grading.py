@@ -46,7 +46,7 @@ class EffectGrade:
 
 
 @dataclass(frozen=True)
-class Grade:
+class GradedDiagnosis:
     """A diagnosis graded: each hidden effect, names that are wrong, whether all is right, and that in a sentence."""
 
     effects: tuple[EffectGrade, ...]
@@ -64,7 +64,7 @@ def read_guess(path: Path) -> dict[str, Any]:
     return {**guess, "effects": effects}
 
 
-def grade(answer: Mapping[str, Any], guess: Mapping[str, Any], within: float = WITHIN) -> Grade:
+def grade(answer: Mapping[str, Any], guess: Mapping[str, Any], within: float = WITHIN) -> GradedDiagnosis:
     """Grade a diagnosis (JSON of schema ``lathesim-diagnosis/1``); sizes count as right ``within`` a share of the true ones.
 
     Parameters that belong to one recording (a phase) are not graded. A diagnosis that names where it says ``unknown`` is taken at its
@@ -78,10 +78,10 @@ def grade(answer: Mapping[str, Any], guess: Mapping[str, Any], within: float = W
     if not truths:
         right = guess["verdict"] in NOTHING_HIDDEN
         sentence = "Right: nothing is hidden." if right else f"Nothing is hidden, and the verdict is '{guess['verdict']}'."
-        return Grade((), wrong, right, sentence)
+        return GradedDiagnosis((), wrong, right, sentence)
     named = sum(item.named for item in effects)
     right = named == len(effects) and not wrong
-    return Grade(effects, wrong, right, _sentence(effects, wrong, named, right, str(guess["verdict"])))
+    return GradedDiagnosis(effects, wrong, right, _sentence(effects, wrong, named, right, str(guess["verdict"])))
 
 
 def _effect(truth: Mapping[str, Any], guesses: Sequence[Mapping[str, Any]], within: float) -> EffectGrade:
@@ -147,7 +147,7 @@ def _sentence(effects: Sequence[EffectGrade], wrong: Sequence[str], named: int, 
     return "; ".join(parts) + "."
 
 
-def grade_json(graded: Grade) -> dict[str, Any]:
+def grade_json(graded: GradedDiagnosis) -> dict[str, Any]:
     """Return a grade as JSON of schema ``lathesim-grade/1``."""
     return {
         "schema": "lathesim-grade/1",

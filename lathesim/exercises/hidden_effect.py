@@ -21,7 +21,7 @@ _EXAMPLE = "CoulombFriction:level=20 N@x_axis"
 
 
 @dataclass(frozen=True)
-class Wish:
+class HiddenWish:
     """An effect that somebody wants to be hidden: its class, its host where one is named, and values [text] of some of its parameters."""
 
     effect: type[Effect]
@@ -31,7 +31,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Hidden:
+class HiddenEffect:
     """An effect in its place: ``part`` is its name in the machine, ``values`` those of its parameters [SI, in ``units``].
 
     ``drawn`` maps the parameters that were not given to the ranges they are drawn from.
@@ -60,7 +60,7 @@ class Hidden:
         return {**self.overrides, **{f"{self.part}.{name}": float(value) for name, value in self.effect.neutral.items()}}
 
 
-def read_wish(text: str, effects: Mapping[str, type[Effect]]) -> Wish:
+def read_wish(text: str, effects: Mapping[str, type[Effect]]) -> HiddenWish:
     """Read ``NAME[:parameter=quantity,...][@host]``; refused (:class:`LessonError`) with the nearest name."""
     head, _, at = text.partition("@")
     name, _, listed = head.partition(":")
@@ -78,17 +78,17 @@ def read_wish(text: str, effects: Mapping[str, type[Effect]]) -> Wish:
             remedy = nearest(item, known) or f"It has {', '.join(known)}."
             raise LessonError(f"{name} has no parameter '{item}'.", place=text, remedy=remedy)
         values[item] = value
-    return Wish(effect, at.strip(), values, text)
+    return HiddenWish(effect, at.strip(), values, text)
 
 
-def place_wishes(assembly: Assembly, wishes: Sequence[Wish], compared: Collection[str]) -> tuple[Assembly, tuple[Hidden, ...]]:
+def place_wishes(assembly: Assembly, wishes: Sequence[HiddenWish], compared: Collection[str]) -> tuple[Assembly, tuple[HiddenEffect, ...]]:
     """Return the assembly with all wishes in it and where each sits; values that were not given stand at the middle of their range.
 
     Frictions come last: they answer to the sum of what else pushes. Sensors that show in none of the ``compared`` channels are no hosts
     unless a wish names them.
     """
     ordered = sorted(wishes, key=lambda wish: bool(wish.effect.identification.sticks))
-    hidden: list[Hidden] = []
+    hidden: list[HiddenEffect] = []
     for wish in ordered:
         candidate = _candidate(assembly, wish, compared)
         at = wish.at or (candidate.at if candidate else "")
@@ -99,7 +99,7 @@ def place_wishes(assembly: Assembly, wishes: Sequence[Wish], compared: Collectio
     return assembly, tuple(hidden)
 
 
-def _candidate(assembly: Assembly, wish: Wish, compared: Collection[str]) -> Candidate | None:
+def _candidate(assembly: Assembly, wish: HiddenWish, compared: Collection[str]) -> Candidate | None:
     """Return the candidate that a wish means, none where its host is a place only the wish names."""
     _, candidates = insert_candidates(assembly, [wish.effect], None if wish.at else compared)
     if wish.at:
@@ -122,7 +122,9 @@ def _ranges(candidate: Candidate | None) -> dict[str, tuple[float, float]]:
     return {name: (float(low), float(high)) for name, low, high in zip(names, lows, highs, strict=True)}
 
 
-def _with_values(wish: Wish, at: str, part: str, declared: Mapping[str, Parameter], ranges: Mapping[str, tuple[float, float]]) -> Hidden:
+def _with_values(
+    wish: HiddenWish, at: str, part: str, declared: Mapping[str, Parameter], ranges: Mapping[str, tuple[float, float]]
+) -> HiddenEffect:
     given = {name: _si(wish, text, declared[name]) for name, text in wish.values.items()}
     unknown = [name for name in wish.effect.neutral if name not in given and name not in ranges]
     if unknown and not ranges:
@@ -132,10 +134,10 @@ def _with_values(wish: Wish, at: str, part: str, declared: Mapping[str, Paramete
     all_values = {**{name: 0.5 * (low + high) for name, (low, high) in drawn.items()}, **given}
     values = {name: all_values[name] for name in declared if name in all_values}
     units = {name: declared[name].unit for name in values}
-    return Hidden(wish.effect, at, part, values, units, drawn)
+    return HiddenEffect(wish.effect, at, part, values, units, drawn)
 
 
-def _si(wish: Wish, text: str, declared: Parameter) -> float:
+def _si(wish: HiddenWish, text: str, declared: Parameter) -> float:
     value = quantity(text, declared.unit)
     if not declared.low <= value <= declared.high:
         fact = f"{declared.name} is {value:g} {declared.unit}, outside {declared.low:g} to {declared.high:g} {declared.unit}."
@@ -143,7 +145,7 @@ def _si(wish: Wish, text: str, declared: Parameter) -> float:
     return value
 
 
-def drawn_values(hidden: Hidden, rng: np.random.Generator) -> Hidden:
+def drawn_values(hidden: HiddenEffect, rng: np.random.Generator) -> HiddenEffect:
     """Return the effect with new values for what was not given: logarithmically even over a wide positive range, else evenly."""
     values = dict(hidden.values)
     for name, (low, high) in hidden.drawn.items():
@@ -152,7 +154,7 @@ def drawn_values(hidden: Hidden, rng: np.random.Generator) -> Hidden:
             values[name] = _rounded(low * (high / low) ** share)
         else:
             values[name] = _rounded(low + (high - low) * share)
-    return Hidden(hidden.effect, hidden.at, hidden.part, values, hidden.units, hidden.drawn)
+    return HiddenEffect(hidden.effect, hidden.at, hidden.part, values, hidden.units, hidden.drawn)
 
 
 def _rounded(value: float) -> float:
@@ -162,7 +164,9 @@ def _rounded(value: float) -> float:
     return round(value, 2 - math.floor(math.log10(abs(value))))
 
 
-def random_wishes(machinery: Machinery, effects: Iterable[type[Effect]], compared: Collection[str], rng: np.random.Generator) -> list[Wish]:
+def random_wishes(
+    machinery: Machinery, effects: Iterable[type[Effect]], compared: Collection[str], rng: np.random.Generator
+) -> list[HiddenWish]:
     """Draw what is hidden: nothing (1 in 5), one effect (3 in 5) or two of different families (1 in 5).
 
     Left out are effects that only refine another or stand on top of one.
@@ -178,4 +182,4 @@ def random_wishes(machinery: Machinery, effects: Iterable[type[Effect]], compare
         candidate = candidates[int(position)]
         if len(chosen) < count and candidate.family not in {other.family for other in chosen}:
             chosen.append(candidate)
-    return [Wish(candidate.effect, candidate.at, {}, f"{candidate.name}@{candidate.at}") for candidate in chosen]
+    return [HiddenWish(candidate.effect, candidate.at, {}, f"{candidate.name}@{candidate.at}") for candidate in chosen]

@@ -7,7 +7,7 @@ from typing import Any
 
 from lathesim.diagnosis.records.diagnosis import with_unit
 from lathesim.diagnosis.reporting.number_text import pretty_unit, quantity_text
-from lathesim.exercises.grading import EffectGrade, Grade
+from lathesim.exercises.grading import EffectGrade, GradedDiagnosis
 
 
 def hidden_lines(answer: Mapping[str, Any]) -> list[str]:
@@ -23,7 +23,7 @@ def hidden_lines(answer: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def graded_lines(graded: Grade, within: float) -> list[str]:
+def graded_lines(graded: GradedDiagnosis, within: float) -> list[str]:
     """Return how a diagnosis stands beside the truth, a line each; ``within`` is in per cent."""
     lines = []
     for item in graded.effects:

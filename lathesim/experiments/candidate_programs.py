@@ -16,8 +16,8 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
-from lathesim.experiments.families import Candidate
-from lathesim.experiments.room import Axis, Move, Room, program_text
+from lathesim.experiments.families import CandidateProgram
+from lathesim.experiments.room import DesignedMove, FreeAxis, Room, program_text
 from lathesim.program.interpreter import interpret
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.words import read_program
@@ -38,7 +38,7 @@ _TRIES = 12
 """Strokes taken out until a program keeps to its time."""
 
 
-def neighbours(candidate: Candidate, room: Room, at_most: float, random: np.random.Generator, count: int) -> list[Candidate]:
+def neighbours(candidate: CandidateProgram, room: Room, at_most: float, random: np.random.Generator, count: int) -> list[CandidateProgram]:
     """Return up to ``count`` programs like a candidate, each with a few strokes exchanged, of at most ``at_most`` [s]."""
     found = []
     for _ in range(count):
@@ -51,11 +51,11 @@ def neighbours(candidate: Candidate, room: Room, at_most: float, random: np.rand
             moves = _without_a_stroke(moves, room, random)
         seconds = _seconds(moves, room)
         if moves and seconds <= at_most and tuple(moves) != candidate.moves:
-            found.append(Candidate(candidate.title, tuple(moves), seconds))
+            found.append(CandidateProgram(candidate.title, tuple(moves), seconds))
     return found
 
 
-def _exchanged(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+def _exchanged(moves: list[DesignedMove], room: Room, random: np.random.Generator) -> list[DesignedMove]:
     """Return moves with a stroke taken out, put in, exchanged for another one, made at another speed, or with another rest."""
     what = random.random()
     if what < 0.15:
@@ -69,7 +69,7 @@ def _exchanged(moves: list[Move], room: Room, random: np.random.Generator) -> li
     return _with_another_rest(moves, room, random)
 
 
-def _places(moves: Sequence[Move], room: Room) -> list[dict[str, float]]:
+def _places(moves: Sequence[DesignedMove], room: Room) -> list[dict[str, float]]:
     """Return where the axes are before each move, and behind the last one."""
     place = {axis.letter: axis.start for axis in room.axes}
     found = [dict(place)]
@@ -79,7 +79,7 @@ def _places(moves: Sequence[Move], room: Room) -> list[dict[str, float]]:
     return found
 
 
-def _seconds(moves: Sequence[Move], room: Room) -> float:
+def _seconds(moves: Sequence[DesignedMove], room: Room) -> float:
     places, total = _places(moves, room), 0.0
     for before, after, move in zip(places[:-1], places[1:], moves, strict=True):
         way = math.hypot(*(after[letter] - before[letter] for letter in before))
@@ -87,7 +87,7 @@ def _seconds(moves: Sequence[Move], room: Room) -> float:
     return total
 
 
-def _without_a_stroke(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+def _without_a_stroke(moves: list[DesignedMove], room: Room, random: np.random.Generator) -> list[DesignedMove]:
     """Return moves without a way out and its way back, begun at a random place, or without the rest that stands there."""
     if not moves:
         return moves
@@ -103,7 +103,7 @@ def _without_a_stroke(moves: list[Move], room: Room, random: np.random.Generator
     return moves
 
 
-def _with_a_stroke(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+def _with_a_stroke(moves: list[DesignedMove], room: Room, random: np.random.Generator) -> list[DesignedMove]:
     """Return moves with a way out and back put in at a random place."""
     at = int(random.integers(len(moves) + 1))
     if at < len(moves) and moves[at].radius:
@@ -114,13 +114,13 @@ def _with_a_stroke(moves: list[Move], room: Room, random: np.random.Generator) -
     if abs(target - place) < 0.5 * _SHORTEST_WAY:
         return moves
     speed = _speed(room, random)
-    stroke = [Move({axis.letter: target}, speed), Move({axis.letter: place}, speed)]
+    stroke = [DesignedMove({axis.letter: target}, speed), DesignedMove({axis.letter: place}, speed)]
     if random.random() < 0.4 and (room.dwells or room.idle is not None):
-        stroke.insert(int(random.integers(1, 3)), Move(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3))
+        stroke.insert(int(random.integers(1, 3)), DesignedMove(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3))
     return moves[:at] + stroke + moves[at:]
 
 
-def _target(axis: Axis, place: float, random: np.random.Generator) -> float:
+def _target(axis: FreeAxis, place: float, random: np.random.Generator) -> float:
     longest = 0.4 * axis.stroke
     way = min(_SHORTEST_WAY, longest) * max(1.0, longest / _SHORTEST_WAY) ** float(random.random())
     target = place + way * float(random.choice([-1.0, 1.0]))
@@ -129,7 +129,7 @@ def _target(axis: Axis, place: float, random: np.random.Generator) -> float:
     return float(np.round(min(max(target, axis.low), axis.high), 7))
 
 
-def _at_another_speed(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+def _at_another_speed(moves: list[DesignedMove], room: Room, random: np.random.Generator) -> list[DesignedMove]:
     at = int(random.integers(len(moves))) if moves else 0
     if not moves or moves[at].rest:
         return moves
@@ -142,11 +142,11 @@ def _speed(room: Room, random: np.random.Generator) -> float:
     return float(np.round(room.feed * share, 7))
 
 
-def _with_another_rest(moves: list[Move], room: Room, random: np.random.Generator) -> list[Move]:
+def _with_another_rest(moves: list[DesignedMove], room: Room, random: np.random.Generator) -> list[DesignedMove]:
     """Return moves with a rest put in, or one that is there made longer or shorter."""
     if not (room.dwells or room.idle is not None):
         return moves
-    rest = Move(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3)
+    rest = DesignedMove(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3)
     rests = [place for place, move in enumerate(moves) if move.rest]
     if rests and random.random() < 0.5:
         at = rests[int(random.integers(len(rests)))]
@@ -165,13 +165,13 @@ _AFTER = 0.3
 class Laid:
     """A candidate program as the machine would run it: its text, its path table, and how long it is recorded [s]."""
 
-    candidate: Candidate
+    candidate: CandidateProgram
     text: str
     table: FloatArray
     seconds: float
 
 
-def lay_candidate(candidate: Candidate, room: Room, title: Sequence[str] = ()) -> Laid:
+def lay_candidate(candidate: CandidateProgram, room: Room, title: Sequence[str] = ()) -> Laid:
     """Return a candidate as path. Raises what the reading of a program raises where it leaves the travel or feed of the room."""
     text = program_text(title or [candidate.title], candidate.moves, room)
     axes = {axis.letter: axis for axis in (*room.axes, *([room.idle] if room.idle else []))}
@@ -189,7 +189,7 @@ def walking_time(at_most: float) -> float:
     return (at_most - _AFTER) / _SLOWER
 
 
-def lay_those_that_fit(found: Sequence[Candidate], room: Room, at_most: float) -> list[Laid]:
+def lay_those_that_fit(found: Sequence[CandidateProgram], room: Room, at_most: float) -> list[Laid]:
     """Return the candidates that stay within travel and feed as paths; raises :class:`LatheSimError` where none does."""
     laid = lay_what_fits(found, room, at_most)
     if not laid:
@@ -198,7 +198,7 @@ def lay_those_that_fit(found: Sequence[Candidate], room: Room, at_most: float) -
     return laid
 
 
-def lay_what_fits(found: Sequence[Candidate], room: Room, at_most: float) -> list[Laid]:
+def lay_what_fits(found: Sequence[CandidateProgram], room: Room, at_most: float) -> list[Laid]:
     """Return those of the candidates that stay within travel, feed and time as paths: maybe none."""
     laid = []
     for candidate in found:

@@ -30,7 +30,7 @@ from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.candidate_programs import Laid
-from lathesim.experiments.refit import Descent, linear_refit, starts_alike, steps_of
+from lathesim.experiments.refit import RefitDescent, linear_refit, starts_alike, steps_of
 from lathesim.experiments.rivals import NOTHING, Rival
 from lathesim.experiments.scene import Scene
 
@@ -63,7 +63,7 @@ Ends = dict[tuple[int, int, int], FloatArray]
 
 
 @dataclass(frozen=True)
-class Worth:
+class ProgramWorth:
     """What a program is worth: the chance to decide (mean, and for each rival), and T of each pair at each draw (a, b, draws).
 
     ``explained`` (a, draws) is T of each rival against the machine without it, ``decided`` (a, b, draws) the chance that a run of a decides
@@ -88,7 +88,7 @@ class Worth:
 
 
 @dataclass(frozen=True)
-class Conditions:
+class Ablation:
     """What an ablation may take away: the average over draws, the refit of the rivals, the price of seconds, the floor that stays."""
 
     average: bool = True
@@ -125,9 +125,9 @@ def least_gains(rivals: Sequence[Rival]) -> FloatArray:
     return found
 
 
-def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: int, conditions: Conditions) -> list[Worth]:
+def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: int, conditions: Ablation) -> list[ProgramWorth]:
     """Return what programs are worth where rivals are refitted along slopes: all their runs are one batch."""
-    held = [_Held.of(scene, program, floors, conditions) for program in programs]
+    held = [_HeldRival.of(scene, program, floors, conditions) for program in programs]
     rows, where = _rows(scene, draws if conditions.average else 1)
     found = scene.readings(programs, [rows] * len(programs))
     scaled = [item.levels(readings).reshape(len(readings), -1) for item, readings in zip(held, found, strict=True)]
@@ -135,13 +135,13 @@ def worths(scene: Scene, programs: Sequence[Laid], floors: FloatArray, draws: in
 
 
 def refitted_worth(
-    scene: Scene, program: Laid, floors: FloatArray, draws: int, conditions: Conditions, rounds: int, at_least: Callable[[Worth], bool]
-) -> Worth | None:
+    scene: Scene, program: Laid, floors: FloatArray, draws: int, conditions: Ablation, rounds: int, at_least: Callable[[ProgramWorth], bool]
+) -> ProgramWorth | None:
     """Return what a program is worth where ``rounds`` follow the rivals where they bend; None once it cannot be ``at_least`` that good.
 
     A refit makes T smaller, so what is not followed yet stands for the best that can come of it.
     """
-    held = _Held.of(scene, program, floors, conditions)
+    held = _HeldRival.of(scene, program, floors, conditions)
     used = draws if conditions.average else 1
     rows, where = _rows(scene, used)
     scaled = held.levels(scene.readings([program], [rows])[0]).reshape(len(rows), -1)
@@ -150,7 +150,7 @@ def refitted_worth(
         return held.worth(apart, explained, scaled.shape[1])
     for a, b, draw in sorted(starts, key=lambda place: float(apart[place])):
         settled = _settled(explained[a, draw], scaled.shape[1])
-        descent = Descent(scene, program, scaled[where[a, draw][0]], scene.rivals[b], held.levels, 0.1 * NESTED, settled)
+        descent = RefitDescent(scene, program, scaled[where[a, draw][0]], scene.rivals[b], held.levels, 0.1 * NESTED, settled)
         best = np.inf
         for start in (starts[a, b, draw], *starts_alike(scene, a, b, draw)):
             best = min(best, descent.followed(start, rounds)[0])
@@ -186,16 +186,16 @@ def _rows(scene: Scene, draws: int) -> tuple[FloatArray, Places]:
 
 
 @dataclass(frozen=True)
-class _Held:
+class _HeldRival:
     """A program with how its readings count: its rivals held against each other."""
 
     scene: Scene
     program: Laid
     levels: Callable[[FloatArray], FloatArray]
-    conditions: Conditions
+    conditions: Ablation
 
     @classmethod
-    def of(cls, scene: Scene, program: Laid, floors: FloatArray, conditions: Conditions) -> _Held:
+    def of(cls, scene: Scene, program: Laid, floors: FloatArray, conditions: Ablation) -> _HeldRival:
         """Return a program with its noise levels."""
         levels = functools.partial(scene.in_noise_levels, program=program, floors=floors, steady=conditions.steady_floor)
         return cls(scene, program, levels, conditions)
@@ -213,13 +213,13 @@ class _Held:
                 apart[a, b, draw], ends[a, b, draw] = min(starts, key=lambda pair: pair[0])
         return apart, explained, ends
 
-    def worth(self, apart: FloatArray, explained: FloatArray, values: int) -> Worth:
+    def worth(self, apart: FloatArray, explained: FloatArray, values: int) -> ProgramWorth:
         """Return what the program is worth with rivals that far apart."""
         far = _by_simplicity(apart)
         decided = chance_to_decide(far, explained[:, None, :], values, least_gains(self.scene.rivals)[:, :, None])
         chances = np.array([np.delete(decided[a], a, axis=0).min(axis=0) for a in range(len(decided))])
         by_rival = tuple(float(row.mean()) for row in chances)
-        return Worth(float(chances.mean()), by_rival, far, explained.copy(), decided, self.program.seconds)
+        return ProgramWorth(float(chances.mean()), by_rival, far, explained.copy(), decided, self.program.seconds)
 
 
 def _settled(explained: FloatArray, values: int) -> float:

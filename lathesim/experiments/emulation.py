@@ -38,7 +38,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Question:
+class EmulationQuestion:
     """What is asked of an emulation: the search, the weight of speeds (lambda), the factor of the bounds, and how much it may do."""
 
     method: str = "replay"
@@ -75,7 +75,7 @@ class Emulation:
     runs: int
     wall_time: float
     stopped: bool
-    question: Question
+    question: EmulationQuestion
     clocks: tuple[str, ...] = ()
     """A sentence for each recording whose clock seems to run apart from the program."""
     error_share: float = 0.0
@@ -85,7 +85,7 @@ class Emulation:
 
 
 def emulate(
-    lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: Question,
+    lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: EmulationQuestion,
     say: Say = lambda sentence: None, stop: threading.Event | None = None,
 ) -> Emulation:  # fmt: skip
     """Learn the values, and where they do not suffice the structure, of a machine from way-points.
@@ -129,7 +129,7 @@ class _Fitting:
     """The recordings, read once for each structure, and the searches on them."""
 
     def __init__(
-        self, lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: Question,
+        self, lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: EmulationQuestion,
         stop: threading.Event | None,
     ) -> None:  # fmt: skip
         self.lesson, self.registry, self.question, self.stop = lesson, registry, question, stop
@@ -203,7 +203,7 @@ class _Fitting:
 
 
 def _descend(
-    objective: Objective, low: FloatArray, high: FloatArray, question: Question, start: FloatArray | None, tell: Tell, rounds: int
+    objective: Objective, low: FloatArray, high: FloatArray, question: EmulationQuestion, start: FloatArray | None, tell: Tell, rounds: int
 ) -> FloatArray:
     """Return the end of the descent, with the noise set to what is left and the descent gone on with, so that the pull has its weight.
 

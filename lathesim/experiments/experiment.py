@@ -13,9 +13,9 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.candidate_programs import Laid, lay_those_that_fit, walking_time
-from lathesim.experiments.discrimination import NESTED, Conditions, Worth, refitted_worth, worths
-from lathesim.experiments.families import Candidate, candidates, turned_candidates
-from lathesim.experiments.rivals import Named, place_rivals
+from lathesim.experiments.discrimination import NESTED, Ablation, ProgramWorth, refitted_worth, worths
+from lathesim.experiments.families import CandidateProgram, candidates, turned_candidates
+from lathesim.experiments.rivals import NamedRival, place_rivals
 from lathesim.experiments.room import Room, room_of
 from lathesim.experiments.scene import Scene, with_sizes_in_reach
 from lathesim.identification.replay.loading import uncertainties
@@ -45,7 +45,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Wish:
+class DesignWish:
     """What is asked of a design: how long a run may last [s], how many programs are tried, over how many draws, and what is left out.
 
     ``rate`` [Hz] is how often a recording with --for takes a row; 0: as the lesson says, else each sample.
@@ -55,7 +55,7 @@ class Wish:
     candidates: int = _CANDIDATES
     draws: int = 3
     seed: int = 1
-    conditions: Conditions = field(default_factory=Conditions)
+    conditions: Ablation = field(default_factory=Ablation)
     rate: float = 0.0
     arcs: bool = True
     """Whether circles are among the programs, where two axes are free."""
@@ -73,7 +73,7 @@ class Designed:
     lesson: Lesson
     scene: Scene
     program: Laid
-    worth: Worth
+    worth: ProgramWorth
     tried: tuple[tuple[str, float, float], ...]
     floors: FloatArray
     pairs: tuple[tuple[str, str, float], ...]
@@ -82,7 +82,7 @@ class Designed:
     runs: int
     wall_time: float
     stopped: bool
-    others: tuple[tuple[Laid, Worth], ...] = ()
+    others: tuple[tuple[Laid, ProgramWorth], ...] = ()
     """The next best programs, to be taken where a trial of this one goes wrong."""
 
     @property
@@ -92,7 +92,7 @@ class Designed:
 
 
 def design_experiment(
-    lesson: Lesson, named: Sequence[Named], registry: Registry, wish: Wish, variant: str | None = None, place: str = "--between",
+    lesson: Lesson, named: Sequence[NamedRival], registry: Registry, wish: DesignWish, variant: str | None = None, place: str = "--between",
     say: Say = lambda sentence: None, stop: threading.Event | None = None,
 ) -> Designed:  # fmt: skip
     """Return the program whose run is expected to tell the rivals apart best per second.
@@ -115,7 +115,7 @@ def design_experiment(
     laid = (scene.those_that_move(laid, floors) or laid)[: wish.candidates]
     say(f"{len(rivals)} rivals: {', '.join(rival.name for rival in rivals)}. Trying {len(laid)} programs ...")
     scene.step_as_coarsely_as_may_be(laid[:_STEPPED], floors, NESTED)
-    judged: list[tuple[Laid, Worth]] = []
+    judged: list[tuple[Laid, ProgramWorth]] = []
     tried, stopped = judged, False
     try:
         for first in range(0, len(laid), _BATCH):
@@ -154,10 +154,12 @@ def design_experiment(
     )
 
 
-def _finals(scene: Scene, judged: Sequence[tuple[Laid, Worth]], floors: FloatArray, wish: Wish) -> list[tuple[Laid, Worth]]:
+def _finals(
+    scene: Scene, judged: Sequence[tuple[Laid, ProgramWorth]], floors: FloatArray, wish: DesignWish
+) -> list[tuple[Laid, ProgramWorth]]:
     """Return the programs that were best after each refit, the last of them the best: a refit only takes from what a program is worth, so
     the rest is not followed once it cannot be better."""
-    found: list[tuple[Laid, Worth]] = []
+    found: list[tuple[Laid, ProgramWorth]] = []
     best = -np.inf
     for program, slopes in sorted(judged, key=lambda pair: -_score(pair[1], wish.conditions))[:_FINALISTS]:
         if _score(slopes, wish.conditions) <= best:
@@ -178,7 +180,7 @@ def _finals(scene: Scene, judged: Sequence[tuple[Laid, Worth]], floors: FloatArr
     return found
 
 
-def _programs(room: Room, wish: Wish) -> list[Candidate]:
+def _programs(room: Room, wish: DesignWish) -> list[CandidateProgram]:
     """Return the programs to be tried: those of the axes, and where the lesson turns something those of cut and spindle by turns."""
     walking, count = walking_time(wish.at_most), wish.candidates + _SPARE
     moved = candidates(room, walking, count, wish.seed, arcs=wish.arcs)
@@ -186,20 +188,20 @@ def _programs(room: Room, wish: Wish) -> list[Candidate]:
     return [item for pair in zip_longest(turned, moved) for item in pair if item is not None] if turned else moved
 
 
-def with_program(found: Designed, program: Laid, worth: Worth) -> Designed:
+def with_program(found: Designed, program: Laid, worth: ProgramWorth) -> Designed:
     """Return the design with another of its programs."""
     pairs, by_channel, traces = _told_by(found.scene, program, worth, found.floors)
     return replace(found, program=program, worth=worth, pairs=pairs, by_channel=by_channel, traces=traces, others=())
 
 
-def _score(worth: Worth, conditions: Conditions) -> float:
+def _score(worth: ProgramWorth, conditions: Ablation) -> float:
     # where nothing decides, the rivals that stay furthest apart still tell most
     far = float(np.log1p(worth.apart[worth.apart > 0.0].min())) if (worth.apart > 0.0).any() else 0.0
     return (worth.score if conditions.price else worth.chance) + 1e-3 * far
 
 
 def _told_by(
-    scene: Scene, program: Laid, worth: Worth, floors: FloatArray
+    scene: Scene, program: Laid, worth: ProgramWorth, floors: FloatArray
 ) -> tuple[tuple[tuple[str, str, float], ...], FloatArray, FloatArray]:
     """Return T of each pair (the smaller way round, median over draws), the share of each channel, and what each rival reads."""
     rows = np.array([scene.values(rival, rival.sizes[len(rival.sizes) // 2]) for rival in scene.rivals])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.room import Axis, Move, Room, Turning
+from lathesim.experiments.room import DesignedMove, FreeAxis, Room, Turning
 
 _SLOWEST = 2e-4
 """Slowest speed of a program [m/s]; assumed."""
@@ -20,20 +20,20 @@ _SMALLEST = 2e-6
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CandidateProgram:
     """A program that may be run: what it is made of, its moves, and about how long it takes [s]."""
 
     title: str
-    moves: tuple[Move, ...]
+    moves: tuple[DesignedMove, ...]
     seconds: float
 
 
 class Walk:
     """Moves of one axis as they are laid, kept inside its travel and inside the time."""
 
-    def __init__(self, room: Room, axis: Axis, begin: float, random: np.random.Generator) -> None:
+    def __init__(self, room: Room, axis: FreeAxis, begin: float, random: np.random.Generator) -> None:
         self.room, self.axis, self.place, self.random = room, axis, begin, random
-        self.moves: list[Move] = []
+        self.moves: list[DesignedMove] = []
         self.seconds = 0.0
 
     def go(self, way: float, speed: float) -> None:
@@ -46,13 +46,13 @@ class Walk:
         if abs(target - self.place) < 1e-7:
             return
         self.seconds += self.room.time(abs(target - self.place), speed)
-        self.moves.append(Move({self.axis.letter: target}, float(np.round(speed, 7))))
+        self.moves.append(DesignedMove({self.axis.letter: target}, float(np.round(speed, 7))))
         self.place = target
 
     def rest(self, seconds: float) -> None:
         """Stand still, where the dialect has a word for it or another axis can move meanwhile."""
         if self.room.dwells or self.room.idle is not None:
-            self.moves.append(Move(rest=round(seconds, 3)))
+            self.moves.append(DesignedMove(rest=round(seconds, 3)))
             self.seconds += seconds
 
 
@@ -127,14 +127,14 @@ FAMILIES: dict[str, Callable[[Walk, float], None]] = {
 """What programs are mixed of, by what a person calls it."""
 
 
-def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence[str] = (), *, arcs: bool = True) -> list[Candidate]:
+def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence[str] = (), *, arcs: bool = True) -> list[CandidateProgram]:
     """Return ``count`` programs of at most ``at_most`` [s] for the free axes: each family alone first, then mixtures.
 
     What a program does it does twice: a recording is judged on the half that was not fitted.
     """
     random = np.random.default_rng(seed)
     names = list(only) or list(FAMILIES)
-    found: list[Candidate] = []
+    found: list[CandidateProgram] = []
     plans = [[name] for name in names for _ in range(2)]
     while len(plans) < 2 * count:
         plans.append([str(name) for name in random.choice(names, size=random.integers(2, min(4, len(names) + 1) + 1))])
@@ -147,7 +147,7 @@ def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence
     return fitting[:count]
 
 
-def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[Candidate]:
+def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[CandidateProgram]:
     """Return ``count`` programs of strokes of one axis after the other, of many lengths, each done once.
 
     They make values known: no half of such a recording is left to judge the other one. What a loop that is about linear shows of itself
@@ -163,7 +163,7 @@ def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[C
         pause = float(random.choice([0.0, 0.0, random.uniform(0.0, 0.15)]))
         slower = float(random.choice([0.0, 0.0, 0.3]))
         returns = bool(random.random() < 0.7)
-        moves: list[Move] = []
+        moves: list[DesignedMove] = []
         seconds = 0.0
         while seconds < 0.97 * at_most:
             walk = walks[int(random.integers(len(walks)))]
@@ -179,18 +179,18 @@ def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[C
                 walk.rest(pause)
             moves += walk.moves[done:]
             seconds += max(walk.seconds - before, 1e-3)
-        found.append(Candidate("strokes of one axis after the other", tuple(moves), seconds))
+        found.append(CandidateProgram("strokes of one axis after the other", tuple(moves), seconds))
     return [item for item in found if item.moves and item.seconds <= at_most]
 
 
-def _mixed(room: Room, plan: Sequence[str], budget: float, random: np.random.Generator) -> Candidate:
-    moves: list[Move] = []
+def _mixed(room: Room, plan: Sequence[str], budget: float, random: np.random.Generator) -> CandidateProgram:
+    moves: list[DesignedMove] = []
     seconds = 0.0
     places = {axis.letter: _middle(axis, random) for axis in room.axes}
     approach = dict(places)
     way = max(abs(approach[axis.letter] - axis.start) for axis in room.axes)
     if way > 1e-6:
-        moves.append(Move(approach, room.feed * 0.5))
+        moves.append(DesignedMove(approach, room.feed * 0.5))
         seconds += room.time(way, room.feed * 0.5) * len(room.axes)
     share = max(0.2, (budget - seconds) / (2 * len(plan) * len(room.axes)))
     state = random.bit_generator.state
@@ -203,14 +203,14 @@ def _mixed(room: Room, plan: Sequence[str], budget: float, random: np.random.Gen
             places[axis.letter] = walk.place
             moves += walk.moves
             seconds += walk.seconds
-    return Candidate(", ".join(dict.fromkeys(plan)), tuple(moves), seconds)
+    return CandidateProgram(", ".join(dict.fromkeys(plan)), tuple(moves), seconds)
 
 
-def _middle(axis: Axis, random: np.random.Generator) -> float:
+def _middle(axis: FreeAxis, random: np.random.Generator) -> float:
     return float(np.round(axis.low + axis.stroke * random.choice([0.05, 0.2, 0.4]), 6))
 
 
-def _with_arcs(room: Room, base: Candidate, random: np.random.Generator) -> Candidate:
+def _with_arcs(room: Room, base: CandidateProgram, random: np.random.Generator) -> CandidateProgram:
     """Return a program with a circle of four quarters behind it, in the plane of both axes."""
     first, second = room.axes[:2]
     at = {axis.letter: axis.start for axis in room.axes}
@@ -222,9 +222,9 @@ def _with_arcs(room: Room, base: Candidate, random: np.random.Generator) -> Cand
     x = min(max(x, first.low + radius), first.high - radius)
     z = min(max(z, second.low), second.high - 2.0 * radius)
     circle = [(x + radius, z + radius), (x, z + 2 * radius), (x - radius, z + radius), (x, z)]
-    moves = [*base.moves, Move({first.letter: x, second.letter: z}, speed)]
-    moves += [Move({first.letter: px, second.letter: pz}, speed, radius=radius, clockwise=False) for px, pz in circle]
-    return Candidate(f"{base.title}, a circle", tuple(moves), base.seconds + 7.0 * radius / speed + 1.0)
+    moves = [*base.moves, DesignedMove({first.letter: x, second.letter: z}, speed)]
+    moves += [DesignedMove({first.letter: px, second.letter: pz}, speed, radius=radius, clockwise=False) for px, pz in circle]
+    return CandidateProgram(f"{base.title}, a circle", tuple(moves), base.seconds + 7.0 * radius / speed + 1.0)
 
 
 _SPIN_UP = 1.0
@@ -253,9 +253,9 @@ class _Cut:
         return self.feed * self.speed / (2.0 * math.pi)
 
 
-def turned_candidates(room: Room, at_most: float, count: int, random: np.random.Generator) -> list[Candidate]:
+def turned_candidates(room: Room, at_most: float, count: int, random: np.random.Generator) -> list[CandidateProgram]:
     """Return up to ``count`` programs of at most ``at_most`` [s]: cuts and turns of the spindle in air by turns."""
-    turning, found = room.turning, list[Candidate]()
+    turning, found = room.turning, list[CandidateProgram]()
     if turning is None:
         return []
     for number in range(2 * count):
@@ -267,7 +267,7 @@ def turned_candidates(room: Room, at_most: float, count: int, random: np.random.
     return found[:count]
 
 
-def _cuts(room: Room, turning: Turning, budget: float, random: np.random.Generator) -> Candidate | None:
+def _cuts(room: Room, turning: Turning, budget: float, random: np.random.Generator) -> CandidateProgram | None:
     """Return passes along the part, each at one depth, with a stretch for each step of feed or speed; all is done in even shares of the
     time, and twice: a recording is judged on the half that was not fitted."""
     different = int(random.integers(1, 3))
@@ -284,7 +284,7 @@ def _cuts(room: Room, turning: Turning, budget: float, random: np.random.Generat
     letters = {axis.letter: axis.start for axis in room.axes}
     if set(letters) != {"X", "Z"} or length <= _BEFORE:
         return None
-    moves, seconds = [Move(turn=stretches[0][0].speed)], 0.0
+    moves, seconds = [DesignedMove(turn=stretches[0][0].speed)], 0.0
     moves, seconds = _wait(room, moves, {"X": radius + _ASIDE, "Z": turning.face - _BEFORE}, letters, _SPIN_UP, seconds)
     share = (budget - seconds) / max(1, passes * steps) * 0.8
     for cuts in stretches:
@@ -293,22 +293,22 @@ def _cuts(room: Room, turning: Turning, budget: float, random: np.random.Generat
             break
         ways = np.array([cut.rate * share for cut in cuts])
         ways *= min(1.0, length / float(ways.sum()))
-        moves.append(Move({"X": round(radius, 7)}, room.feed))
+        moves.append(DesignedMove({"X": round(radius, 7)}, room.feed))
         z, seconds = turning.face - _BEFORE, seconds + 0.02 / room.feed
-        moves.append(Move({"Z": turning.face}, per_turn=round(cuts[0].feed, 8), turn=cuts[0].speed))
+        moves.append(DesignedMove({"Z": turning.face}, per_turn=round(cuts[0].feed, 8), turn=cuts[0].speed))
         seconds += _BEFORE / cuts[0].rate
         z = turning.face
         for cut, way in zip(cuts, ways, strict=True):
             z = round(z + float(way), 7)
-            moves.append(Move({"Z": z}, per_turn=round(cut.feed, 8), turn=cut.speed))
+            moves.append(DesignedMove({"Z": z}, per_turn=round(cut.feed, 8), turn=cut.speed))
             seconds += float(way) / cut.rate
         back = {"X": turning.radius + _ASIDE}
-        moves += [Move(back, room.feed), Move({"Z": turning.face - _BEFORE}, room.feed)]
+        moves += [DesignedMove(back, room.feed), DesignedMove({"Z": turning.face - _BEFORE}, room.feed)]
         seconds += (turning.radius + _ASIDE - radius + z - turning.face + _BEFORE) / room.feed
-    return Candidate(title, tuple(moves), seconds)
+    return CandidateProgram(title, tuple(moves), seconds)
 
 
-def _spins(room: Room, turning: Turning, budget: float, random: np.random.Generator, both_ways: bool) -> Candidate:
+def _spins(room: Room, turning: Turning, budget: float, random: np.random.Generator, both_ways: bool) -> CandidateProgram:
     """Return speeds of the spindle in air, each held for a while, as a staircase or at random, one way or both, all of it twice."""
     count = int(random.integers(2, 6))
     shares: FloatArray = np.geomspace(float(random.choice([_SLOWEST_SPIN, 0.3])), 1.0, count)
@@ -318,32 +318,32 @@ def _spins(room: Room, turning: Turning, budget: float, random: np.random.Genera
     speeds = [float(sign * share * turning.speed) for sign in signs for share in shares]
     letters = {axis.letter: axis.start for axis in room.axes}
     home = {axis.letter: float(np.clip(axis.start, axis.low, axis.high)) for axis in room.axes}
-    moves: list[Move] = []
+    moves: list[DesignedMove] = []
     seconds = 0.0
     hold = budget / (2.0 * len(speeds))
     for speed in [*speeds, *speeds]:
-        moves.append(Move(turn=speed))
+        moves.append(DesignedMove(turn=speed))
         moves, seconds = _wait(room, moves, home, letters, hold, seconds)
         letters |= moves[-1].to
-    return Candidate(f"speeds of the spindle, {'both ways' if both_ways else 'one way'}", tuple(moves), seconds)
+    return CandidateProgram(f"speeds of the spindle, {'both ways' if both_ways else 'one way'}", tuple(moves), seconds)
 
 
 def _wait(
-    room: Room, moves: Sequence[Move], home: dict[str, float], letters: dict[str, float], time: float, seconds: float
-) -> tuple[list[Move], float]:
+    room: Room, moves: Sequence[DesignedMove], home: dict[str, float], letters: dict[str, float], time: float, seconds: float
+) -> tuple[list[DesignedMove], float]:
     """Return moves with a rest behind them; where the dialect has no word for one, an axis goes slowly between two places in air."""
     if room.dwells or room.idle is not None:
         way = {letter: value for letter, value in home.items() if abs(value - letters[letter]) > 1e-7}
-        there = [Move(way, room.feed)] if way else []
+        there = [DesignedMove(way, room.feed)] if way else []
         letters |= way
-        return [*moves, *there, Move(rest=round(time, 3))], seconds + time + 0.05 * len(there)
+        return [*moves, *there, DesignedMove(rest=round(time, 3))], seconds + time + 0.05 * len(there)
     axis = room.axes[-1]
     at = letters[axis.letter]
     target = home[axis.letter] if abs(home[axis.letter] - at) > 1e-3 else at + min(5e-3, 0.2 * axis.stroke)
     if target > axis.high:
         target = 2.0 * at - target
     others = {letter: value for letter, value in home.items() if letter != axis.letter and abs(value - letters[letter]) > 1e-7}
-    first = [Move(others, room.feed)] if others else []
+    first = [DesignedMove(others, room.feed)] if others else []
     letters |= others | {axis.letter: target}
     slow = float(np.clip(abs(target - at) / time, 1e-6, room.feed))
-    return [*moves, *first, Move({axis.letter: round(target, 7)}, slow)], seconds + time + 0.5 * len(first)
+    return [*moves, *first, DesignedMove({axis.letter: round(target, 7)}, slow)], seconds + time + 0.5 * len(first)

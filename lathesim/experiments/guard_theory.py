@@ -20,7 +20,7 @@ from lathesim.engine.assembly import FloatArray
 
 
 @dataclass(frozen=True)
-class Loop:
+class WatermarkedLoop:
     """A loop of first order with its feedback and the variances of process and reading."""
 
     a: float = 0.9
@@ -87,7 +87,7 @@ class Watched:
     state: FloatArray
 
 
-def simulate_loops(loop: Loop, watermark: float, samples: int, loops: int, seed: int, replay_from: int | None = None) -> Watched:
+def simulate_loops(loop: WatermarkedLoop, watermark: float, samples: int, loops: int, seed: int, replay_from: int | None = None) -> Watched:
     """Return (loops, samples) innovations, watermarks of the sample before, and true states.
 
     From ``replay_from`` on the readings are those of as many samples before, as an attacker who had recorded them would give them again.
@@ -113,7 +113,7 @@ def simulate_loops(loop: Loop, watermark: float, samples: int, loops: int, seed:
     return Watched(innovation, marks, states)
 
 
-def log_likelihood_ratio(loop: Loop, watermark: float, seen: Watched) -> FloatArray:
+def log_likelihood_ratio(loop: WatermarkedLoop, watermark: float, seen: Watched) -> FloatArray:
     """Return for each sample the logarithm of the ratio: replayed against honest, of innovation and watermark together.
 
     Honest: nu ~ N(0, S) apart from e. Replayed: nu ~ N(-b e, V - b^2 se^2), V the variance under replay.
@@ -157,7 +157,7 @@ def threshold_for(increments: FloatArray, wanted: float) -> float:
 
 
 @dataclass(frozen=True)
-class Point:
+class FrontierPoint:
     """A watermark on the frontier: standard deviation, what it costs (E[x^2]), threshold, and the mean delay [samples] (NaN: never)."""
 
     watermark: float
@@ -167,7 +167,7 @@ class Point:
     told: float
 
 
-def watermark_within(loop: Loop, samples: float, false_alarm: float) -> float:
+def watermark_within(loop: WatermarkedLoop, samples: float, false_alarm: float) -> float:
     """Return the smallest watermark whose replay is told within so many samples on average, by its expected information.
 
     At one false alarm in A samples the best guard needs about ln(A) nats: the delay is ln(A) over the information of a sample. The
@@ -183,7 +183,7 @@ def watermark_within(loop: Loop, samples: float, false_alarm: float) -> float:
     return float(brentq(lambda size: loop.information(size) - needed, 0.0, largest, xtol=1e-9))
 
 
-def frontier(loop: Loop, watermarks: tuple[float, ...], false_alarm: float, seed: int = 1) -> list[Point]:
+def frontier(loop: WatermarkedLoop, watermarks: tuple[float, ...], false_alarm: float, seed: int = 1) -> list[FrontierPoint]:
     """Return for each watermark the mean delay to the alarm of a replay, at one false alarm in ``false_alarm`` samples.
 
     The statistic is the CUSUM of the joint likelihood ratio. Without a watermark replayed readings are honest in every respect, so the
@@ -192,12 +192,12 @@ def frontier(loop: Loop, watermarks: tuple[float, ...], false_alarm: float, seed
     found = []
     for size in watermarks:
         if size == 0.0:
-            found.append(Point(0.0, loop.cost(0.0), math.inf, math.nan, 0.0))
+            found.append(FrontierPoint(0.0, loop.cost(0.0), math.inf, math.nan, 0.0))
             continue
         honest = simulate_loops(loop, size, int(min(false_alarm, 20_000)), 200, seed)
         threshold = threshold_for(log_likelihood_ratio(loop, size, honest)[:, 50:], false_alarm)
         lead = 2000
         attacked = simulate_loops(loop, size, 2 * lead, 1500, seed + 1, replay_from=lead)
         when = alarm_samples(log_likelihood_ratio(loop, size, attacked)[:, lead:], threshold)
-        found.append(Point(size, loop.cost(size), threshold, float(np.nanmean(when)), float(np.isfinite(when).mean())))
+        found.append(FrontierPoint(size, loop.cost(size), threshold, float(np.nanmean(when)), float(np.isfinite(when).mean())))
     return found

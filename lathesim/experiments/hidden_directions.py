@@ -35,7 +35,7 @@ _STILL = 0.02
 
 
 @dataclass(frozen=True)
-class Hidden:
+class HiddenDirection:
     """A combination that leaves no trace: powers by which values may be multiplied together, name -> power, and the sentence about it."""
 
     powers: dict[str, float]
@@ -51,7 +51,7 @@ class Telling:
 
     names: tuple[str, ...]
     singular: FloatArray
-    hidden: tuple[Hidden, ...]
+    hidden: tuple[HiddenDirection, ...]
     loose: tuple[tuple[str, float], ...]
 
     @property
@@ -77,7 +77,7 @@ def telling(names: Sequence[str], slopes: FloatArray, moved: Callable[[FloatArra
     hidden = _still(names, singular, rows, moved)
     variance = np.square(rows.T / np.maximum(singular, 1e-9)).sum(axis=1)
     loose = tuple((name, float(np.sqrt(size))) for name, size in zip(names, variance, strict=True) if size > 1.0 / KNOWN**2)
-    return Telling(tuple(names), singular, tuple(Hidden(powers, _sentence(powers)) for powers in hidden), loose)
+    return Telling(tuple(names), singular, tuple(HiddenDirection(powers, _sentence(powers)) for powers in hidden), loose)
 
 
 def _still(

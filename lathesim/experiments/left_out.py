@@ -191,7 +191,7 @@ class Unseen:
 
 
 @dataclass(frozen=True, eq=False)
-class Band:
+class DeviationBand:
     """How far a machine may be off: a, b, z, the covariance of the values, and what they might be before the fit (values,)."""
 
     level: float
@@ -201,7 +201,7 @@ class Band:
     spread: FloatArray
 
 
-def own_band(fitted: Objective, point: FloatArray) -> Band:
+def own_band(fitted: Objective, point: FloatArray) -> DeviationBand:
     """Return a, b and z that suit the fitted programs where each is left out of the fit in turn."""
     spread = np.array([item.spread for item in fitted.free])
     slopes = fitted.slopes(point)
@@ -211,7 +211,7 @@ def own_band(fitted: Objective, point: FloatArray) -> Band:
     activity = np.sqrt(np.square(slopes * spread).sum(axis=1))
     level, share = _levels(residual, activity)
     size = np.sqrt(level**2 + share**2 * np.square(activity) + np.einsum("ij,jk,ik->i", slopes, inverse, slopes))
-    return Band(level, share, float(np.quantile(np.abs(residual) / size, _COVERED)), inverse, spread)
+    return DeviationBand(level, share, float(np.quantile(np.abs(residual) / size, _COVERED)), inverse, spread)
 
 
 def judge_unseen(fitted: Objective, unseen: Objective, point: FloatArray) -> list[Unseen]:

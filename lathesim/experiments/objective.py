@@ -30,7 +30,7 @@ _WITHIN = 2e-3
 
 
 @dataclass
-class History:
+class TriedPoints:
     """Every point that was tried on the scale of the search, with its Q."""
 
     points: list[FloatArray] = field(default_factory=list)
@@ -41,7 +41,7 @@ class History:
         return self.points[int(np.argmin(self.costs))]
 
 
-class Reading(Protocol):
+class MachineReadings(Protocol):
     """What gives the readings of a machine for values of the free names; ``runs`` counts simulations, ``stop`` ends a batch."""
 
     @property
@@ -63,7 +63,9 @@ class Objective:
     what is new in each deviation, given the earlier ones. Way-points behind ``until`` [s] do not count.
     """
 
-    def __init__(self, replica: Reading, free: Sequence[FreeValue], recorded: Sequence[Waypoints], weight: float, floor: float) -> None:
+    def __init__(
+        self, replica: MachineReadings, free: Sequence[FreeValue], recorded: Sequence[Waypoints], weight: float, floor: float
+    ) -> None:
         self.replica = replica
         self.free = tuple(free)
         self.recorded = tuple(recorded)
@@ -71,7 +73,7 @@ class Objective:
         self.floor, self.least = floor, floor
         self.wandering: Wandering | None = None
         self.until = math.inf
-        self.history = History()
+        self.history = TriedPoints()
         self._weights = [np.array([self._weight(item, name) for name in item.channels]) for item in recorded]
 
     def _weight(self, item: Waypoints, name: str) -> float:

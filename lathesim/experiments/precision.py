@@ -26,8 +26,8 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
 from lathesim.experiments.candidate_programs import Laid, lay_candidate, lay_those_that_fit, lay_what_fits, neighbours, walking_time
-from lathesim.experiments.experiment import Wish
-from lathesim.experiments.families import Candidate, candidates, strokes_in_turn
+from lathesim.experiments.experiment import DesignWish
+from lathesim.experiments.families import CandidateProgram, candidates, strokes_in_turn
 from lathesim.experiments.free_values import FreeValue, bounds, free_values, values_of
 from lathesim.experiments.hidden_directions import Telling, telling
 from lathesim.experiments.optimality import criterion_value
@@ -57,17 +57,17 @@ class Ready:
 
 
 @dataclass(frozen=True)
-class Before:
+class KnownBefore:
     """What an emulation leaves for the next design: programs that were recorded, and b, the share by which the structure errs."""
 
     programs: tuple[Path, ...] = ()
     error: float = 0.0
 
 
-NOTHING_BEFORE = Before()
+NOTHING_BEFORE = KnownBefore()
 
 
-def before_design(file: Path, lesson: Lesson) -> Before:
+def before_design(file: Path, lesson: Lesson) -> KnownBefore:
     """Return what an ``emulation.json`` tells. Raises :class:`LatheSimError` where the file is none, or its programs are gone."""
     try:
         told = parsed_json(file.read_text(encoding="utf-8"))
@@ -81,7 +81,7 @@ def before_design(file: Path, lesson: Lesson) -> Before:
     if None in found:
         missing = programs[found.index(None)]
         raise LatheSimError(f"the part program '{missing}' is not there any more.", place=str(file), remedy="Emulate the machine again.")
-    return Before(tuple(path for path in found if path is not None), error)
+    return KnownBefore(tuple(path for path in found if path is not None), error)
 
 
 def programs_to_run(lesson: Lesson) -> list[Path]:
@@ -144,8 +144,8 @@ class Precise:
 
 
 def design_for_precision(
-    lesson: Lesson, names: Sequence[str], registry: Registry, wish: Wish, criterion: str, variant: str | None,
-    say: Callable[[str], None], stop: threading.Event | None = None, before: Before | None = None,
+    lesson: Lesson, names: Sequence[str], registry: Registry, wish: DesignWish, criterion: str, variant: str | None,
+    say: Callable[[str], None], stop: threading.Event | None = None, before: KnownBefore | None = None,
 ) -> Precise:  # fmt: skip
     """Return the program that makes the named values known best, within the limits of the lesson.
 
@@ -241,7 +241,7 @@ class PrecisionBench:
 
     def __init__(
         self, prepared: Prepared, room: Room, free: Sequence[FreeValue], channels: Sequence[str], noise: dict[str, float], rate: float,
-        wish: Wish, criterion: str, stop: threading.Event | None, aims: Sequence[Ready] = (), before: Before = NOTHING_BEFORE,
+        wish: DesignWish, criterion: str, stop: threading.Event | None, aims: Sequence[Ready] = (), before: KnownBefore = NOTHING_BEFORE,
     ) -> None:  # fmt: skip
         self.prepared, self.room, self.free, self.channels, self.stop = prepared, room, list(free), tuple(channels), stop
         self.noise = np.array([noise[name] for name in channels])
@@ -260,7 +260,7 @@ class PrecisionBench:
         drawn = [0.5 * spread * random.standard_normal(len(free)) for _ in range(draws - 1)]
         self.points = [np.clip(point, *bounds(free)) for point in (np.zeros(len(free)), *drawn)]
 
-    def lay(self, candidate: Candidate) -> Laid:
+    def lay(self, candidate: CandidateProgram) -> Laid:
         """Return a candidate as path."""
         return lay_candidate(candidate, self.room)
 

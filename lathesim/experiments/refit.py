@@ -147,7 +147,7 @@ def _held_power(difference: FloatArray) -> float:
 
 
 @dataclass(frozen=True)
-class Descent:
+class RefitDescent:
     """The descent of one rival to what a truth makes a program's recording read (``truth``, in noise levels).
 
     ``levels`` turns readings into noise levels. ``settled`` is T from which on more of it changes nothing, and ``nested`` T below which the

@@ -41,7 +41,7 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedRival:
     """A rival as it was asked for: effect, part, and what is known of its sizes (parameter -> low, high [SI])."""
 
     effect: str
@@ -49,18 +49,18 @@ class Named:
     known: dict[str, tuple[float, float]]
 
 
-def named_between(text: str) -> list[Named]:
+def named_between(text: str) -> list[NamedRival]:
     """Return the rivals of ``'Backlash@x_axis,PreslidingFriction@x_axis'``."""
     found = []
     for item in (piece.strip() for piece in text.split(",")):
         if not item:
             continue
         effect, _, at = item.partition("@")
-        found.append(Named(effect.strip(), at.strip(), {}))
+        found.append(NamedRival(effect.strip(), at.strip(), {}))
     return found
 
 
-def named_in_diagnosis(path: Path, title: str) -> list[Named]:
+def named_in_diagnosis(path: Path, title: str) -> list[NamedRival]:
     """Return the rivals that a diagnosis left: what it named and what is tied with it, else all that it lists.
 
     ``title`` is that of the lesson. Raises :class:`LatheSimError` where the file is no diagnosis, one of another lesson, or one that left
@@ -81,10 +81,10 @@ def named_in_diagnosis(path: Path, title: str) -> list[Named]:
     return named_in(told, str(path))
 
 
-def named_in(told: dict[str, Any], place: str) -> list[Named]:
+def named_in(told: dict[str, Any], place: str) -> list[NamedRival]:
     """Return the rivals of a diagnosis as JSON; raises :class:`LatheSimError` where it left nothing to tell."""
     effects = [item for item in told.get("effects") or [] if isinstance(item, dict) and item.get("effect")]
-    found: list[Named] = []
+    found: list[NamedRival] = []
     for item in effects:
         at = str(item.get("at", ""))
         known = {
@@ -92,7 +92,7 @@ def named_in(told: dict[str, Any], place: str) -> list[Named]:
             for name, value in (item.get("parameters") or {}).items()
             if isinstance(value, dict) and _number(value.get("low")) and _number(value.get("high"))
         }
-        found.append(Named(str(item["effect"]), at, known))
+        found.append(NamedRival(str(item["effect"]), at, known))
         found += [_tied(str(other), at) for other in item.get("tied_with") or []]
     unique = list({(item.effect, item.at): item for item in reversed(found)}.values())[::-1]
     if len(unique) < 2:
@@ -106,14 +106,14 @@ def _number(value: object) -> bool:
     return isinstance(value, (int, float)) and bool(np.isfinite(value))
 
 
-def _tied(text: str, at: str) -> Named:
+def _tied(text: str, at: str) -> NamedRival:
     """Return a rival that is told as ``Effect`` (at the same place) or ``Effect at part``."""
     effect, _, other = text.replace(" at ", "@").partition("@")
-    return Named(effect.strip().partition(" ")[0], other.strip() or at, {})
+    return NamedRival(effect.strip().partition(" ")[0], other.strip() or at, {})
 
 
 def place_rivals(
-    named: Sequence[Named], assembly: Assembly, compared: Sequence[str], registry: Registry, draws: int, seed: int, place: str
+    named: Sequence[NamedRival], assembly: Assembly, compared: Sequence[str], registry: Registry, draws: int, seed: int, place: str
 ) -> tuple[Assembly, list[Rival]]:
     """Return the machine with every rival in it, neutral, and the rivals with sizes drawn from what is known or usual.
 
@@ -142,7 +142,7 @@ def place_rivals(
     return holding, rivals
 
 
-def _unread(item: Named, effect: Any, terms: Sequence[Term], assembly: Assembly, compared: Sequence[str]) -> str:
+def _unread(item: NamedRival, effect: Any, terms: Sequence[Term], assembly: Assembly, compared: Sequence[str]) -> str:
     """Return the channel that would have to be recorded for an effect to sit at a sensor; empty where it has a place, or none at all."""
     sensor = next((part for part in assembly.parts if part.name == item.at), None)
     if sensor is None or any(item.at in (term.at, term.of_motion, Place.of(term.at).part) for term in terms if term.name == item.effect):
@@ -155,7 +155,7 @@ def _unread(item: Named, effect: Any, terms: Sequence[Term], assembly: Assembly,
     return ""
 
 
-def _term(item: Named, terms: Sequence[Term], assembly: Assembly, place: str) -> Term:
+def _term(item: NamedRival, terms: Sequence[Term], assembly: Assembly, place: str) -> Term:
     own = [term for term in terms if term.name == item.effect]
     if not own:
         fact = f"{item.effect} has no place in this machine."

@@ -40,7 +40,7 @@ _AXES = {"X": ("x_reference", 0), "Z": ("z_reference", 1)}
 
 
 @dataclass(frozen=True)
-class Axis:
+class FreeAxis:
     """A free axis: its word, where it begins, and its travel [m] (X is a radius)."""
 
     letter: str
@@ -80,8 +80,8 @@ class Room:
     """
 
     interpolator: Part
-    axes: tuple[Axis, ...]
-    idle: Axis | None
+    axes: tuple[FreeAxis, ...]
+    idle: FreeAxis | None
     feed: float
     acceleration: float
     dialect: str
@@ -132,7 +132,7 @@ def room_of(prepared: Prepared) -> Room:
         if high - low < 1e-9 and letter in letters:
             fact = f"the {letter} axis has no travel: the machine gives no limits and the lesson's program does not move it."
             raise LatheSimError(fact, place=str(lesson.path), remedy="Write 'travel:' in the machine template.")
-        axes.append(Axis(letter, given[_AXES[letter][1]], low, high if high - low > 1e-9 else low + _USUAL_STROKE))
+        axes.append(FreeAxis(letter, given[_AXES[letter][1]], low, high if high - low > 1e-9 else low + _USUAL_STROKE))
     largest = limits.feed if math.isfinite(limits.feed) else feed
     return Room(
         interpolator,
@@ -197,7 +197,7 @@ _IDLE_WAY = 5e-3
 
 
 @dataclass(frozen=True)
-class Move:
+class DesignedMove:
     """One block: where it goes by axis [m], how fast [m/s]; with ``rest`` [s] it stands still instead.
 
     With ``radius`` [m] it is a quarter of a circle, clockwise or not. ``turn`` [rad/s] is the speed of the spindle, below 0 backwards, from
@@ -213,7 +213,7 @@ class Move:
     per_turn: float = 0.0
 
 
-def program_text(title: Sequence[str], moves: Sequence[Move], room: Room) -> str:
+def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room) -> str:
     """Return the part program of moves, in millimetres and millimetres per minute, absolute, X as the dialect means it."""
     dialect = DIALECTS[room.dialect]
     lines = ["%"] if dialect.program_number else []

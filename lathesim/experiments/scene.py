@@ -22,7 +22,7 @@ from lathesim.engine.assembly import Assembly, FloatArray, Place, of_part
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.experiments.candidate_programs import Laid, lay_candidate
-from lathesim.experiments.families import Candidate
+from lathesim.experiments.families import CandidateProgram
 from lathesim.experiments.replica import given_values
 from lathesim.experiments.rivals import Rival
 from lathesim.experiments.room import Room
@@ -225,7 +225,7 @@ class Scene:
                 return
         self.batch = dataclasses.replace(self.batch, steps_per_sample=0)
 
-    def lay(self, candidate: Candidate, title: Sequence[str] = ()) -> Laid:
+    def lay(self, candidate: CandidateProgram, title: Sequence[str] = ()) -> Laid:
         """Return a candidate as path; its text is read back as any part program is. Raises what the reading of a program raises."""
         return lay_candidate(candidate, self.room, title)
 

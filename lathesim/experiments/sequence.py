@@ -17,10 +17,10 @@ from lathesim.diagnosis.records.diagnosis import NAMING, Diagnosis, FoundEffect,
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError
-from lathesim.experiments.experiment import Designed, Wish, design_experiment
+from lathesim.experiments.experiment import Designed, DesignWish, design_experiment
 from lathesim.experiments.experiment_files import undecidable_sentence, write_experiment, write_program_and_lesson
 from lathesim.experiments.prediction import recorded_rows, write_recording
-from lathesim.experiments.rivals import NOTHING, Named, named_in
+from lathesim.experiments.rivals import NOTHING, NamedRival, named_in
 from lathesim.identification.replay.loading import LoadedCase, load_case
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.simulate import prepare
@@ -200,7 +200,7 @@ def with_designed_program(
     """
     try:
         named = named_in(as_json(diagnosis), "--design")
-        found = design_experiment(lesson, named, registry, Wish(), variant, "--design", say, stop)
+        found = design_experiment(lesson, named, registry, DesignWish(), variant, "--design", say, stop)
     except LatheSimError as error:
         say(f"No program is designed: {error.fact}")
         return diagnosis
@@ -255,7 +255,8 @@ class RunRounds:
 
 
 def run_rounds(
-    lesson: Lesson, machine: Lesson, named: Sequence[Named], registry: Registry, wish: Wish, most: int, folder: Path, place: str, say: Say,
+    lesson: Lesson, machine: Lesson, named: Sequence[NamedRival], registry: Registry, wish: DesignWish, most: int, folder: Path,
+    place: str, say: Say,
     stop: threading.Event | None = None,
 ) -> RunRounds:  # fmt: skip
     """Return the rounds of a sequence; ``machine`` is the lesson that plays the real machine, with noise before its sensors.

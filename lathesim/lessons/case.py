@@ -13,7 +13,7 @@ from lathesim.errors import LessonError, nearest
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.lessons.schema import Changes, InsertEntry, PartEntry
-from lathesim.lessons.yaml_source import Location, Source
+from lathesim.lessons.yaml_source import Location, YamlFile
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class PartOfCase:
     """A part as the machine template, or an ``add:`` of the lesson, has it, and where that stands."""
 
     entry: PartEntry
-    source: Source
+    source: YamlFile
     location: Location
 
 

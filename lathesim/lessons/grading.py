@@ -29,7 +29,7 @@ from lathesim.lessons.lesson import Lesson, find_lesson
 from lathesim.lessons.part_values import no_item, placed_at, si_value
 from lathesim.lessons.schema import DrivingSignal, Goal, LessonSettings, RecordedSignal
 from lathesim.lessons.validation import validated
-from lathesim.lessons.yaml_source import Location, Source, read_source, source_of
+from lathesim.lessons.yaml_source import Location, YamlFile, read_source, source_of
 from lathesim.plugins import Registry
 from lathesim.record import Record, load
 from lathesim.units import convertible, from_si, is_count, quantity, si_factor, split_quantity
@@ -51,7 +51,7 @@ def check_promises(lesson: Lesson, assembly: Assembly, registry: Registry) -> No
     _check_recordings(lesson, parts)
 
 
-def check_goals(settings: LessonSettings, source: Source, registry: Registry) -> None:
+def check_goals(settings: LessonSettings, source: YamlFile, registry: Registry) -> None:
     """Refuse (:class:`LessonError`) goals and published values of no metric, or of another unit."""
     for position, goal in enumerate(settings.goals):
         location: Location = ("goals", position)
@@ -106,7 +106,7 @@ def _same_kind(lesson: Lesson, given: str, unit: str, location: Location) -> Non
         raise LessonError(f"the column is given in {given}, and {unit} is wanted.", place=place, remedy=f"Use a unit like {unit}.")
 
 
-def _metric_unit(source: Source, name: str, location: Location, registry: Registry, *, key: bool) -> str:
+def _metric_unit(source: YamlFile, name: str, location: Location, registry: Registry, *, key: bool) -> str:
     metric: Any = registry.metrics.get(name)
     if metric is None:
         remedy = nearest(name, registry.metrics) or f"There are {', '.join(registry.metrics)}."
@@ -114,7 +114,7 @@ def _metric_unit(source: Source, name: str, location: Location, registry: Regist
     return str(metric.unit)
 
 
-def _value(source: Source, text: str, location: Location, unit: str) -> float:
+def _value(source: YamlFile, text: str, location: Location, unit: str) -> float:
     place = source.place(location)
     return si_value(Given(text, place, place), unit)
 
@@ -313,7 +313,7 @@ def _merit(graded: Grade) -> tuple[str, int, int, float, str]:
     return (graded.lesson, _ORDER.index(graded.result), -graded.met, first, graded.record)
 
 
-def _yardstick(name: str, source: Source, registry: Registry) -> Yardstick:
+def _yardstick(name: str, source: YamlFile, registry: Registry) -> Yardstick:
     settings = validated(LessonSettings, source)
     check_goals(settings, source, registry)
     return Yardstick(name, source.name, settings, source.text)

@@ -11,7 +11,7 @@ from typing import cast
 
 from lathesim.analysis.failed_run import nothing_cut, unstable_loop
 from lathesim.analysis.metric import Measurements, measure
-from lathesim.engine.run import Sink
+from lathesim.engine.run import BlockSink
 from lathesim.errors import SimulationError
 from lathesim.lessons.grading import UNFINISHED, GoalResult, Judgement, judge_run
 from lathesim.lessons.lesson import results_folder
@@ -70,7 +70,7 @@ def run_and_keep(
     seed: int | None = None,
     progress: Callable[[float], None] | None = None,
     stop: threading.Event | None = None,
-    onlooker: Sink | None = None,
+    onlooker: BlockSink | None = None,
     largest_block: int | None = None,
 ) -> KeptRun:
     """Run a case, save its record at ``path`` and return it measured and judged; see :func:`lathesim.lessons.simulate.run_prepared`.

@@ -8,18 +8,18 @@ from pathlib import Path
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.schema import LessonSettings, MachineSettings
 from lathesim.lessons.validation import validated
-from lathesim.lessons.yaml_source import Source, read_source, source_of
+from lathesim.lessons.yaml_source import YamlFile, read_source, source_of
 from lathesim.shipped import shipped_files, shipped_folder
 
 
 @dataclass(frozen=True)
-class Machine:
+class MachineTemplate:
     """A machine template as it stands in its file."""
 
     name: str
     path: Path
     settings: MachineSettings
-    source: Source
+    source: YamlFile
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Lesson:
     name: str
     path: Path
     settings: LessonSettings
-    source: Source
-    machine: Machine
+    source: YamlFile
+    machine: MachineTemplate
 
     @property
     def title(self) -> str:
@@ -59,7 +59,7 @@ def lesson_from_text(text: str, path: Path) -> Lesson:
     return _lesson_of(source_of(text, str(path)), path)
 
 
-def _lesson_of(source: Source, path: Path) -> Lesson:
+def _lesson_of(source: YamlFile, path: Path) -> Lesson:
     if "machine" in source.data and "lesson" not in source.data and "parts" in source.data:
         raise LessonError(
             "this is a machine template, not a lesson.", place=str(path), remedy="Write a lesson with the key 'machine' naming it."
@@ -69,10 +69,10 @@ def _lesson_of(source: Source, path: Path) -> Lesson:
     return Lesson(path.stem, path, settings, source, machine)
 
 
-def load_machine(path: Path) -> Machine:
+def load_machine(path: Path) -> MachineTemplate:
     """Return the machine template in a file."""
     source = read_source(path, what="machine template")
-    return Machine(path.stem, path, validated(MachineSettings, source), source)
+    return MachineTemplate(path.stem, path, validated(MachineSettings, source), source)
 
 
 def find_lesson(path_or_name: str | Path) -> Path:
@@ -101,7 +101,7 @@ def find_program(named: str | Path, beside: Path) -> Path | None:
     return None
 
 
-def _machine_of(named: str, lesson: Path, source: Source) -> Machine:
+def _machine_of(named: str, lesson: Path, source: YamlFile) -> MachineTemplate:
     given = Path(named)
     if given.suffix in (".yaml", ".yml"):
         candidates = [lesson.parent / given, given]

@@ -11,7 +11,7 @@ from lathesim.component import Input, Output, Parameter, State
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.lessons.case import Case, Given
-from lathesim.lessons.lesson import Lesson, Machine
+from lathesim.lessons.lesson import Lesson, MachineTemplate
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.path_columns import (
@@ -81,14 +81,14 @@ def program_warnings(case: Case, stock: RawStock | None = None) -> list[str]:
     return [*told, f"{program.name}: nose compensation is read with {nose}. Give the tools of the lesson their noses."] if nose else told
 
 
-def limits_of(machine: Machine) -> Limits:
+def limits_of(machine: MachineTemplate) -> Limits:
     """Return the travel [m] and the largest feed [m/s] of a machine template."""
     units = {"x_low": "m", "x_high": "m", "z_low": "m", "z_high": "m", "feed": "m/s"}
     written = {name: getattr(machine.settings.travel, name) for name in units}
     return Limits(**{name: _value(machine, ("travel", name), text, units[name]) for name, text in written.items() if text is not None})
 
 
-def start_of(machine: Machine, lesson: Lesson | None = None) -> tuple[float, float] | None:
+def start_of(machine: MachineTemplate, lesson: Lesson | None = None) -> tuple[float, float] | None:
     """Return the start point (x, z) [m] of a lesson or of its machine template, or none where both leave it to the dialect."""
     if lesson is not None and lesson.settings.start_point is not None:
         own = lesson.settings.start_point
@@ -101,7 +101,7 @@ def start_of(machine: Machine, lesson: Lesson | None = None) -> tuple[float, flo
     return _value(machine, ("start_point", "x"), point.x, "m"), _value(machine, ("start_point", "z"), point.z, "m")
 
 
-def _value(machine: Machine, location: tuple[str, str], text: str, unit: str) -> float:
+def _value(machine: MachineTemplate, location: tuple[str, str], text: str, unit: str) -> float:
     place = machine.source.place(location)
     return si_value(Given(text, place, place), unit)
 

@@ -21,14 +21,14 @@ from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import Case, case_of
 from lathesim.lessons.grading import check_promises
 from lathesim.lessons.insertion import Machinery
-from lathesim.lessons.lesson import Lesson, Machine
+from lathesim.lessons.lesson import Lesson, MachineTemplate
 from lathesim.lessons.part_values import seconds
 from lathesim.lessons.program_path import expected_time, raw_stock
 from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
 
 if TYPE_CHECKING:
-    from lathesim.engine.run import Sink
+    from lathesim.engine.run import BlockSink
     from lathesim.record import Record
 
 
@@ -93,7 +93,7 @@ def prepare(
     return Prepared(case, machinery, wire(machinery), alarms=alarms_of(case, machinery))
 
 
-def check_machine(machine: Machine, registry: Registry) -> Plan:
+def check_machine(machine: MachineTemplate, registry: Registry) -> Plan:
     """Wire a machine template as it stands and give the plan; raises what :func:`prepare` raises.
 
     A path of one short segment and the example tables of its components stand in for what only a lesson gives.
@@ -146,7 +146,7 @@ def run_prepared(
     progress: Callable[[float], None] | None = None,
     stop: threading.Event | None = None,
     often: bool = False,
-    onlooker: Sink | None = None,
+    onlooker: BlockSink | None = None,
     largest_block: int | None = None,
 ) -> Record:
     """Run a prepared case, see :func:`simulate`; one that is to be run ``often`` is compiled sooner.

@@ -19,7 +19,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from lathesim.errors import LatheSimError
-from lathesim.lessons.lesson import Lesson, Machine
+from lathesim.lessons.lesson import Lesson, MachineTemplate
 from lathesim.lessons.schema import LessonSettings, MachineSettings
 from lathesim.lessons.simulate import prepare
 from lathesim.lessons.sweep_runs import Job, Member, Members
@@ -98,7 +98,7 @@ def _unpacked(bundle: Bundle) -> Members:
 def _lesson(bundle: Bundle) -> Lesson:
     (name, text), (machine_name, machine_text) = bundle.lesson, bundle.machine
     machine_source = source_of(machine_text, f"{machine_name}.yaml")
-    machine = Machine(machine_name, Path(f"{machine_name}.yaml"), validated(MachineSettings, machine_source), machine_source)
+    machine = MachineTemplate(machine_name, Path(f"{machine_name}.yaml"), validated(MachineSettings, machine_source), machine_source)
     source = source_of(text, f"{name}.yaml")
     return Lesson(name, Path(f"{name}.yaml"), validated(LessonSettings, source), source, machine)
 

@@ -29,7 +29,7 @@ LARGEST_SWEEP = 1_000_000
 
 
 @dataclass(frozen=True)
-class Range:
+class SweptRange:
     """One ``--vary``: the names that take the same value, the values [SI], and the unit in which they are shown."""
 
     text: str
@@ -55,7 +55,7 @@ class Range:
         return f"{self.shown[place]:.6g} {self.unit}".removesuffix(" 1")
 
 
-def read_range(text: str, prepared: Prepared) -> Range:
+def read_range(text: str, prepared: Prepared) -> SweptRange:
     """Read one ``--vary``, and refuse (:class:`LessonError`) what the machine does not have or may not be.
 
     A number without a unit is right where the unit is 1; elsewhere it is taken in the unit in which the lesson or its machine writes that
@@ -82,10 +82,10 @@ def read_range(text: str, prepared: Prepared) -> Range:
         part, item = Place.of(name)
         for value in values:
             take_value(part, prepared.plan.parts[part].component, item, Given(value, place, place), {}, {})
-    return Range(text, names, tuple(values), split_quantity(texts[-1])[1] or "1", logarithmic, remark)
+    return SweptRange(text, names, tuple(values), split_quantity(texts[-1])[1] or "1", logarithmic, remark)
 
 
-def grid(ranges: Sequence[Range]) -> list[tuple[int, ...]]:
+def grid(ranges: Sequence[SweptRange]) -> list[tuple[int, ...]]:
     """Return all combinations as positions in the ranges, the last range running fastest."""
     count = math.prod(len(item.values) for item in ranges)
     if count > LARGEST_SWEEP:

@@ -9,12 +9,12 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from lathesim.errors import LessonError, nearest
-from lathesim.lessons.yaml_source import Location, Source, kind_of
+from lathesim.lessons.yaml_source import Location, YamlFile, kind_of
 
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def validated(model: type[Model], source: Source) -> Model:
+def validated(model: type[Model], source: YamlFile) -> Model:
     """Return ``source`` as ``model``, or raise its first fault in the order of the file (:class:`LessonError`)."""
     try:
         return model.model_validate(source.data)
@@ -23,7 +23,7 @@ def validated(model: type[Model], source: Source) -> Model:
         raise _fault(model, source, first) from None
 
 
-def _order(source: Source, details: Any) -> tuple[bool, int, int]:
+def _order(source: YamlFile, details: Any) -> tuple[bool, int, int]:
     """Return the order of telling: by place, what is missing last (a misspelt key tells more than the lack of the right one)."""
     location: Location = tuple(item for item in details["loc"] if item != "[key]")
     missing = details["type"] == "missing"
@@ -31,7 +31,7 @@ def _order(source: Source, details: Any) -> tuple[bool, int, int]:
     return missing, int(line), int(column)
 
 
-def _fault(model: type[BaseModel], source: Source, details: Any) -> LessonError:
+def _fault(model: type[BaseModel], source: YamlFile, details: Any) -> LessonError:
     location: Location = tuple(item for item in details["loc"] if item != "[key]")
     kind = str(details["type"])
     last = location[-1] if location else ""

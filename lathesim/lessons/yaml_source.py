@@ -19,20 +19,20 @@ Location = tuple[str | int, ...]
 """Where something stands in the data: keys and list positions from the top."""
 
 
-class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+class _LineLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
     """A safe loader with the few implicit types of JSON."""
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}
 
 
 _NUMBER = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
-_Loader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile(r"^(true|false)$"), list("tf"))
-_Loader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"^(null|~|)$"), ["n", "~", ""])
-_Loader.add_implicit_resolver("tag:yaml.org,2002:float", _NUMBER, list("-+.0123456789"))
+_LineLoader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile(r"^(true|false)$"), list("tf"))
+_LineLoader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"^(null|~|)$"), ["n", "~", ""])
+_LineLoader.add_implicit_resolver("tag:yaml.org,2002:float", _NUMBER, list("-+.0123456789"))
 
 
 @dataclass(frozen=True)
-class Source:
+class YamlFile:
     """A YAML file: its name as shown to people, its text, its data, and the line and column (from 1) of every key and value."""
 
     name: str
@@ -50,7 +50,7 @@ class Source:
         return "{}:{}:{}".format(self.name, *self.values.get(location, (1, 1)))
 
 
-def read_source(path: Path, *, what: str = "lesson") -> Source:
+def read_source(path: Path, *, what: str = "lesson") -> YamlFile:
     """Return the source of a YAML file, or refuse it (:class:`LessonError`)."""
     name = str(path)
     try:
@@ -64,21 +64,21 @@ def read_source(path: Path, *, what: str = "lesson") -> Source:
     return source_of(text, name)
 
 
-def source_of(text: str, name: str) -> Source:
+def source_of(text: str, name: str) -> YamlFile:
     """Return the source of YAML ``text``; ``name`` is what errors call the file."""
     try:
-        root = yaml.compose(text, Loader=_Loader)
+        root = yaml.compose(text, Loader=_LineLoader)
     except yaml.YAMLError as error:
         raise _not_yaml(error, text, name) from None
     if root is None:
         raise LessonError("the file is empty.", place=name, remedy="Begin with 'lesson: a title'.")
-    reader = _Reader(name)
+    reader = _NodeReader(name)
     data = reader.read(root, ())
     if not isinstance(data, dict):
         raise LessonError(
             f"the file holds {kind_of(data)} where keys and values are due.", place=f"{name}:1:1", remedy="Write 'key: value' lines."
         )
-    return Source(name, text, data, reader.keys, reader.values)
+    return YamlFile(name, text, data, reader.keys, reader.values)
 
 
 def kind_of(value: Any) -> str:
@@ -107,7 +107,7 @@ def _not_yaml(error: yaml.YAMLError, text: str, name: str) -> LessonError:
     return LessonError(f"this is not YAML: {problem}.", place=place, remedy="Check the indentation, colons and quotes there.")
 
 
-class _Reader:
+class _NodeReader:
     """Turns YAML nodes into data and notes positions on the way."""
 
     def __init__(self, name: str) -> None:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from lathesim.live.connections import Address
-from lathesim.live.samples import Block, LiveError, Signal
-from lathesim.live.wire_format import Decoder, Kind, Numbers, WireError, read_datagram, read_numbers, read_text, text_frame
+from lathesim.live.samples import LiveError, SampleBlock, Signal
+from lathesim.live.wire_format import Decoder, FrameKind, Numbers, WireError, read_datagram, read_numbers, read_text, text_frame
 from lathesim.record import FloatArray
 
 WAIT = 512
@@ -120,7 +120,7 @@ class FeedbackSource:
         """Return the address."""
         return f"tcp://{self.address.host}:{self.address.port}"
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return samples as they come, until the servo side goes; raises :class:`LiveError` where there is none."""
         try:
             reader, writer = await asyncio.wait_for(asyncio.open_connection(self.address.host, self.address.port), PATIENCE)
@@ -132,7 +132,7 @@ class FeedbackSource:
         transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(lambda: _Inbox(self._waiting, peer), local_addr=(own, 0))
         listening = asyncio.ensure_future(self._listen(reader))
         try:
-            writer.write(text_frame(Kind.HELLO, {"looks_on": True, "udp_port": transport.get_extra_info("sockname")[1]}))
+            writer.write(text_frame(FrameKind.HELLO, {"looks_on": True, "udp_port": transport.get_extra_info("sockname")[1]}))
             async for block in self._flow():
                 yield block
         finally:
@@ -150,9 +150,9 @@ class FeedbackSource:
             while data := await reader.read(1 << 16):
                 for frame in decoder.feed(data):
                     told = read_text(frame)
-                    if frame.kind is Kind.ERROR:
+                    if frame.kind is FrameKind.ERROR:
                         raise LiveError(str(told.get("sentence", "the servo side refuses."))[:500])
-                    if frame.kind is Kind.STATUS:
+                    if frame.kind is FrameKind.STATUS:
                         self._filled(told)
                         continue
                     self._greeted(told)
@@ -182,7 +182,7 @@ class FeedbackSource:
         self.signals, self._period = signals, period
         self._begins.append(begin)
 
-    async def _flow(self) -> AsyncIterator[Block]:
+    async def _flow(self) -> AsyncIterator[SampleBlock]:
         order, fresh = FeedbackOrder(), False
         while not self._gone or self._waiting:
             runs: list[tuple[Numbers, bool]] = []
@@ -210,15 +210,15 @@ class FeedbackSource:
         """Return the samples of a datagram; None where it is no feedback of this machine."""
         with contextlib.suppress(WireError):
             frame = read_datagram(data)
-            if frame.kind is Kind.FEEDBACK:
+            if frame.kind is FrameKind.FEEDBACK:
                 numbers = read_numbers(frame)
                 if numbers.values.shape[1] == len(self.signals):
                     return numbers
         return None
 
-    def _block(self, run: Numbers, fresh: bool) -> Block:
+    def _block(self, run: Numbers, fresh: bool) -> SampleBlock:
         time = (run.first + np.arange(len(run.values), dtype=np.float64)) * self._period
-        return Block(time, np.ascontiguousarray(run.values.T), (), fresh)
+        return SampleBlock(time, np.ascontiguousarray(run.values.T), (), fresh)
 
 
 class _Inbox(asyncio.DatagramProtocol):

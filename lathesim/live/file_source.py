@@ -10,7 +10,7 @@ import numpy as np
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.recording_run import BLOCK, RecordBlocks
-from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray, is_record
 from lathesim.recordings.mapping import SignalMapping
@@ -50,13 +50,13 @@ class FileSource:
         start, name = max(begun)
         return f" ({name}, {time - start:.1f} s after it begins)"
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the samples of all files."""
         for file in self._files:
             for block in self._file(file):
                 yield block
 
-    def _file(self, file: Path) -> Iterator[Block]:
+    def _file(self, file: Path) -> Iterator[SampleBlock]:
         offset: float | None = None
         for time, columns in self._raw(file):
             fresh = offset is None
@@ -66,7 +66,7 @@ class FileSource:
             values = np.array([column * item.scale * si_factor(unit)[0] + item.offset for column, item, unit in columns])
             self._end = float(time[-1]) + offset
             notes = (f"{file.name} begins",) if fresh and len(self._files) > 1 else ()
-            yield Block(time + offset, values, notes, fresh)
+            yield SampleBlock(time + offset, values, notes, fresh)
 
     def _raw(self, file: Path) -> Iterator[tuple[FloatArray, list[tuple[FloatArray, SignalMapping, str]]]]:
         if is_record(file):

@@ -15,7 +15,7 @@ from lathesim.live.cnc_names import PublishedName
 from lathesim.live.connections import Listening
 from lathesim.live.mtconnect_agent import AgentServer
 from lathesim.live.mtconnect_documents import UNAVAILABLE, Agent, DataItem, ObservationBuffer, stamp
-from lathesim.live.publishing import Publisher, Row
+from lathesim.live.publishing import PublishedRow, Publisher
 from lathesim.units import from_si
 
 LONGEST_LINE = 65_536
@@ -206,7 +206,7 @@ async def publish_mtconnect(
 
 
 def _observe(
-    buffer: ObservationBuffer, adapter: Adapter, items: Sequence[DataItem], factors: Sequence[float], origin: datetime, row: Row
+    buffer: ObservationBuffer, adapter: Adapter, items: Sequence[DataItem], factors: Sequence[float], origin: datetime, row: PublishedRow
 ) -> None:
     when = origin + timedelta(microseconds=round(1e6 * row.time))
     pairs = [

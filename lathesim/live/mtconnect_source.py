@@ -18,7 +18,7 @@ from lathesim.live.connections import Address
 from lathesim.live.mtconnect_publish import UNITS
 from lathesim.live.name_map import MappedItem
 from lathesim.live.sample_clock import RowAssembly
-from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.samples import LiveError, SampleBlock, Signal
 
 _LARGEST = 1 << 24
 """Bytes of a document at most."""
@@ -69,7 +69,7 @@ class MTConnectSource:
         """Return the channels of the map."""
         return tuple(item.signal for item in self.items)
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return rows of values, for ever; raises :class:`LiveError` where no agent answers at first or an item is not there."""
         await self._first_probe()
         rows = RowAssembly(len(self.items))
@@ -169,8 +169,8 @@ class MTConnectSource:
         return await fetch(self.address, target)
 
 
-def _noted(block: Block, notes: Sequence[str]) -> Block:
-    return Block(block.time, block.values, tuple(notes))
+def _noted(block: SampleBlock, notes: Sequence[str]) -> SampleBlock:
+    return SampleBlock(block.time, block.values, tuple(notes))
 
 
 def _header(root: ElementTree.Element) -> Header | None:

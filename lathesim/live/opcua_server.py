@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.live.cnc_names import NAMESPACE, POSITION_TYPE, TYPES, UNITS_NAMESPACE, PublishedName, type_of, unit_number
-from lathesim.live.publishing import Lap, Publisher, Row
+from lathesim.live.publishing import PublishedRow, PublishedRun, Publisher
 from lathesim.live.samples import LiveError
 from lathesim.units import from_si
 
@@ -83,7 +83,7 @@ async def _publish(
     return count
 
 
-def _stamp(origin: datetime, row: Row) -> datetime:
+def _stamp(origin: datetime, row: PublishedRow) -> datetime:
     return origin + timedelta(microseconds=round(1e6 * row.time))
 
 
@@ -129,7 +129,7 @@ async def _become(ua: Any, node: Any, kind: Any) -> None:
     await node.add_reference(kind, relation)
 
 
-async def _address_space(server: Any, ua: Any, lap: Lap, names: Sequence[PublishedName]) -> tuple[list[Any], Any]:
+async def _address_space(server: Any, ua: Any, lap: PublishedRun, names: Sequence[PublishedName]) -> tuple[list[Any], Any]:
     """Return the node ids of the channels and of the sample number; objects stand where OPC 40502 has them, with its types."""
     index = await server.register_namespace(NAMESPACE)
     types = await _types(server, ua, index)

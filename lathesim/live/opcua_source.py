@@ -13,7 +13,7 @@ import numpy as np
 
 from lathesim.live.name_map import MappedItem
 from lathesim.live.sample_clock import RowAssembly
-from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.samples import LiveError, SampleBlock, Signal
 
 _QUIET = 1.0
 """Seconds without news after which rows that wait for a value are closed."""
@@ -51,7 +51,7 @@ class OpcUaSource:
         """Return the channels of the map."""
         return tuple(item.signal for item in self.items)
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return rows of values that belong together, for ever; raises :class:`LiveError` where the server cannot be reached at all."""
         rows = RowAssembly(len(self.items))
         notes: list[str] = []
@@ -74,7 +74,7 @@ class OpcUaSource:
                 async for block in self._flow(client, rows):
                     notes += block.notes
                     if len(block):
-                        yield Block(block.time, block.values, tuple(notes))
+                        yield SampleBlock(block.time, block.values, tuple(notes))
                         notes = []
             except (OSError, TimeoutError, ConnectionError, self._ua.UaError):
                 notes.append("the server went away")
@@ -83,7 +83,7 @@ class OpcUaSource:
                     await asyncio.wait_for(client.disconnect(), 0.5)
             block = rows.restart()
             if len(block) or notes:
-                yield Block(block.time, block.values, tuple(notes))
+                yield SampleBlock(block.time, block.values, tuple(notes))
                 notes = []
 
     async def _subscribe(self, client: Any) -> None:
@@ -122,7 +122,7 @@ class OpcUaSource:
         except (ua.UaError, ValueError, TypeError) as error:
             raise LiveError(f"the server has no {item.way} '{item.at}'.", place=self.url, remedy="Look at the map.") from error
 
-    async def _flow(self, client: Any, rows: RowAssembly) -> AsyncIterator[Block]:
+    async def _flow(self, client: Any, rows: RowAssembly) -> AsyncIterator[SampleBlock]:
         quiet = 0.0
         while True:
             try:
@@ -147,7 +147,7 @@ class OpcUaSource:
                 self._dropped = 0
             block = rows.whole()
             if len(block) or notes:
-                yield Block(block.time, block.values, tuple(dict.fromkeys(notes)))
+                yield SampleBlock(block.time, block.values, tuple(dict.fromkeys(notes)))
             await asyncio.sleep(0.02)
 
     def take(self, item: int, value: Any, data: Any) -> None:

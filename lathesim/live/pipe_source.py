@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.record import FloatArray
 
 LARGEST_LINE = 4096
@@ -41,7 +41,7 @@ class PipeSource:
         self._told: set[str] = set()
         self.remarks: list[str] = []
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the samples as they come, until the pipe ends; memory is at most a line and what was read last."""
         descriptor = self._open()
         rest, begun = b"", False
@@ -80,7 +80,7 @@ class PipeSource:
         os.set_blocking(descriptor, False)
         return descriptor
 
-    def _block(self, lines: Sequence[bytes]) -> Block | None:
+    def _block(self, lines: Sequence[bytes]) -> SampleBlock | None:
         numbers, rows = [], []
         for text in lines:
             row = self._row(text)
@@ -91,7 +91,7 @@ class PipeSource:
         if not rows:
             return None
         notes, self._notes = tuple(self._notes), []
-        return Block(np.array(numbers) * self._period, np.array(rows).T * self._factors[:, None], notes)
+        return SampleBlock(np.array(numbers) * self._period, np.array(rows).T * self._factors[:, None], notes)
 
     def _row(self, text: bytes) -> FloatArray | None:
         line = text.decode("ascii", "replace").strip()

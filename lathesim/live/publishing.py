@@ -17,7 +17,7 @@ from lathesim.record import FloatArray, Record
 
 
 @dataclass(frozen=True, eq=False)
-class Lap:
+class PublishedRun:
     """Samples of one run: ``values`` (signals, samples) every ``period`` [s]; ``name`` is that of the lesson."""
 
     name: str
@@ -28,7 +28,7 @@ class Lap:
     def __len__(self) -> int:
         return int(self.values.shape[1])
 
-    def sampled(self, rate: float) -> Lap:
+    def sampled(self, rate: float) -> PublishedRun:
         """Return the lap at a lower rate [Hz]: the nearest sample at each instant, as a gateway that polls gives it.
 
         Raises :class:`LiveError` where the rate is above that of the machine.
@@ -38,21 +38,21 @@ class Lap:
             raise LiveError(f"{rate:g} Hz is above the {own:g} Hz of the machine.", remedy=f"Give a rate up to {own:g} Hz.")
         count = int(np.floor((len(self) - 1) * self.period * rate)) + 1
         rows = np.round(np.arange(count) / rate / self.period).astype(np.int64)
-        return Lap(self.name, self.signals, 1.0 / rate, self.values[:, rows])
+        return PublishedRun(self.name, self.signals, 1.0 / rate, self.values[:, rows])
 
 
-def lap_of(record: Record, name: str) -> Lap:
+def lap_of(record: Record, name: str) -> PublishedRun:
     """Return the lap of a record on an even clock."""
     signals = tuple(Signal(channel.name, channel.unit, channel.description) for channel in record.channels.values())
-    return Lap(name, signals, record.sample_period, np.array([channel.values for channel in record.channels.values()]))
+    return PublishedRun(name, signals, record.sample_period, np.array([channel.values for channel in record.channels.values()]))
 
 
-def simulated_lap(prepared: Prepared) -> Lap:
+def simulated_lap(prepared: Prepared) -> PublishedRun:
     """Return a run of the lesson's machine, with the effects that it inserts."""
     return lap_of(run_prepared(prepared), prepared.name)
 
 
-def recorded_lap(prepared: Prepared, file: Path, registry: Registry) -> Lap:
+def recorded_lap(prepared: Prepared, file: Path, registry: Registry) -> PublishedRun:
     """Return a recording of the lesson's machine: the inputs it drives and the channels it compares."""
     from lathesim.identification.replay.loading import read_for
 
@@ -84,7 +84,7 @@ class Faults:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class PublishedRow:
     """All values of one instant: its number since the start, its time [s] as the machine's clock shows it, and ``values`` (signals,)."""
 
     number: int
@@ -95,7 +95,7 @@ class Row:
 class Publisher:
     """Gives the rows that are due: lap after lap, with the faults that were asked for."""
 
-    def __init__(self, lap: Lap, faults: Faults, laps: int = 0) -> None:
+    def __init__(self, lap: PublishedRun, faults: Faults, laps: int = 0) -> None:
         self.lap, self.faults = lap, faults
         self._last = laps * len(lap) if laps else 0
         self._next = 0
@@ -105,7 +105,7 @@ class Publisher:
         """Return whether all laps were given."""
         return bool(self._last) and self._next >= self._last
 
-    def due(self, elapsed: float) -> Iterator[Row]:
+    def due(self, elapsed: float) -> Iterator[PublishedRow]:
         """Return the rows up to ``elapsed`` [s] after the start that were not given yet."""
         if self.faults.burst > 0.0:
             elapsed = np.floor(elapsed / self.faults.burst) * self.faults.burst
@@ -117,7 +117,7 @@ class Publisher:
         lost, shown = self.faults.lost(times), self.faults.shown(times)
         for number, time, gone in zip(numbers, shown, lost, strict=True):
             if not gone:
-                yield Row(int(number), float(time), self.lap.values[:, int(number) % len(self.lap)])
+                yield PublishedRow(int(number), float(time), self.lap.values[:, int(number) % len(self.lap)])
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Places:
 
 
 async def publish_all(
-    lap: Lap,
+    lap: PublishedRun,
     faults: Faults,
     laps: int,
     names: Sequence[PublishedName],

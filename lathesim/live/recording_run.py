@@ -16,7 +16,7 @@ import numpy as np
 from lathesim.errors import RecordError, nearest
 from lathesim.hdf5_guard import own_item
 from lathesim.json_text import parsed_json
-from lathesim.live.samples import Block, Signal, Source
+from lathesim.live.samples import SampleBlock, Signal, Source
 from lathesim.record import FloatArray, is_record
 from lathesim.record_writer import RecordWriter
 
@@ -59,14 +59,14 @@ class RecordBlocks:
                 raise RecordError(f"the record has no channel '{name}'.", place=str(self.path), remedy=remedy)
         return list(names)
 
-    def blocks(self, names: Sequence[str] | None = None, size: int = BLOCK) -> Iterator[Block]:
+    def blocks(self, names: Sequence[str] | None = None, size: int = BLOCK) -> Iterator[SampleBlock]:
         """Return the samples of some channels, or of all, in blocks."""
         wanted = self.named(names) if names is not None else [signal.name for signal in self.signals]
         columns = [self._file["channels"][name] for name in wanted]
         for begin in range(0, len(self), size):
             end = begin + size
             values = np.array([column[begin:end] for column in columns]).reshape(len(columns), -1)
-            yield Block(np.asarray(self._time[begin:end]), values)
+            yield SampleBlock(np.asarray(self._time[begin:end]), values)
 
     def close(self) -> None:
         """Close the file."""
@@ -126,7 +126,7 @@ class Recorder:
         self._last = -np.inf
         self.noted = Noted()
 
-    def take(self, block: Block) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Write a block; instants that are not after the last one are left out and counted."""
         for note in block.notes:
             self._note(block.time[0] if len(block) else self._last, note)
@@ -198,7 +198,7 @@ async def record(
     recorder = Recorder(source, out, notice)
     begun = clock.monotonic()
     blocks = source.blocks()
-    following: asyncio.Task[Block] | None = None
+    following: asyncio.Task[SampleBlock] | None = None
     ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
     try:
         while (left := seconds - (clock.monotonic() - begun)) > 0.0 and not stop.is_set():
@@ -223,5 +223,5 @@ async def record(
     return recorder.noted
 
 
-async def _next(blocks: AsyncIterator[Block]) -> Block:
+async def _next(blocks: AsyncIterator[SampleBlock]) -> SampleBlock:
     return await anext(blocks)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lathesim.live.samples import Block
+from lathesim.live.samples import SampleBlock
 from lathesim.record import FloatArray
 
 BRIDGED = 5
@@ -43,7 +43,7 @@ class SampleClock:
     _last: float = np.nan
     _row: FloatArray | None = None
 
-    def take(self, block: Block) -> list[Stretch]:
+    def take(self, block: SampleBlock) -> list[Stretch]:
         """Return the samples of a block in whole stretches."""
         found: list[Stretch] = []
         if block.fresh:
@@ -69,7 +69,7 @@ class SampleClock:
             found.append(Stretch(begin, np.concatenate(pieces, axis=1), fresh))
         return found
 
-    def _runs(self, block: Block) -> list[tuple[int, int, int]]:
+    def _runs(self, block: SampleBlock) -> list[tuple[int, int, int]]:
         """Return runs (first, behind the last, samples missing before) of samples a period apart; others are left out and counted."""
         keep: list[tuple[int, int, int]] = []
         last = self._last
@@ -143,15 +143,15 @@ class RowAssembly:
         self._newest[item] = max(self._newest[item], time)
         return True
 
-    def whole(self) -> Block:
+    def whole(self) -> SampleBlock:
         """Return the rows that are whole now."""
         return self._close(min(self._newest, default=-np.inf))
 
-    def quiet(self) -> Block:
+    def quiet(self) -> SampleBlock:
         """Return all rows that wait: the sender has been quiet long enough that nothing more comes for them."""
         return self._close(np.inf)
 
-    def restart(self) -> Block:
+    def restart(self) -> SampleBlock:
         """Return all rows that wait, and forget: the sender starts anew, perhaps with another clock."""
         block = self.quiet()
         self._newest = [-np.inf] * self.width
@@ -159,7 +159,7 @@ class RowAssembly:
         self._closed = -np.inf
         return block
 
-    def _close(self, until: float) -> Block:
+    def _close(self, until: float) -> SampleBlock:
         times = sorted(time for time in self._rows if time <= until)
         if len(self._rows) - len(times) > MOST_WAITING:
             times = sorted(self._rows)[: len(self._rows) - MOST_WAITING // 2]
@@ -170,4 +170,4 @@ class RowAssembly:
             values[:, column] = self._last
         if times:
             self._closed = times[-1]
-        return Block(np.array(times, dtype=np.float64), values)
+        return SampleBlock(np.array(times, dtype=np.float64), values)

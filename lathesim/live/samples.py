@@ -32,7 +32,7 @@ class Signal:
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class SampleBlock:
     """Samples that arrived together: ``time`` (samples,) [s] by the source's own clock, ``values`` (signals, samples).
 
     ``notes`` are sentences about what happened before this block: a gap, a restart, samples that came twice. A value that is not known at
@@ -59,11 +59,11 @@ class Source(Protocol):
     def signals(self) -> tuple[Signal, ...]:
         """Return the signals, in the order of the values; known once the first block is there."""
 
-    def blocks(self) -> AsyncIterator[Block]:
+    def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the blocks in the order of their times."""
 
 
-class Sink(Protocol):
+class SampleSink(Protocol):
     """Takes timed samples block by block; a :class:`lathesim.record_writer.RecordWriter` is one."""
 
     def write(self, time: FloatArray, values: FloatArray) -> None:

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import LatheSimError
-from lathesim.live.samples import Signal, Sink
+from lathesim.live.samples import SampleSink, Signal
 from lathesim.live.set_point_buffer import ClockStatistics, SetPointBuffer
 from lathesim.live.stepped_machine import SteppedMachine
 from lathesim.live.wire_format import (
     Decoder,
     Frame,
-    Kind,
+    FrameKind,
     WireError,
     numbers_frame,
     read_numbers,
@@ -56,7 +56,7 @@ class FeedbackSender:
         largest = samples_of_a_datagram(max(1, table.shape[1]))
         for begin in range(0, len(table), largest):
             with contextlib.suppress(OSError):
-                self._socket.sendto(numbers_frame(Kind.FEEDBACK, first + begin, table[begin : begin + largest]), self._address)
+                self._socket.sendto(numbers_frame(FrameKind.FEEDBACK, first + begin, table[begin : begin + largest]), self._address)
 
     def close(self) -> None:
         """Close the socket."""
@@ -82,7 +82,7 @@ class Onlookers:
         self._peers[writer] = sender
         try:
             if self._greeting is not None:
-                writer.write(text_frame(Kind.HELLO, {**self._greeting, "begin": self._next}))
+                writer.write(text_frame(FrameKind.HELLO, {**self._greeting, "begin": self._next}))
             while await reader.read(1024):
                 pass
         except (OSError, asyncio.CancelledError):
@@ -98,7 +98,7 @@ class Onlookers:
         channels = [[signal.name, signal.unit, signal.description[:80]] for signal in signals]
         self._begun = self._next
         self._greeting = {"machine": machine.name, "period": machine.period, "channels": channels}
-        self._tell(text_frame(Kind.HELLO, {**self._greeting, "begin": self._begun}))
+        self._tell(text_frame(FrameKind.HELLO, {**self._greeting, "begin": self._begun}))
 
     def send(self, set_points: FloatArray, values: FloatArray) -> None:
         """Send what was asked for (periods, axes) and what the machine did (channels, periods)."""
@@ -111,7 +111,7 @@ class Onlookers:
     def status(self, data: dict[str, Any]) -> None:
         """Send how full the buffer is."""
         if self._peers:
-            self._tell(text_frame(Kind.STATUS, data))
+            self._tell(text_frame(FrameKind.STATUS, data))
 
     def end(self) -> None:
         """Forget the machine: its stream has ended."""
@@ -182,8 +182,8 @@ class Playing:
 
     def __init__(
         self, settings: ServoSettings, machine: SteppedMachine, session: Session, reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter, feedback: tuple[str, int], open_sink: Callable[[], Sink | None], tell: Callable[[str, str], None],
-        onlookers: Onlookers,
+        writer: asyncio.StreamWriter, feedback: tuple[str, int], open_sink: Callable[[], SampleSink | None],
+        tell: Callable[[str, str], None], onlookers: Onlookers,
     ) -> None:  # fmt: skip
         self._settings, self._machine, self._session, self._tell = settings, machine, session, tell
         self._reader, self._writer = reader, writer
@@ -192,8 +192,8 @@ class Playing:
         self._more = asyncio.Event()
         self._feedback = FeedbackSender(feedback, min(64, len(machine.signals)))
         self._onlookers = onlookers
-        self._sink: Sink | None = None
-        self._open_sink: Callable[[], Sink | None] | None = open_sink
+        self._sink: SampleSink | None = None
+        self._open_sink: Callable[[], SampleSink | None] | None = open_sink
 
     async def run(self, decoder: Decoder, frames: list[Frame]) -> None:
         """Play until the stream has ended or the planner is gone, then tell what happened."""
@@ -217,7 +217,7 @@ class Playing:
                 task.cancel()
             await asyncio.gather(playing, reading, return_exceptions=True)
             self._close()
-        self._writer.write(text_frame(Kind.STATUS, self._status(True)))
+        self._writer.write(text_frame(FrameKind.STATUS, self._status(True)))
         with contextlib.suppress(OSError, TimeoutError):
             await asyncio.wait_for(self._writer.drain(), 1.0)
 
@@ -243,11 +243,11 @@ class Playing:
         deadline = clock() + PATIENCE
         while True:
             for item in frames:
-                if item.kind is Kind.END:
+                if item.kind is FrameKind.END:
                     if read_total(item) != expected:
                         raise WireError(f"the stream ends after {read_total(item)} set-points, and {expected} came.")
                     return
-                if item.kind is not Kind.SET_POINTS:
+                if item.kind is not FrameKind.SET_POINTS:
                     raise WireError(f"a {item.kind.name} frame came where set-points are due.")
                 numbers = read_numbers(item)
                 if numbers.first != expected or numbers.values.shape[1] != len(self._machine.axes):
@@ -283,7 +283,7 @@ class Playing:
     async def _play(self) -> None:
         while self._buffer.fill < self._settings.begin_at and self._buffer.room and not self._buffer.ended:
             self._more.clear()
-            self._writer.write(text_frame(Kind.STATUS, self._status(False)))
+            self._writer.write(text_frame(FrameKind.STATUS, self._status(False)))
             await self._more.wait()
         await (self._play_virtual() if self._settings.virtual else self._play_wall())
 
@@ -324,7 +324,7 @@ class Playing:
         """Report the fill, unless the planner does not read what it is told."""
         self._onlookers.status({"fill": self._buffer.count().fill, "capacity": self._settings.capacity})
         if self._writer.transport.get_write_buffer_size() < CHUNK:
-            self._writer.write(text_frame(Kind.STATUS, self._status(False)))
+            self._writer.write(text_frame(FrameKind.STATUS, self._status(False)))
 
     def _move(self, periods: int) -> None:
         first = self._machine.periods

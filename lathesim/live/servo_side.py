@@ -20,11 +20,11 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.live.connections import Listening
-from lathesim.live.samples import LiveError, Sink
+from lathesim.live.samples import LiveError, SampleSink
 from lathesim.live.servo_session import CHUNK, COMPLETE, PATIENCE, Onlookers, Playing, ServoSettings, Session, refuses
 from lathesim.live.set_point_buffer import SetPointBuffer
 from lathesim.live.stepped_machine import SteppedMachine
-from lathesim.live.wire_format import Decoder, Frame, Kind, WireError, read_text, text_frame
+from lathesim.live.wire_format import Decoder, Frame, FrameKind, WireError, read_text, text_frame
 from lathesim.units import in_unit
 
 MOST_CONNECTIONS = 32
@@ -41,7 +41,11 @@ class ServoSide:
     """Listens at a port and moves the machine of whoever streams to it. ``log`` takes a sentence about each peer."""
 
     def __init__(
-        self, make: MachineMaker, settings: ServoSettings, log: Callable[[str], None], open_sink: Callable[[SteppedMachine], Sink | None]
+        self,
+        make: MachineMaker,
+        settings: ServoSettings,
+        log: Callable[[str], None],
+        open_sink: Callable[[SteppedMachine], SampleSink | None],
     ) -> None:
         self._make = make
         self._settings = settings
@@ -68,7 +72,7 @@ class ServoSide:
         except (WireError, LatheSimError) as error:
             self._tell(f"{peer.partition(':')[0]} {error.fact}", f"{peer}: {error.message}")
             with contextlib.suppress(OSError):
-                writer.write(text_frame(Kind.ERROR, {"sentence": error.message}))
+                writer.write(text_frame(FrameKind.ERROR, {"sentence": error.message}))
                 await asyncio.wait_for(writer.drain(), 1.0)
         except (TimeoutError, OSError):
             self._tell(f"{peer.partition(':')[0]} silent", f"{peer}: silent for {PATIENCE:g} s, or gone; let go.")
@@ -118,7 +122,7 @@ class ServoSide:
             self.sessions.append(session)
             del self.sessions[:-MOST_SESSIONS]
             host = writer.get_extra_info("peername")[0]
-            writer.write(text_frame(Kind.HELLO, _greeting_of(machine, self._settings)))
+            writer.write(text_frame(FrameKind.HELLO, _greeting_of(machine, self._settings)))
             self._onlookers.begin(machine)
             playing = Playing(
                 self._settings, machine, session, reader, writer, (host, hello.udp_port), functools.partial(self._open_sink, machine),
@@ -158,7 +162,7 @@ def _is_name(value: object) -> bool:
 
 def _looks_on(first: Frame) -> int | None:
     """Return the UDP port of a peer that greets as an onlooker; None for a planner."""
-    if first.kind is not Kind.HELLO:
+    if first.kind is not FrameKind.HELLO:
         return None
     data = read_text(first)
     if data.get("looks_on") is not True:
@@ -177,7 +181,7 @@ class _Greeting:
 
     @staticmethod
     def read(first: Frame) -> _Greeting:
-        if first.kind is not Kind.HELLO:
+        if first.kind is not FrameKind.HELLO:
             raise WireError(f"the first frame is {first.kind.name}, and HELLO is due.")
         data = read_text(first)
         axes, period, port = data.get("axes"), data.get("period"), data.get("udp_port", 0)

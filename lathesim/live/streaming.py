@@ -14,11 +14,11 @@ import numpy as np
 from lathesim.errors import LatheSimError
 from lathesim.live.connections import Address
 from lathesim.live.feedback_source import FeedbackOrder
-from lathesim.live.samples import LiveError, Signal, Sink
+from lathesim.live.samples import LiveError, SampleSink, Signal
 from lathesim.live.wire_format import (
     LARGEST_PAYLOAD,
     Decoder,
-    Kind,
+    FrameKind,
     Numbers,
     WireError,
     end_frame,
@@ -63,7 +63,7 @@ class StreamJob:
     period: float
     blocks: Iterator[FloatArray]
     fill: int = 150
-    open_sink: Callable[[tuple[Signal, ...]], Sink | None] = lambda signals: None
+    open_sink: Callable[[tuple[Signal, ...]], SampleSink | None] = lambda signals: None
     progress: Callable[[float], None] = lambda seconds: None
 
 
@@ -80,10 +80,10 @@ async def stream(job: StreamJob, address: Address, stop: asyncio.Event) -> Strea
         raise LiveError(fact, remedy=f"Start it with 'lathesim machine LESSON --listen {address.port}'.") from None
     result = StreamResult()
     own = writer.get_extra_info("sockname")[0]
-    transport, inbox = await loop.create_datagram_endpoint(lambda: _Inbox(address.host, result), local_addr=(own, 0))
+    transport, inbox = await loop.create_datagram_endpoint(lambda: _FeedbackInbox(address.host, result), local_addr=(own, 0))
     try:
         port = transport.get_extra_info("sockname")[1]
-        writer.write(text_frame(Kind.HELLO, {"axes": list(job.axes), "period": job.period, "udp_port": port}))
+        writer.write(text_frame(FrameKind.HELLO, {"axes": list(job.axes), "period": job.period, "udp_port": port}))
         await _converse(job, reader, writer, inbox, result, stop)
     except (OSError, TimeoutError):
         result.reason = "the servo side went away"
@@ -93,7 +93,7 @@ async def stream(job: StreamJob, address: Address, stop: asyncio.Event) -> Strea
     return result
 
 
-class _Inbox(asyncio.DatagramProtocol):
+class _FeedbackInbox(asyncio.DatagramProtocol):
     """Datagrams of the servo side, the newest ``FEEDBACK_ROOM`` of them."""
 
     def __init__(self, host: str, result: StreamResult) -> None:
@@ -124,7 +124,7 @@ class _Feedback:
         while datagrams:
             with contextlib.suppress(WireError):
                 given = read_datagram(datagrams.popleft())
-                if given.kind is Kind.FEEDBACK:
+                if given.kind is FrameKind.FEEDBACK:
                     numbers = read_numbers(given)
                     if numbers.values.shape[1] == len(self.signals):
                         self._write(self.order.take(numbers))
@@ -150,11 +150,16 @@ def _names_a_channel(row: object) -> bool:
 
 
 async def _converse(
-    job: StreamJob, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, inbox: _Inbox, result: StreamResult, stop: asyncio.Event
+    job: StreamJob,
+    reader: asyncio.StreamReader,
+    writer: asyncio.StreamWriter,
+    inbox: _FeedbackInbox,
+    result: StreamResult,
+    stop: asyncio.Event,
 ) -> None:
     frames = _frames(reader)
     greeting = await _next(frames)
-    if greeting[0] is not Kind.HELLO:
+    if greeting[0] is not FrameKind.HELLO:
         raise WireError("the servo side did not greet.")
     result.machine = str(greeting[1].get("machine", ""))[:200]
     feedback = _Feedback(job, greeting[1])
@@ -165,7 +170,7 @@ async def _converse(
         while True:
             kind, data = await _next(frames)
             feedback.take(inbox.waiting)
-            if kind is not Kind.STATUS:
+            if kind is not FrameKind.STATUS:
                 continue
             result.status, result.sent = data, out.sent
             if data.get("last"):
@@ -211,7 +216,7 @@ class _Outgoing:
                     break
                 self._rest = following
             count = min(room, len(self._rest), _LARGEST_FRAME // len(self._job.axes))
-            self._writer.write(numbers_frame(Kind.SET_POINTS, self.sent, self._rest[:count]))
+            self._writer.write(numbers_frame(FrameKind.SET_POINTS, self.sent, self._rest[:count]))
             self._rest = self._rest[count:]
             self.sent += count
             room -= count
@@ -221,14 +226,14 @@ class _Outgoing:
         await asyncio.wait_for(self._writer.drain(), PATIENCE)
 
 
-async def _next(frames: Any) -> tuple[Kind, dict[str, Any]]:
+async def _next(frames: Any) -> tuple[FrameKind, dict[str, Any]]:
     try:
-        item: tuple[Kind, dict[str, Any]] = await asyncio.wait_for(anext(frames), PATIENCE)
+        item: tuple[FrameKind, dict[str, Any]] = await asyncio.wait_for(anext(frames), PATIENCE)
     except StopAsyncIteration:
         raise LiveError("the servo side closed the connection.") from None
     except TimeoutError:
         raise LiveError(f"the servo side has been silent for {PATIENCE:g} s.") from None
-    if item[0] is Kind.ERROR:
+    if item[0] is FrameKind.ERROR:
         raise LiveError(str(item[1].get("sentence", "the servo side refuses."))[:500])
     return item
 
@@ -238,6 +243,6 @@ async def _frames(reader: asyncio.StreamReader) -> Any:
     decoder = Decoder()
     while data := await reader.read(1 << 16):
         for item in decoder.feed(data):
-            if item.kind not in (Kind.HELLO, Kind.STATUS, Kind.ERROR):
+            if item.kind not in (FrameKind.HELLO, FrameKind.STATUS, FrameKind.ERROR):
                 raise WireError(f"the servo side sent a {item.kind.name} frame.")
             yield item.kind, read_text(item)

@@ -13,7 +13,7 @@ import numpy as np
 
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.sample_clock import SampleClock, Stretch
-from lathesim.live.samples import Block, LiveError, Signal, Source
+from lathesim.live.samples import LiveError, SampleBlock, Signal, Source
 from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.record import FloatArray
 from lathesim.record_writer import RecordWriter
@@ -72,7 +72,7 @@ class Twin:
         self._look = look
         blocks = self._source.blocks()
         ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
-        waiting: list[Block] = []
+        waiting: list[SampleBlock] = []
         begun, status = clock.monotonic(), "complete"
         try:
             while True:
@@ -123,7 +123,7 @@ class Twin:
             twins = [Signal(f"twin.{name}", unit) for name, unit in zip(compare, self._units[len(self._drive) :], strict=True)]
             self._writer = RecordWriter(self._out, [signal.as_channel() for signal in (*kept, *twins)], growing=True)
 
-    async def _take(self, block: Block, show: Callable[[TwinLine], None], begun: float, stop: asyncio.Event) -> None:
+    async def _take(self, block: SampleBlock, show: Callable[[TwinLine], None], begun: float, stop: asyncio.Event) -> None:
         assert self._clock is not None
         size = max(1, round(self._every / self._clock.period))
         for first in range(0, len(block), size):
@@ -131,7 +131,9 @@ class Twin:
                 return
             part = slice(first, first + size)
             notes = block.notes if first == 0 else ()
-            for stretch in self._clock.take(Block(block.time[part], block.values[self._rows][:, part], notes, block.fresh and first == 0)):
+            for stretch in self._clock.take(
+                SampleBlock(block.time[part], block.values[self._rows][:, part], notes, block.fresh and first == 0)
+            ):
                 self._simulate(stretch, show)
                 if self._pace:
                     end = stretch.begin + stretch.values.shape[1] * self._clock.period
@@ -166,5 +168,5 @@ class Twin:
             self._largest[:] = 0.0
 
 
-async def _next(blocks: AsyncIterator[Block]) -> Block | None:
+async def _next(blocks: AsyncIterator[SampleBlock]) -> SampleBlock | None:
     return await anext(blocks, None)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.live.samples import Sink
+from lathesim.live.samples import SampleSink
 from lathesim.live.set_point_buffer import BufferCount, SetPointBuffer
 from lathesim.live.stepped_machine import LARGEST_BLOCK, SteppedMachine
 from lathesim.record import FloatArray
@@ -32,7 +32,7 @@ def stream_virtually(
     machine: SteppedMachine | None,
     buffer: SetPointBuffer,
     planner: Planner,
-    sink: Sink | None = None,
+    sink: SampleSink | None = None,
     progress: Callable[[float], None] = lambda seconds: None,
     most_periods: int | None = None,
 ) -> BufferCount:
@@ -88,7 +88,7 @@ class _Feed:
 class _Going:
     """The machine going on: set-points are gathered, so that it is called once for many periods."""
 
-    def __init__(self, machine: SteppedMachine | None, sink: Sink | None, progress: Callable[[float], None]) -> None:
+    def __init__(self, machine: SteppedMachine | None, sink: SampleSink | None, progress: Callable[[float], None]) -> None:
         self._machine, self._sink, self._progress = machine, sink, progress
         self._period = machine.period if machine is not None else 1.0
         self._waiting: list[FloatArray] = []

@@ -4,7 +4,7 @@ A frame is a header of 12 bytes and a payload::
 
     magic   4 bytes   b"LSET"
     version 1 byte    1
-    kind    1 byte    see :class:`Kind`
+    kind    1 byte    see :class:`FrameKind`
     zero    2 bytes   0
     length  4 bytes   bytes of the payload, at most 1 MiB (64 KiB for texts)
 
@@ -47,7 +47,7 @@ LARGEST_DATAGRAM = 1400
 """Bytes of a feedback datagram, so that Ethernet need not cut it."""
 
 
-class Kind(enum.IntEnum):
+class FrameKind(enum.IntEnum):
     """What a frame holds."""
 
     HELLO = 1
@@ -74,21 +74,21 @@ class Numbers:
 class Frame:
     """One frame: its kind and its payload as it came."""
 
-    kind: Kind
+    kind: FrameKind
     payload: bytes
 
 
-def frame(kind: Kind, payload: bytes) -> bytes:
+def frame(kind: FrameKind, payload: bytes) -> bytes:
     """Return a frame's bytes."""
     return _HEADER.pack(MAGIC, VERSION, kind, 0, len(payload)) + payload
 
 
-def text_frame(kind: Kind, data: dict[str, Any]) -> bytes:
+def text_frame(kind: FrameKind, data: dict[str, Any]) -> bytes:
     """Return a frame with a JSON object."""
     return frame(kind, json.dumps(data, allow_nan=False).encode())
 
 
-def numbers_frame(kind: Kind, first: int, values: FloatArray) -> bytes:
+def numbers_frame(kind: FrameKind, first: int, values: FloatArray) -> bytes:
     """Return a frame with samples (samples, columns); the first has the number ``first``."""
     table = np.ascontiguousarray(values, dtype="<f8")
     return frame(kind, _NUMBERS.pack(first, len(table), table.shape[1], 0) + table.tobytes())
@@ -96,7 +96,7 @@ def numbers_frame(kind: Kind, first: int, values: FloatArray) -> bytes:
 
 def end_frame(total: int) -> bytes:
     """Return the frame that ends a stream of ``total`` set-points."""
-    return frame(Kind.END, _TOTAL.pack(total))
+    return frame(FrameKind.END, _TOTAL.pack(total))
 
 
 def read_text(given: Frame) -> dict[str, Any]:
@@ -174,16 +174,16 @@ def samples_of_a_datagram(columns: int) -> int:
     return max(1, (LARGEST_DATAGRAM - _HEADER.size - _NUMBERS.size) // (8 * columns))
 
 
-def _checked(header: bytes) -> tuple[Kind, int]:
+def _checked(header: bytes) -> tuple[FrameKind, int]:
     magic, version, kind, zero, length = _HEADER.unpack(header)
     if magic != MAGIC:
         raise WireError(f"the peer sent {magic!r} where a frame begins with {MAGIC!r}.", remedy="Is it another program's port?")
     if version != VERSION:
         raise WireError(f"the peer speaks version {version}, and this program version {VERSION}.")
-    if kind not in set(Kind) or zero:
+    if kind not in set(FrameKind) or zero:
         raise WireError(f"there is no frame of kind {kind}.")
-    known = Kind(kind)
-    largest = LARGEST_PAYLOAD if known in (Kind.SET_POINTS, Kind.FEEDBACK) else LARGEST_TEXT
+    known = FrameKind(kind)
+    largest = LARGEST_PAYLOAD if known in (FrameKind.SET_POINTS, FrameKind.FEEDBACK) else LARGEST_TEXT
     if length > largest:
         raise WireError(f"a {known.name} frame of {length} bytes is too long; {largest} are the most.")
     return known, length

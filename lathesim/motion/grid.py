@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.motion.axis_limits import AxisLimits
-from lathesim.motion.joint_path import Curve, FloatArray
+from lathesim.motion.joint_path import FloatArray, PathCurve
 
 _LEAST_OF_A_PIECE = 8
 """Segments from one stop to the next at least: with one the axes would have no room to move."""
@@ -37,7 +37,7 @@ Slower = Callable[[FloatArray], FloatArray]
 class Grid:
     """Nodes ``s`` along a curve; ``span`` is the span of the curve that holds each segment, ``rest`` the nodes where the axes stand."""
 
-    curve: Curve
+    curve: PathCurve
     s: FloatArray
     span: np.typing.NDArray[np.int64]
     rest: np.typing.NDArray[np.int64]
@@ -115,7 +115,7 @@ class Grid:
         return Grid(self.curve, np.insert(self.s, at, middles), np.repeat(self.span, 1 + which), self.rest + shift[self.rest])
 
 
-def first_grid(curve: Curve, least: int) -> Grid:
+def first_grid(curve: PathCurve, least: int) -> Grid:
     """Return a grid with every knot of the curve, at least ``least`` segments in all and a few from stop to stop."""
     spans = len(curve.knots) - 1
     in_piece = np.repeat(np.diff(curve.stops), np.diff(curve.stops))

@@ -131,7 +131,7 @@ _SAME = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class PathCurve:
     """Positions q(s) of the axes over a path parameter s: a cubic in each span.
 
     ``knots`` (spans + 1,); ``coefficients`` (4, spans, axes), the highest power first, in s - knots[span]; ``stops`` (pieces + 1,) are the
@@ -166,7 +166,7 @@ class Curve:
         return self.derivative(order, spans, s - self.knots[spans])
 
 
-def fit_curve(positions: FloatArray, scale: FloatArray, retraction: float = RETRACTION) -> Curve:
+def fit_curve(positions: FloatArray, scale: FloatArray, retraction: float = RETRACTION) -> PathCurve:
     """Return the curve through ``positions`` (samples, axes), with s the length in units of ``scale`` (axes,).
 
     With the largest velocities as ``scale`` s is about the time at full speed, so that metres and radians can be added. Repeated samples
@@ -190,7 +190,7 @@ def fit_curve(positions: FloatArray, scale: FloatArray, retraction: float = RETR
             coefficients[3, begin] = points[begin]
         else:
             coefficients[:, begin:end] = CubicSpline(knots[here], points[here], bc_type="not-a-knot").c
-    return Curve(knots, coefficients, stops, points[0])
+    return PathCurve(knots, coefficients, stops, points[0])
 
 
 def _without_repeats(positions: FloatArray, scale: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 
 from lathesim.errors import nearest
 from lathesim.motion.grid import ToolSpeed
-from lathesim.motion.joint_path import Curve, FloatArray, JointPath, MotionError
+from lathesim.motion.joint_path import FloatArray, JointPath, MotionError, PathCurve
 from lathesim.motion.kinematics import Chain, Poses, forward, inverse, tip_speed
 
 _POINT = ("x", "y", "z")
@@ -59,7 +59,7 @@ def tool_speed_of(path: JointPath, chain: Chain | None) -> ToolSpeed:
 _SHARES = (0.25, 0.5, 0.75)
 
 
-def path_error(chain: Chain, curve: Curve) -> FloatArray:
+def path_error(chain: Chain, curve: PathCurve) -> FloatArray:
     """Return the distance [m] of the tip from the straight line between the tips of neighbouring samples, the largest of each span."""
     tips = forward(chain, curve.at(curve.knots)).points
     ways = np.diff(tips, axis=0)

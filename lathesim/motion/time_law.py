@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.motion.joint_path import Curve, FloatArray, JointPath
+from lathesim.motion.joint_path import FloatArray, JointPath, PathCurve
 from lathesim.record import Channel, Record
 
 
@@ -126,7 +126,7 @@ class Timing:
     """A path with its times: ``curve`` q(s) and ``law`` s(t)."""
 
     path: JointPath
-    curve: Curve
+    curve: PathCurve
     law: TimeLaw
 
     @property
@@ -139,7 +139,7 @@ class Timing:
         return motion_at(self.curve, self.law, time)
 
 
-def motion_at(curve: Curve, law: TimeLaw, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def motion_at(curve: PathCurve, law: TimeLaw, time: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return q and its first three derivatives by t: q' s', q' s'' + q'' s'^2, q' s''' + 3 q'' s' s'' + q''' s'^3."""
     s, v, a, j = (rate[:, None] for rate in law.at(np.asarray(time, dtype=np.float64)))
     spans = np.clip(np.searchsorted(curve.knots, s[:, 0], side="right") - 1, 0, max(0, len(curve.knots) - 2))

@@ -135,7 +135,7 @@ def linuxcnc_text(program: Program) -> str:
     Numbers have seven decimals of a millimetre. Left out: the comments, the lines the moves came from, and rapids without a length.
     """
     lines = ["(dialect: linuxcnc)", f"(moves of {_plain(program.name)})", "G21 G18 G90 G91.1 G8 G40"]
-    written = _Written()
+    written = _WrittenMoves()
     events = sorted(program.events, key=lambda event: event.before_move)
     place = 0
     for index, move in enumerate(program.moves):
@@ -154,7 +154,7 @@ def linuxcnc_text(program: Program) -> str:
     return "\n".join(lines) + "\n"
 
 
-class _Written:
+class _WrittenMoves:
     """What stands in force in the text so far."""
 
     def __init__(self) -> None:

@@ -10,7 +10,7 @@ import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from lathesim.program.cycles import Point, Step
+from lathesim.program.cycles import CycleStep, Point
 from lathesim.program.expressions import Variables
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.modal import Modal
@@ -179,7 +179,7 @@ class ContourCycles(Motions):
             if modal.relief[0] * side < 0.0:
                 self.warn(f"The relief of {code} goes into the part, so its first pass cuts too deep. Change the sign of U or I.")
             out = side * max(side * start[0], *(side * point[0] for point in contour_points(contour)[1:]))
-        steps: list[Step] = []
+        steps: list[CycleStep] = []
         for number in range(modal.repeats):
             share = 1.0 - (number / (modal.repeats - 1) if modal.repeats > 1 else 1.0)
             dx, dz = allow_x + share * modal.relief[0], allow_z + share * modal.relief[1]
@@ -187,12 +187,12 @@ class ContourCycles(Motions):
                 end = (move.end_x + dx, move.end_z + dz)
                 if move.arc is not None:
                     arc = replace(move.arc, centre_x=move.arc.centre_x + dx, centre_z=move.arc.centre_z + dz)
-                    steps.append(Step("arc", end, arc=arc))
+                    steps.append(CycleStep("arc", end, arc=arc))
                 else:
-                    steps.append(Step("rapid" if move.kind == "rapid" else "feed", end))
-            steps += [Step("rapid", (out + dx, steps[-1].end[1])), Step("rapid", (out + dx, start[1] + dz))]
-            steps.append(Step("rapid", (start[0] + dx, start[1] + dz)))
-        self._carry_out([*steps, Step("rapid", start)], code, compensated=False)
+                    steps.append(CycleStep("rapid" if move.kind == "rapid" else "feed", end))
+            steps += [CycleStep("rapid", (out + dx, steps[-1].end[1])), CycleStep("rapid", (out + dx, start[1] + dz))]
+            steps.append(CycleStep("rapid", (start[0] + dx, start[1] + dz)))
+        self._carry_out([*steps, CycleStep("rapid", start)], code, compensated=False)
         self._pass_over(first, last, code)
 
     def _allowances(self) -> Point:
@@ -333,7 +333,7 @@ class ContourCycles(Motions):
             raise self.error(f"{code} would make more than {_MOST_STEPS} passes.", "Take a larger depth of cut.")
 
     def _carry_out(
-        self, steps: Iterable[Step], code: str, *, compensated: bool = True, start_angle: float = 0.0, keep: bool = False
+        self, steps: Iterable[CycleStep], code: str, *, compensated: bool = True, start_angle: float = 0.0, keep: bool = False
     ) -> None:
         """Append the moves of a cycle, with nose compensation if ``compensated``; moves without length are left out unless ``keep``.
 

@@ -14,9 +14,9 @@ from dataclasses import replace
 from lathesim.program.contour_cycles import RETRACT, ROUGHING, ContourCycles
 from lathesim.program.cycles import (
     MOST_PASSES,
+    CycleStep,
     DriveLineThreading,
     Point,
-    Step,
     Threading,
     facing_pass,
     lead_along_path,
@@ -80,7 +80,7 @@ class ProfileCycles(ContourCycles):
         side = air_side(start, contour, allowed, across=across)
         self._check_one_way(shifted, code, across)
         self._check_allowance(code, across, side)
-        self._carry_out([Step("rapid", start)], code)
+        self._carry_out([CycleStep("rapid", start)], code)
         retract = self._told_retract(words["R"], code) if words["R"] is not None else modal.metres(0.5)
         for letter, told in (("I", depth), ("R", retract)):
             if words[letter] is None:
@@ -118,13 +118,13 @@ class ProfileCycles(ContourCycles):
             self.warn(f"Nose compensation in the contour of {code} does nothing in LinuxCNC. Write it before G70.")
         return [replace(move, kind="feed" if move.kind == "rapid" else move.kind, nose=None) for move in walked[1:]]
 
-    def _profile_passes(self, start: Point, contour: list[Move], far: float, near: float, passes: int) -> list[Step]:
+    def _profile_passes(self, start: Point, contour: list[Move], far: float, near: float, passes: int) -> list[CycleStep]:
         """Return the passes of LinuxCNC's G70, the first at the distance ``far`` and the last at ``near`` [m] from the contour."""
-        steps: list[Step] = []
+        steps: list[CycleStep] = []
         for number in range(passes, 0, -1):
             shifted = beside(contour, _left_or_right(start, contour), (number - 1) * (far - near) / passes + near, self.blocks.name)
-            steps += [Step("rapid", start), Step("rapid", (shifted[0].start_x, shifted[0].start_z))]
-            steps += [Step("arc" if move.arc is not None else "feed", (move.end_x, move.end_z), arc=move.arc) for move in shifted]
+            steps += [CycleStep("rapid", start), CycleStep("rapid", (shifted[0].start_x, shifted[0].start_z))]
+            steps += [CycleStep("arc" if move.arc is not None else "feed", (move.end_x, move.end_z), arc=move.arc) for move in shifted]
         return steps
 
     def _check_over(self, start: Point, contour: list[Move], code: str) -> None:

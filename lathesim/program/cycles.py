@@ -30,7 +30,7 @@ Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Step:
+class CycleStep:
     """A rapid, a feed, an arc or a thread to ``end``, or a dwell of ``seconds``.
 
     ``feed`` [m/s or m] replaces the feed in force; ``lead`` [m] is along the path. ``spin`` is the spindle speed over the speed in force:
@@ -46,39 +46,49 @@ class Step:
     spin: float = 1.0
 
 
-def turning_pass(start: Point, end: Point, taper: float) -> list[Step]:
+def turning_pass(start: Point, end: Point, taper: float) -> list[CycleStep]:
     """Return G90: rapid to the diameter, feed along, feed out to the start's X, rapid back."""
-    return [Step("rapid", (end[0] + taper, start[1])), Step("feed", end), Step("feed", (start[0], end[1])), Step("rapid", start)]
-
-
-def facing_pass(start: Point, end: Point, taper: float) -> list[Step]:
-    """Return G94: rapid to the depth, feed across, feed out to the start's Z, rapid back."""
-    return [Step("rapid", (start[0], end[1] + taper)), Step("feed", end), Step("feed", (end[0], start[1])), Step("rapid", start)]
-
-
-def threading_pass(start: Point, end: Point, taper: float, lead: float, chamfer: float = 0.0) -> list[Step]:
-    """Return G92: rapid to the diameter, thread along with ``lead`` [m] on the longer axis and its run-out, rapid out and back."""
-    begin = (end[0] + taper, start[1])
     return [
-        Step("rapid", begin),
-        *thread_with_run_out(begin, end, lead, chamfer, 1.0 if start[0] >= end[0] else -1.0),
-        Step("rapid", (start[0], end[1])),
-        Step("rapid", start),
+        CycleStep("rapid", (end[0] + taper, start[1])),
+        CycleStep("feed", end),
+        CycleStep("feed", (start[0], end[1])),
+        CycleStep("rapid", start),
     ]
 
 
-def thread_with_run_out(begin: Point, end: Point, lead: float, chamfer: float, outside: float) -> list[Step]:
+def facing_pass(start: Point, end: Point, taper: float) -> list[CycleStep]:
+    """Return G94: rapid to the depth, feed across, feed out to the start's Z, rapid back."""
+    return [
+        CycleStep("rapid", (start[0], end[1] + taper)),
+        CycleStep("feed", end),
+        CycleStep("feed", (end[0], start[1])),
+        CycleStep("rapid", start),
+    ]
+
+
+def threading_pass(start: Point, end: Point, taper: float, lead: float, chamfer: float = 0.0) -> list[CycleStep]:
+    """Return G92: rapid to the diameter, thread along with ``lead`` [m] on the longer axis and its run-out, rapid out and back."""
+    begin = (end[0] + taper, start[1])
+    return [
+        CycleStep("rapid", begin),
+        *thread_with_run_out(begin, end, lead, chamfer, 1.0 if start[0] >= end[0] else -1.0),
+        CycleStep("rapid", (start[0], end[1])),
+        CycleStep("rapid", start),
+    ]
+
+
+def thread_with_run_out(begin: Point, end: Point, lead: float, chamfer: float, outside: float) -> list[CycleStep]:
     """Return a thread that runs out over its last ``chamfer`` [m] along Z, at 45 degrees to the side ``outside`` of X, in one motion.
 
     Without a chamfer, or with a chamfer as long as the thread, there is no run-out.
     """
     along, length = lead_along_path(begin, end, lead), abs(end[1] - begin[1])
     if not 0.0 < chamfer < length:
-        return [Step("thread", end, lead=along)]
+        return [CycleStep("thread", end, lead=along)]
     share = 1.0 - chamfer / length
     leave = (begin[0] + share * (end[0] - begin[0]), begin[1] + share * (end[1] - begin[1]))
     out = (leave[0] + outside * chamfer, end[1])
-    return [Step("thread", leave, lead=along), Step("thread", out, lead=lead_along_path(leave, out, lead))]
+    return [CycleStep("thread", leave, lead=along), CycleStep("thread", out, lead=lead_along_path(leave, out, lead))]
 
 
 def lead_along_path(begin: Point, end: Point, lead: float) -> float:
@@ -91,23 +101,23 @@ def lead_along_path(begin: Point, end: Point, lead: float) -> float:
 _EPSILON = 1e-9
 
 
-def pecking(start: Point, end: Point, *, across: bool, step: float, aside: float, retract: float) -> list[Step]:
+def pecking(start: Point, end: Point, *, across: bool, step: float, aside: float, retract: float) -> list[CycleStep]:
     """Return the cycle: pecks of ``step`` along Z (along X with ``across``), withdrawn by ``retract``, repeated every ``aside`` [m].
 
     No retract is longer than the depth cut so far, so the tool does not move back beyond the start.
     """
     deep, wide = (0, 1) if across else (1, 0)
-    steps: list[Step] = []
+    steps: list[CycleStep] = []
     for place in _places(start[wide], end[wide], aside):
-        steps.append(Step("rapid", _point(deep, start[deep], place)))
+        steps.append(CycleStep("rapid", _point(deep, start[deep], place)))
         depths = _places(start[deep], end[deep], step)[1:]
         for number, depth in enumerate(depths):
-            steps.append(Step("feed", _point(deep, depth, place)))
+            steps.append(CycleStep("feed", _point(deep, depth, place)))
             if number < len(depths) - 1:
                 back = math.copysign(min(retract, abs(depth - start[deep])), start[deep] - end[deep])
-                steps.append(Step("rapid", _point(deep, depth + back, place)))
-        steps.append(Step("rapid", _point(deep, start[deep], place)))
-    return [*steps, Step("rapid", start)]
+                steps.append(CycleStep("rapid", _point(deep, depth + back, place)))
+        steps.append(CycleStep("rapid", _point(deep, start[deep], place)))
+    return [*steps, CycleStep("rapid", start)]
 
 
 def _places(begin: float, end: float, step: float) -> list[float]:
@@ -167,21 +177,21 @@ class Threading:
                 break
         return [*found, *[self.height] * max(1 if self.allowance > _EPSILON else 0, self.finishing)]
 
-    def steps(self) -> list[Step]:
+    def steps(self) -> list[CycleStep]:
         """Return the whole cycle, from the start point and back to it."""
         outside = 1.0 if self.start[0] >= self.end[0] else -1.0
         way = -1.0 if self.end[1] < self.start[1] else 1.0
-        steps: list[Step] = []
+        steps: list[CycleStep] = []
         for depth in self.depths():
             above = outside * (self.height - depth)
             begin = (self.end[0] + self.taper + above, self.start[1] + way * depth * math.tan(0.5 * self.angle))
             end = (self.end[0] + above, self.end[1])
             steps += [
-                Step("rapid", (self.start[0], begin[1])),
-                Step("rapid", begin),
+                CycleStep("rapid", (self.start[0], begin[1])),
+                CycleStep("rapid", begin),
                 *thread_with_run_out(begin, end, self.lead, self.chamfer, outside),
-                Step("rapid", (self.start[0], end[1])),
-                Step("rapid", self.start),
+                CycleStep("rapid", (self.start[0], end[1])),
+                CycleStep("rapid", self.start),
             ]
         return steps
 
@@ -218,25 +228,28 @@ class DriveLineThreading:
             depths.append(depth)
         return depths + [self.full] * (1 + self.spring)
 
-    def steps(self) -> list[Step]:
+    def steps(self) -> list[CycleStep]:
         """Return the whole cycle, from the drive line and back to it."""
         outside = -1.0 if self.peak < 0.0 else 1.0
         toward = -1.0 if self.end_z < self.start[1] else 1.0
         steep = self.pitch * math.hypot(self.taper, self.full) / self.taper if self.taper > 0.0 else self.pitch
-        steps: list[Step] = []
+        steps: list[CycleStep] = []
         for depth in self.depths():
             clear = self.start[0] - outside * (self.full - depth)
             begin = self.start[1] + toward * depth * math.tan(self.slide)
             finish = self.end_z - toward * (self.full - depth) * math.tan(self.slide)
             x = self.start[0] + self.peak + outside * depth
             above = x - outside * self.full
-            steps.append(Step("rapid", (clear, begin)))
+            steps.append(CycleStep("rapid", (clear, begin)))
             if self.tapers_in:
-                steps += [Step("thread", (above, begin), lead=steep), Step("thread", (x, begin + toward * self.taper), lead=steep)]
+                steps += [
+                    CycleStep("thread", (above, begin), lead=steep),
+                    CycleStep("thread", (x, begin + toward * self.taper), lead=steep),
+                ]
             else:
-                steps.append(Step("rapid", (x, begin)))
-            steps.append(Step("thread", (x, finish - toward * self.taper if self.tapers_out else finish), lead=self.pitch))
+                steps.append(CycleStep("rapid", (x, begin)))
+            steps.append(CycleStep("thread", (x, finish - toward * self.taper if self.tapers_out else finish), lead=self.pitch))
             if self.tapers_out:
-                steps.append(Step("thread", (above, finish), lead=steep))
-            steps.append(Step("rapid", (clear, finish)))
-        return [*steps, Step("rapid", (self.start[0], self.end_z))]
+                steps.append(CycleStep("thread", (above, finish), lead=steep))
+            steps.append(CycleStep("rapid", (clear, finish)))
+        return [*steps, CycleStep("rapid", (self.start[0], self.end_z))]

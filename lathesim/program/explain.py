@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from lathesim.program.dialects import Dialect, dialect_named
 from lathesim.program.meanings import HOLES, Meaning
 from lathesim.program.moves import Event, Move, Program
-from lathesim.program.statements import Kind, Statement
+from lathesim.program.statements import Keyword, Statement
 from lathesim.program.words import Block, Blocks, Word
 from lathesim.units import in_unit
 
@@ -57,13 +57,14 @@ _DRIVE_LINE = {
     "Q": "slide angle {} degrees", "H": "{} spring passes",
 }  # fmt: skip
 _STATEMENTS = {
-    Kind.SUB: "the subprogram {0} begins; it runs when it is called", Kind.END_SUB: "the subprogram {0} ends", Kind.CALL: "calls {0}{1}",
-    Kind.RETURN: "returns from {0}", Kind.IF: "what follows is done only if{1} holds",
-    Kind.ELSE_IF: "else, only if{1} holds", Kind.ELSE: "else",
-    Kind.END_IF: "the end of the condition {0}", Kind.DO: "the loop {0} begins", Kind.WHILE: "as long as{1} holds, loop {0}",
-    Kind.END_WHILE: "the end of the loop {0}", Kind.REPEAT: "repeat {0}{1} times", Kind.END_REPEAT: "the end of the loop {0}",
-    Kind.BREAK: "leaves the loop {0}", Kind.CONTINUE: "goes on with the next round of {0}", Kind.GO_TO: "goes to N{1}",
-    Kind.IF_THEN: "", Kind.LOOP: "the loop {0} begins", Kind.LOOP_END: "the end of the loop {0}",
+    Keyword.SUB: "the subprogram {0} begins; it runs when it is called", Keyword.END_SUB: "the subprogram {0} ends",
+    Keyword.CALL: "calls {0}{1}",
+    Keyword.RETURN: "returns from {0}", Keyword.IF: "what follows is done only if{1} holds",
+    Keyword.ELSE_IF: "else, only if{1} holds", Keyword.ELSE: "else",
+    Keyword.END_IF: "the end of the condition {0}", Keyword.DO: "the loop {0} begins", Keyword.WHILE: "as long as{1} holds, loop {0}",
+    Keyword.END_WHILE: "the end of the loop {0}", Keyword.REPEAT: "repeat {0}{1} times", Keyword.END_REPEAT: "the end of the loop {0}",
+    Keyword.BREAK: "leaves the loop {0}", Keyword.CONTINUE: "goes on with the next round of {0}", Keyword.GO_TO: "goes to N{1}",
+    Keyword.IF_THEN: "", Keyword.LOOP: "the loop {0} begins", Keyword.LOOP_END: "the end of the loop {0}",
 }  # fmt: skip
 
 
@@ -136,13 +137,13 @@ def statement_words(block: Block) -> list[str]:
 
 def _statement(statement: Statement) -> str:
     values = "".join(f" {value.text}" for value in statement.values)
-    if statement.kind is Kind.GO_TO:
+    if statement.kind is Keyword.GO_TO:
         return f"{f'if {statement.condition.text} holds, ' if statement.condition else ''}goes to N{values.strip()}"
-    if statement.kind is Kind.IF_THEN and statement.condition is not None:
+    if statement.kind is Keyword.IF_THEN and statement.condition is not None:
         return f"if {statement.condition.text} holds"
-    if statement.kind is Kind.LOOP and statement.condition is not None:
+    if statement.kind is Keyword.LOOP and statement.condition is not None:
         return f"as long as {statement.condition.text} holds, loop {statement.label}"
-    with_values = f" with{values}" if statement.kind is Kind.CALL and values else values
+    with_values = f" with{values}" if statement.kind is Keyword.CALL and values else values
     return _STATEMENTS[statement.kind].format(f"O{statement.label.lower()}", with_values)
 
 

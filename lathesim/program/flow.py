@@ -15,7 +15,7 @@ from lathesim.program.cycle_blocks import Cycles
 from lathesim.program.expressions import Assignment, Expression, ExpressionError, Value, Variables
 from lathesim.program.meanings import Meaning
 from lathesim.program.modal import system_value
-from lathesim.program.statements import FANUC_KINDS, Kind, Statement, Structure, structure
+from lathesim.program.statements import FANUC_KINDS, Keyword, Statement, Structure, structure
 from lathesim.program.vocabulary import check_statement
 from lathesim.program.words import Block
 
@@ -140,18 +140,18 @@ class Flow(Cycles):
     def _statement(self, block: Block, statement: Statement) -> int:
         """Carry out a statement and return the place of the next block."""
         kind, here, found = statement.kind, self.position, self.structure()
-        if kind in (Kind.SUB, Kind.ELSE_IF, Kind.ELSE):
-            opened = here if kind is Kind.SUB else found.partner[here]
+        if kind in (Keyword.SUB, Keyword.ELSE_IF, Keyword.ELSE):
+            opened = here if kind is Keyword.SUB else found.partner[here]
             return found.partner[opened] + 1
-        if kind in (Kind.RETURN, Kind.END_SUB):
+        if kind in (Keyword.RETURN, Keyword.END_SUB):
             self._give_back(statement, block)
             return _RETURN
-        if kind in (Kind.END_IF, Kind.DO):
+        if kind in (Keyword.END_IF, Keyword.DO):
             return here + 1
-        if kind is Kind.CALL:
+        if kind is Keyword.CALL:
             self._call(statement, block, found)
             return here + 1
-        if kind is Kind.IF:
+        if kind is Keyword.IF:
             return self._branch(block, statement, here, found)
         if kind in FANUC_KINDS:
             return self._macro_statement(block, statement, here, found)
@@ -162,7 +162,7 @@ class Flow(Cycles):
             return here + 1
         for place in found.branches[here]:
             branch = self.blocks.blocks[place]
-            if branch.statement is None or branch.statement.kind is not Kind.ELSE_IF or self._condition(branch.statement, branch):
+            if branch.statement is None or branch.statement.kind is not Keyword.ELSE_IF or self._condition(branch.statement, branch):
                 return place + 1
         return found.partner[here] + 1
 
@@ -180,37 +180,37 @@ class Flow(Cycles):
         """WHILE, REPEAT, their ends, BREAK and CONTINUE; ``_loops`` counts the rounds that are left."""
         kind = statement.kind
         self._loops = {} if self._loops is None else self._loops
-        if kind is Kind.WHILE and found.partner[here] < here:
+        if kind is Keyword.WHILE and found.partner[here] < here:
             return found.partner[here] + 1 if self._condition(statement, block) else here + 1
-        if kind is Kind.WHILE:
+        if kind is Keyword.WHILE:
             return here + 1 if self._condition(statement, block) else found.partner[here] + 1
-        if kind is Kind.END_WHILE:
+        if kind is Keyword.END_WHILE:
             return found.partner[here]
-        if kind is Kind.REPEAT:
+        if kind is Keyword.REPEAT:
             left = self._loops.pop(here, None)
             left = round(self._value(statement.values[0], block)) if left is None and statement.values else left or 0
             if left <= 0:
                 return found.partner[here] + 1
             self._loops[here] = left - 1
             return here + 1
-        if kind is Kind.END_REPEAT:
+        if kind is Keyword.END_REPEAT:
             return found.partner[here]
         loop = found.loop_of[here]
-        if kind is Kind.CONTINUE:
+        if kind is Keyword.CONTINUE:
             return found.partner[loop]
         self._loops.pop(loop, None)
         return found.partner[loop] + 1
 
     def _macro_statement(self, block: Block, statement: Statement, here: int, found: Structure) -> int:
         """IF ... GOTO, IF ... THEN, GOTO, WHILE ... DO and END."""
-        if statement.kind is Kind.LOOP_END:
+        if statement.kind is Keyword.LOOP_END:
             return found.partner[here]
         holds = statement.condition is None or self._condition(statement, block)
-        if statement.kind is Kind.LOOP:
+        if statement.kind is Keyword.LOOP:
             return here + 1 if holds else found.partner[here] + 1
         if not holds:
             return here + 1
-        if statement.kind is Kind.IF_THEN:
+        if statement.kind is Keyword.IF_THEN:
             self.computed(block._replace(statement=None, assignments=statement.assignments))
             return here + 1
         return self._numbered_place(f"{self._value(statement.values[0], block):g}")

@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass
 
 from lathesim.program.contour_cycles import ContourCycles
-from lathesim.program.cycles import Point, Step
+from lathesim.program.cycles import CycleStep, Point
 from lathesim.program.meanings import HOLES, Meaning
 from lathesim.units import in_unit
 
@@ -28,7 +28,7 @@ CLEAR = 0.5e-3
 
 def drilling(
     start: Point, place: Point, *, plane: float, back: float, peck: float = 0.0, dwell: float = 0.0, feed_out: bool = False
-) -> list[Step]:
+) -> list[CycleStep]:
     """Return one hole from ``start`` to ``place`` (x, z of the bottom).
 
     ``plane`` and ``back`` are places along Z [m]: where the feed begins, and where the cycle ends. Behind each ``peck`` [m] the drill comes
@@ -36,30 +36,30 @@ def drilling(
     """
     x, bottom = place
     toward = -1.0 if bottom < plane else 1.0
-    steps = [Step("rapid", (x, start[1])), Step("rapid", (x, plane))]
+    steps = [CycleStep("rapid", (x, start[1])), CycleStep("rapid", (x, plane))]
     depth = plane
     while toward * (bottom - depth) > _EPSILON:
         deeper = bottom if peck <= 0.0 or toward * (bottom - depth) <= peck + _EPSILON else depth + toward * peck
         if depth != plane:
-            steps += [Step("rapid", (x, plane)), Step("rapid", (x, depth - toward * min(CLEAR, peck)))]
-        steps.append(Step("feed", (x, deeper)))
+            steps += [CycleStep("rapid", (x, plane)), CycleStep("rapid", (x, depth - toward * min(CLEAR, peck)))]
+        steps.append(CycleStep("feed", (x, deeper)))
         depth = deeper
     if dwell > 0.0:
-        steps.append(Step("dwell", (x, bottom), seconds=dwell))
+        steps.append(CycleStep("dwell", (x, bottom), seconds=dwell))
     if feed_out:
-        steps.append(Step("feed", (x, plane)))
-    return [*steps, Step("rapid", (x, back))]
+        steps.append(CycleStep("feed", (x, plane)))
+    return [*steps, CycleStep("rapid", (x, back))]
 
 
-def tapping(start: Point, place: Point, *, plane: float, back: float, lead: float) -> list[Step]:
+def tapping(start: Point, place: Point, *, plane: float, back: float, lead: float) -> list[CycleStep]:
     """Return one tapped hole: in with the ``lead`` [m] from the R plane, out with the spindle reversed; see :func:`drilling`."""
     x, bottom = place
     return [
-        Step("rapid", (x, start[1])),
-        Step("rapid", (x, plane)),
-        Step("thread", (x, bottom), lead=lead),
-        Step("thread", (x, plane), lead=lead, spin=-1.0),
-        Step("rapid", (x, back)),
+        CycleStep("rapid", (x, start[1])),
+        CycleStep("rapid", (x, plane)),
+        CycleStep("thread", (x, bottom), lead=lead),
+        CycleStep("thread", (x, plane), lead=lead, spin=-1.0),
+        CycleStep("rapid", (x, back)),
     ]
 
 
@@ -83,23 +83,23 @@ class Hole:
     out_to_plane: bool = False
     spin: float = 1.0
 
-    def steps(self, x: float) -> list[Step]:
+    def steps(self, x: float) -> list[CycleStep]:
         """Return the steps of the hole at ``x`` [m]; the tool stands on the R plane."""
-        steps: list[Step] = []
+        steps: list[CycleStep] = []
         count = 1
         while self.peck > 0.0 and self.plane - count * self.peck > self.bottom + _EPSILON:
             depth = self.plane - count * self.peck
-            steps.append(Step("feed", (x, depth)))
+            steps.append(CycleStep("feed", (x, depth)))
             if not self.breaks_chips:
-                steps.append(Step("rapid", (x, self.plane)))
-            steps.append(Step("rapid", (x, depth + self.lift)))
+                steps.append(CycleStep("rapid", (x, self.plane)))
+            steps.append(CycleStep("rapid", (x, depth + self.lift)))
             count += 1
-        steps.append(Step("feed", (x, self.bottom)))
+        steps.append(CycleStep("feed", (x, self.bottom)))
         if self.dwell > 0.0:
-            steps.append(Step("dwell", (x, self.bottom), seconds=self.dwell, spin=min(self.spin, 1.0) or 1.0))
+            steps.append(CycleStep("dwell", (x, self.bottom), seconds=self.dwell, spin=min(self.spin, 1.0) or 1.0))
         if self.feeds_out:
-            steps.append(Step("feed", (x, self.plane if self.out_to_plane else self.clear), spin=self.spin))
-        return steps if self.feeds_out and not self.out_to_plane else [*steps, Step("rapid", (x, self.clear), spin=self.spin)]
+            steps.append(CycleStep("feed", (x, self.plane if self.out_to_plane else self.clear), spin=self.spin))
+        return steps if self.feeds_out and not self.out_to_plane else [*steps, CycleStep("rapid", (x, self.clear), spin=self.spin)]
 
 
 _PECKS = (Meaning.PECK_DRILLING, Meaning.CHIP_BREAKING)
@@ -217,7 +217,7 @@ class HoleCycles(ContourCycles):
         if faster is not None and faster.value <= 0.0:
             raise self.error(f"{faster.text} is not a factor of the speed on the way out.", "Give it above 0, or take it out.")
         spin = -1.0 if faster is None else -faster.value
-        self._carry_out([Step("thread", end, lead=lead), Step("thread", start, lead=lead, spin=spin)], code)
+        self._carry_out([CycleStep("thread", end, lead=lead), CycleStep("thread", start, lead=lead, spin=spin)], code)
 
     # ---- LinuxCNC ----------------------------------------------------------------------------------------------------------------
 
@@ -274,7 +274,7 @@ class HoleCycles(ContourCycles):
         bottom = given["Z"] + (modal.zero[1] if modal.absolute else plane)
         x = self.target()[0]
         along = 0.0 if modal.absolute else x - modal.x
-        steps = [Step("rapid", (modal.x, plane))] if level < plane else []
+        steps = [CycleStep("rapid", (modal.x, plane))] if level < plane else []
         here, level = (plane, plane) if level < plane else (modal.z, level)
         clear = plane if self._returns_to_plane() else level
         if given.get("Q", 0.0) > 0.0 and meaning in _PECKS:
@@ -295,8 +295,8 @@ class HoleCycles(ContourCycles):
         for number in range(repeats):
             place = x + number * along
             first = number == 0 and here > plane
-            steps.append(Step("rapid", (place, here if first else clear)))
+            steps.append(CycleStep("rapid", (place, here if first else clear)))
             if first or clear > plane:
-                steps.append(Step("rapid", (place, plane)))
+                steps.append(CycleStep("rapid", (place, plane)))
             steps += hole.steps(place)
         self._carry_out(steps, code, keep=True)

@@ -14,7 +14,7 @@ from lathesim.program.arcs_and_corners import CORNER_LETTERS, Corner, arc_by_cen
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.modal import Modal
-from lathesim.program.moves import Arc, Event, EventKind, Mode, Move, MoveKind, Moves
+from lathesim.program.moves import Arc, Event, EventKind, Move, MoveKind, MoveMode, Moves
 from lathesim.program.vocabulary import Codes, Sorted, other_readings
 from lathesim.program.words import Block, Blocks, Warned, Word
 from lathesim.units import in_unit
@@ -337,7 +337,7 @@ class Motions:
         if nose is not None and kind == "thread":
             self.warn("Nose compensation does not act on threads; the tool point follows them.")
             nose = None
-        mode = Mode(modal.spindle, per_revolution, seconds, modal.tool, cycle, cycle_line, nose, start_angle, spin_back)
+        mode = MoveMode(modal.spindle, per_revolution, seconds, modal.tool, cycle, cycle_line, nose, start_angle, spin_back)
         self.moves.add(kind, line, (modal.x, modal.z), end, feed, arc, mode)
         modal.x, modal.z = end
         corner, self.corner = self.corner, None

@@ -150,7 +150,7 @@ _NO_ARC = -1
 _ARC_VALUES = 6
 
 
-class Mode(NamedTuple):
+class MoveMode(NamedTuple):
     """The values that many moves share; see :class:`lathesim.program.moves.Move`."""
 
     spindle: Spindle
@@ -177,8 +177,8 @@ class Moves(Sequence[Move]):
         self.ends = array("d")
         self.feeds = array("d")
         self.mode_numbers = array("I")
-        self.modes: list[Mode] = []
-        self._known: dict[Mode, int] = {}
+        self.modes: list[MoveMode] = []
+        self._known: dict[MoveMode, int] = {}
         self._arc_numbers = array("i")
         self._arc_values = array("d")
         self.extend(moves)
@@ -191,7 +191,7 @@ class Moves(Sequence[Move]):
         end: tuple[float, float],
         feed: float | None,
         arc: Arc | None,
-        mode: Mode,
+        mode: MoveMode,
     ) -> None:
         """Append a move from ``start`` to ``end`` (x, z) [m]."""
         self._arc_numbers.append(_NO_ARC if arc is None else len(self._arc_values))
@@ -210,7 +210,7 @@ class Moves(Sequence[Move]):
     def append(self, move: Move) -> None:
         """Append a move."""
         start, end = (move.start_x, move.start_z), (move.end_x, move.end_z)
-        mode = Mode(
+        mode = MoveMode(
             move.spindle,
             move.per_revolution,
             move.seconds,
@@ -272,7 +272,7 @@ class Moves(Sequence[Move]):
         """The number of moves of each kind."""
         return {KINDS[number]: count for number, count in Counter(self.kinds).items()}
 
-    def where(self, wanted: Callable[[MoveKind, Mode, float], bool]) -> Iterator[Move]:
+    def where(self, wanted: Callable[[MoveKind, MoveMode, float], bool]) -> Iterator[Move]:
         """Yield the moves for which ``wanted(kind, mode, feed)`` is true; it is called once for each set of values. No feed is below 0."""
         known: dict[tuple[int, int, float], bool] = {}
         for place, key in enumerate(zip(self.kinds, self.mode_numbers, self.feeds, strict=True)):

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from lathesim.program.cycles import Point, Step
+from lathesim.program.cycles import CycleStep, Point
 from lathesim.program.moves import Move
 
 _ARC_STEP = math.radians(0.5)
@@ -52,7 +52,7 @@ class Roughing:
     cuts: Cuts = "all"
     returns: bool = True
 
-    def steps(self) -> list[Step]:
+    def steps(self) -> list[CycleStep]:
         """Return the steps of the whole cycle."""
         walked = [_turned((x + self.allow_x, z + self.allow_z), self.across) for x, z in contour_points(self.contour)]
         start, side = _turned(self.start, self.across), self.side
@@ -61,7 +61,7 @@ class Roughing:
         allowed = abs(self.allow_z if self.across else self.allow_x)
         deepest = min(side * point[0] for point in walked)
         clear = side * max(side * start[0], *(side * point[0] for point in walked))
-        steps: list[Step] = []
+        steps: list[CycleStep] = []
         level = start[0] + side * (allowed - self.depth)
         while side * level > deepest + _EPSILON:
             steps += self._level(level, walked, before, clear)
@@ -73,12 +73,12 @@ class Roughing:
         ways = [(clear, last[1]), (clear, start[1]), start]
         return [*steps, *(self._step("rapid", *way) for way in ways)]
 
-    def _step(self, kind: str, depth: float, along: float) -> Step:
-        return Step(kind, (along, depth) if self.across else (depth, along))  # type: ignore[arg-type]
+    def _step(self, kind: str, depth: float, along: float) -> CycleStep:
+        return CycleStep(kind, (along, depth) if self.across else (depth, along))  # type: ignore[arg-type]
 
-    def _level(self, level: float, walked: Sequence[Point], start: Point, clear: float) -> list[Step]:
+    def _level(self, level: float, walked: Sequence[Point], start: Point, clear: float) -> list[CycleStep]:
         """Return the passes at one level; rapid moves beside the contour run at the depth ``clear``, above all of it."""
-        steps: list[Step] = []
+        steps: list[CycleStep] = []
         side = self.side
         way = 1.0 if walked[-1][1] >= walked[0][1] else -1.0
         for begin, end, is_open in _stretches(level, walked, side):
@@ -97,7 +97,7 @@ class Roughing:
             steps.append(self._step("rapid", away if is_open else clear, start[1]))
         return steps
 
-    def _along_contour(self, walked: Sequence[Point], start: Point, clear: float) -> list[Step]:
+    def _along_contour(self, walked: Sequence[Point], start: Point, clear: float) -> list[CycleStep]:
         """Return the pass along the contour with its allowances."""
         first = walked[0]
         steps = [
@@ -111,15 +111,15 @@ class Roughing:
             steps += self._contour_steps()
         return steps
 
-    def _contour_steps(self) -> list[Step]:
-        steps: list[Step] = []
+    def _contour_steps(self) -> list[CycleStep]:
+        steps: list[CycleStep] = []
         for move in self.contour:
             end = (move.end_x + self.allow_x, move.end_z + self.allow_z)
             if move.arc is None:
-                steps.append(Step("feed", end))
+                steps.append(CycleStep("feed", end))
             else:
                 arc = replace(move.arc, centre_x=move.arc.centre_x + self.allow_x, centre_z=move.arc.centre_z + self.allow_z)
-                steps.append(Step("arc", end, arc=arc))
+                steps.append(CycleStep("arc", end, arc=arc))
         return steps
 
 

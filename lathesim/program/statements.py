@@ -16,7 +16,7 @@ from lathesim.errors import ProgramError
 from lathesim.program.expressions import Assignment, Expression, ExpressionError, parse_assignment, parse_value
 
 
-class Kind(StrEnum):
+class Keyword(StrEnum):
     """What a statement does; the text is how the program writes it."""
 
     SUB = "SUB"
@@ -40,7 +40,7 @@ class Kind(StrEnum):
     LOOP_END = "END n"
 
 
-FANUC_KINDS = frozenset({Kind.GO_TO, Kind.IF_THEN, Kind.LOOP, Kind.LOOP_END})
+FANUC_KINDS = frozenset({Keyword.GO_TO, Keyword.IF_THEN, Keyword.LOOP, Keyword.LOOP_END})
 """Statements of custom macros; all others are O-words."""
 
 
@@ -48,15 +48,15 @@ FANUC_KINDS = frozenset({Kind.GO_TO, Kind.IF_THEN, Kind.LOOP, Kind.LOOP_END})
 class Statement:
     """One statement: its label (``O100`` is ``100``; of GOTO the target is in ``values``), what it is given, and what it assigns."""
 
-    kind: Kind
+    kind: Keyword
     label: str
     values: tuple[Expression, ...] = ()
     condition: Expression | None = None
     assignments: tuple[Assignment, ...] = ()
 
 
-_OPENING = frozenset({Kind.SUB, Kind.IF, Kind.WHILE, Kind.REPEAT, Kind.DO, Kind.LOOP})
-_CLOSING = frozenset({Kind.END_SUB, Kind.END_IF, Kind.END_WHILE, Kind.END_REPEAT, Kind.LOOP_END})
+_OPENING = frozenset({Keyword.SUB, Keyword.IF, Keyword.WHILE, Keyword.REPEAT, Keyword.DO, Keyword.LOOP})
+_CLOSING = frozenset({Keyword.END_SUB, Keyword.END_IF, Keyword.END_WHILE, Keyword.END_REPEAT, Keyword.LOOP_END})
 
 
 def opens(statement: Statement) -> int:
@@ -77,7 +77,7 @@ def statement_at(code: str) -> Statement | None:
         label = word[1].lstrip("0") or "0" if word[1] is not None else word[2]
         values, rest = _values(code, word.end())
         _nothing_behind(code, rest)
-        return Statement(Kind(word[3]), label, tuple(values))
+        return Statement(Keyword(word[3]), label, tuple(values))
     macro = _MACRO.match(code)
     return None if macro is None else _macro(code, macro.group(), macro.end())
 
@@ -94,18 +94,18 @@ def _macro(code: str, word: str, position: int) -> Statement:
     if word == "GOTO":
         target, position = parse_value(code, position)
         _nothing_behind(code, position)
-        return Statement(Kind.GO_TO, "", (target,))
+        return Statement(Keyword.GO_TO, "", (target,))
     if word in ("DO", "END"):
-        return Statement(Kind.LOOP if word == "DO" else Kind.LOOP_END, _loop_label(code, position))
+        return Statement(Keyword.LOOP if word == "DO" else Keyword.LOOP_END, _loop_label(code, position))
     condition, position = parse_value(code, position)
     if word == "WHILE":
         if code[position : position + 2] != "DO":
             raise ExpressionError("WHILE has no DO behind its condition.", "Write it as WHILE [#1 LT 5] DO1, with END1 behind the loop.")
-        return Statement(Kind.LOOP, _loop_label(code, position + 2), condition=condition)
+        return Statement(Keyword.LOOP, _loop_label(code, position + 2), condition=condition)
     if code[position : position + 4] == "GOTO":
         target, position = parse_value(code, position + 4)
         _nothing_behind(code, position)
-        return Statement(Kind.GO_TO, "", (target,), condition)
+        return Statement(Keyword.GO_TO, "", (target,), condition)
     if code[position : position + 4] != "THEN":
         raise ExpressionError("IF has neither GOTO nor THEN behind its condition.", "Write it as IF [#1 GT 5] GOTO 100.")
     position += 4
@@ -114,7 +114,7 @@ def _macro(code: str, word: str, position: int) -> Statement:
         assignment, position = parse_assignment(code, position)
         assignments.append(assignment)
     _nothing_behind(code, position)
-    return Statement(Kind.IF_THEN, "", (), condition, tuple(assignments))
+    return Statement(Keyword.IF_THEN, "", (), condition, tuple(assignments))
 
 
 def _loop_label(code: str, position: int) -> str:
@@ -130,8 +130,8 @@ def _nothing_behind(code: str, position: int) -> None:
         raise ExpressionError(f"'{code[position : position + 12]}' stands behind the statement.", "Write it in a line of its own.")
 
 
-_LOOPS = {Kind.WHILE: Kind.END_WHILE, Kind.REPEAT: Kind.END_REPEAT, Kind.DO: Kind.WHILE, Kind.LOOP: Kind.LOOP_END}
-_CLOSED_BY = {Kind.SUB: Kind.END_SUB, Kind.IF: Kind.END_IF, **_LOOPS}
+_LOOPS = {Keyword.WHILE: Keyword.END_WHILE, Keyword.REPEAT: Keyword.END_REPEAT, Keyword.DO: Keyword.WHILE, Keyword.LOOP: Keyword.LOOP_END}
+_CLOSED_BY = {Keyword.SUB: Keyword.END_SUB, Keyword.IF: Keyword.END_IF, **_LOOPS}
 
 
 @dataclass
@@ -154,30 +154,30 @@ def structure(statements: Sequence[tuple[int, Statement]], place: Callable[[int]
     for position, statement in statements:
         kind, label = statement.kind, statement.label
         top = stack[-1][1] if stack else None
-        if kind is Kind.WHILE and top is not None and top.kind is Kind.DO and top.label == label:
+        if kind is Keyword.WHILE and top is not None and top.kind is Keyword.DO and top.label == label:
             _close(found, stack, position)
         elif kind in _CLOSED_BY:
-            if kind is Kind.SUB:
-                if any(open_.kind is Kind.SUB for _, open_ in stack):
+            if kind is Keyword.SUB:
+                if any(open_.kind is Keyword.SUB for _, open_ in stack):
                     raise ProgramError(
                         f"O{label} SUB stands inside another subprogram.", place=place(position), remedy="Close that one first."
                     )
                 found.subs.setdefault(label, position)
             stack.append((position, statement))
-            if kind is Kind.IF:
+            if kind is Keyword.IF:
                 found.branches[position] = []
-        elif kind in (Kind.ELSE_IF, Kind.ELSE):
-            if top is None or top.kind is not Kind.IF or top.label != label:
+        elif kind in (Keyword.ELSE_IF, Keyword.ELSE):
+            if top is None or top.kind is not Keyword.IF or top.label != label:
                 raise _unopened(statement, place(position), top)
             found.branches[stack[-1][0]].append(position)
             found.partner[position] = stack[-1][0]
         elif kind in _CLOSED_BY.values():
             if top is None or _CLOSED_BY[top.kind] is not kind or top.label != label:
                 raise _unopened(statement, place(position), top)
-            if kind is Kind.END_IF:
+            if kind is Keyword.END_IF:
                 found.branches[stack[-1][0]].append(position)
             _close(found, stack, position)
-        elif kind in (Kind.BREAK, Kind.CONTINUE):
+        elif kind in (Keyword.BREAK, Keyword.CONTINUE):
             loop = next((opened for opened, open_ in reversed(stack) if open_.kind in _LOOPS and open_.label == label), None)
             if loop is None:
                 raise _unopened(statement, place(position), top)
@@ -198,10 +198,10 @@ def _close(found: Structure, stack: list[tuple[int, Statement]], position: int) 
     found.partner[position] = opened
 
 
-def _shown(statement: Statement, kind: Kind | None = None) -> str:
+def _shown(statement: Statement, kind: Keyword | None = None) -> str:
     kind = statement.kind if kind is None else kind
-    if kind in (Kind.LOOP, Kind.LOOP_END):
-        return f"{'DO' if kind is Kind.LOOP else 'END'}{statement.label}"
+    if kind in (Keyword.LOOP, Keyword.LOOP_END):
+        return f"{'DO' if kind is Keyword.LOOP else 'END'}{statement.label}"
     return f"O{statement.label} {kind}"
 
 

@@ -21,7 +21,7 @@ from typing import overload
 from lathesim.errors import ProgramError, SeveralFaultsError, nearest
 from lathesim.program.foreign_codes import SINUMERIK, foreign_control, foreign_program
 from lathesim.program.lexing import Block, Word, block_of_line, shape_of
-from lathesim.program.statements import Kind, opens
+from lathesim.program.statements import Keyword, opens
 
 __all__ = ["Block", "Blocks", "Lines", "Warned", "Word", "read_program", "read_program_file"]
 
@@ -234,7 +234,7 @@ class _Reader:
         if block.statement is not None:
             self.branches = True
             self.inside += opens(block.statement)
-            self.jumps = self.jumps or block.statement.kind is Kind.GO_TO
+            self.jumps = self.jumps or block.statement.kind is Keyword.GO_TO
         return self._keep_shape(block)
 
     def _keep_shape(self, block: Block) -> Shape:

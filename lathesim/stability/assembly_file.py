@@ -24,11 +24,11 @@ from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.units import in_unit
 
 
-class _Model(BaseModel):
+class _FileModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class MaterialEntry(_Model):
+class MaterialEntry(_FileModel):
     """A material; steel with a loss factor of 0.01 where nothing is said."""
 
     modulus: Quantity = "200 GPa"
@@ -37,7 +37,7 @@ class MaterialEntry(_Model):
     poisson: Quantity = "0.3"
 
 
-class JointEntry(_Model):
+class JointEntry(_FileModel):
     """An elastic joint behind a part; ``loss`` is its loss factor, and ``uncertain`` one standard deviation of both stiffnesses."""
 
     translation: Quantity
@@ -46,7 +46,7 @@ class JointEntry(_Model):
     uncertain: Quantity = "0 %"
 
 
-class BeamEntry(_Model):
+class BeamEntry(_FileModel):
     """A part: a cylinder (diameter, perhaps a bore) or a prism (width and height). ``start`` is where it begins, for checking."""
 
     length: Quantity
@@ -59,7 +59,7 @@ class BeamEntry(_Model):
     joint: JointEntry | None = None
 
 
-class AssemblySettings(_Model):
+class AssemblySettings(_FileModel):
     """The file: a title and the parts from the tip on, and what the last part is fixed to."""
 
     assembly: Text
@@ -84,7 +84,7 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
-class Assembly:
+class ToolAssembly:
     """Beams from the tip on, the joint behind each (None: rigid), the beam model, and what the last beam is fixed to (None: free)."""
 
     title: str
@@ -125,7 +125,7 @@ class Base:
         return found
 
 
-def load_assembly(path: Path) -> Assembly:
+def load_assembly(path: Path) -> ToolAssembly:
     """Return the assembly in a file; :class:`LessonError` with its place where it cannot be."""
     source = read_source(path, what="assembly")
     settings = validated(AssemblySettings, source)
@@ -150,7 +150,7 @@ def load_assembly(path: Path) -> Assembly:
         base = read_base(path.parent / settings.base)
     elif base is None and joints[-1] is not None:
         raise LessonError("behind the last part is a joint to nothing.", place=str(path), remedy="Name a 'base:', or leave the joint out.")
-    return Assembly(settings.assembly, tuple(beams), tuple(joints), settings.model, base)  # type: ignore[arg-type]
+    return ToolAssembly(settings.assembly, tuple(beams), tuple(joints), settings.model, base)  # type: ignore[arg-type]
 
 
 def read_base(path: Path) -> Base:
@@ -237,7 +237,7 @@ class Overhang:
     lowest_frequency: float
 
 
-def tip_response(assembly: Assembly, frequency: FloatArray | None = None) -> FrequencyResponse:
+def tip_response(assembly: ToolAssembly, frequency: FloatArray | None = None) -> FrequencyResponse:
     """Return displacement over force at the tip."""
     if frequency is None:
         low, high = LOWEST, HIGHEST
@@ -247,7 +247,7 @@ def tip_response(assembly: Assembly, frequency: FloatArray | None = None) -> Fre
     return FrequencyResponse(frequency, assembly.tip(frequency)[..., 0, 0], title=assembly.title)
 
 
-def base_share(artefact: Assembly, frequency: FloatArray, tip: Complex) -> Complex:
+def base_share(artefact: ToolAssembly, frequency: FloatArray, tip: Complex) -> Complex:
     """Return the receptance (lines, 2, 2) of what an artefact was fixed to, from the measured receptance of its tip, all four terms.
 
     The parts are taken off one after another from the tip on, each with its joint.
@@ -260,7 +260,7 @@ def base_share(artefact: Assembly, frequency: FloatArray, tip: Complex) -> Compl
     return found
 
 
-def overhangs(assembly: Assembly, lengths: Sequence[float], frequency: FloatArray | None = None) -> list[Overhang]:
+def overhangs(assembly: ToolAssembly, lengths: Sequence[float], frequency: FloatArray | None = None) -> list[Overhang]:
     """Return what the tip is at each length [m] of its first part."""
     found = []
     for length in lengths:
@@ -276,17 +276,17 @@ def overhangs(assembly: Assembly, lengths: Sequence[float], frequency: FloatArra
     return found
 
 
-def with_overhang(assembly: Assembly, length: float) -> Assembly:
+def with_overhang(assembly: ToolAssembly, length: float) -> ToolAssembly:
     """Return an assembly whose first part has another length [m]."""
     return replace(assembly, beams=(replace(assembly.beams[0], length=length), *assembly.beams[1:]))
 
 
-def is_uncertain(assembly: Assembly) -> bool:
+def is_uncertain(assembly: ToolAssembly) -> bool:
     """Whether a joint of the assembly has a standard deviation."""
     return any(joint is not None and joint.deviation > 0.0 for joint in assembly.joints)
 
 
-def tip_draws(assembly: Assembly, frequency: Any, seed: int = 1, draws: int = _DRAWS) -> Complex:
+def tip_draws(assembly: ToolAssembly, frequency: Any, seed: int = 1, draws: int = _DRAWS) -> Complex:
     """Return displacement over force at the tip (draws, lines) with the joints drawn within their uncertainty, log-normally."""
     chance = np.random.Generator(np.random.Philox(seed))
     rows = []

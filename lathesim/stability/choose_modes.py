@@ -29,7 +29,7 @@ _DESCRIBED = 1.5
 
 
 @dataclass(frozen=True)
-class Estimate:
+class EstimatedValue:
     """A value with its 95 % interval, SI."""
 
     value: float
@@ -41,9 +41,9 @@ class Estimate:
 class FoundMode:
     """A mode of the tool point: natural frequency [Hz], damping ratio, stiffness [N/m], each with its interval."""
 
-    frequency: Estimate
-    damping: Estimate
-    stiffness: Estimate
+    frequency: EstimatedValue
+    damping: EstimatedValue
+    stiffness: EstimatedValue
 
     @property
     def mode(self) -> Mode:
@@ -308,7 +308,7 @@ def _with_intervals(model: ModalModel) -> tuple[FoundMode, ...]:
     return tuple(found)
 
 
-def _interval(value: float, variance: float) -> Estimate:
+def _interval(value: float, variance: float) -> EstimatedValue:
     reach = math.exp(min(NORMAL_95 * math.sqrt(max(variance, 0.0)), 50.0))
     ends = sorted((value / reach, value * reach))
-    return Estimate(value, ends[0], ends[1])
+    return EstimatedValue(value, ends[0], ends[1])

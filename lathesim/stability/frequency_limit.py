@@ -40,7 +40,7 @@ _REFINED = 60
 
 
 @dataclass(frozen=True)
-class Limit:
+class WidthLimit:
     """The smallest chip width that chatters [m] at a speed [rpm], the frequency [Hz] and the number of full waves between two turns.
 
     ``width`` is infinite where no width chatters.
@@ -52,7 +52,7 @@ class Limit:
     lobe: int = 0
 
 
-def limit_at(tool: ToolPoint, stiffness: float, speed: float, *, process_damping: float = 0.0, diameter: float = 0.0) -> Limit:
+def limit_at(tool: ToolPoint, stiffness: float, speed: float, *, process_damping: float = 0.0, diameter: float = 0.0) -> WidthLimit:
     """Return the limit at a speed [rpm] for a cutting stiffness Ks [N/m^2]; ``process_damping`` C [N/m] acts at ``diameter`` [m]."""
     delay = 60.0 / speed
     highest = max(_HIGHEST * max(mode.frequency for mode in tool.modes), speed / 60.0)
@@ -71,7 +71,7 @@ def limit_of_response(
     *,
     process_damping: float = 0.0,
     diameter: float = 0.0,
-) -> Limit:
+) -> WidthLimit:
     """Return the limit at a speed [rpm] from a measured response, interpolated linearly between its lines.
 
     The response times ``factor`` applies to the cutting force, times ``normal_factor`` to the process damping.
@@ -94,7 +94,7 @@ def _smallest(
     speed: float,
     process_damping: float,
     diameter: float,
-) -> Limit:
+) -> WidthLimit:
     """Return the smallest limit on a grid of frequencies [Hz] fine enough to see each zero of Im D."""
     delay = 60.0 / speed
     drag = process_damping / (math.pi * diameter * speed / 60.0) if process_damping > 0.0 else 0.0
@@ -114,12 +114,12 @@ def _smallest(
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     found = inverse_width(low).real
     if not len(found) or found.max() <= 0.0:
-        return Limit(speed, math.inf)
+        return WidthLimit(speed, math.inf)
     place = int(np.argmax(found))
-    return Limit(speed, float(1.0 / found[place]), float(low[place]), int(low[place] * delay))
+    return WidthLimit(speed, float(1.0 / found[place]), float(low[place]), int(low[place] * delay))
 
 
-def smallest_limit(tool: ToolPoint, stiffness: float) -> Limit:
+def smallest_limit(tool: ToolPoint, stiffness: float) -> WidthLimit:
     """Return the width below which no speed chatters: b = -1/(2 Ks min Re G), with its frequency; the speed is that of its first lobe."""
     highest = _HIGHEST * max(mode.frequency for mode in tool.modes)
     sharpest = min(max(mode.damping, 1e-4) * mode.frequency for mode in tool.modes)
@@ -132,12 +132,12 @@ def smallest_limit(tool: ToolPoint, stiffness: float) -> Limit:
     frequency = 0.5 * (low + high)
     response = complex(tool.receptance(frequency))
     if response.real >= 0.0:
-        return Limit(math.nan, math.inf)
+        return WidthLimit(math.nan, math.inf)
     half = math.atan2(-(1.0 / response).real, -(1.0 / response).imag)
-    return Limit(60.0 * frequency / (half / math.pi), -1.0 / (2.0 * stiffness * response.real), frequency)
+    return WidthLimit(60.0 * frequency / (half / math.pi), -1.0 / (2.0 * stiffness * response.real), frequency)
 
 
-def speeds_of(limit: Limit, lobes: int) -> list[float]:
+def speeds_of(limit: WidthLimit, lobes: int) -> list[float]:
     """Return the speeds [rpm] of the first lobes at which the width of :func:`smallest_limit` is reached."""
     share = 60.0 * limit.frequency / limit.speed
     return [60.0 * limit.frequency / (number + share) for number in range(lobes)]
@@ -150,17 +150,19 @@ _ROWS = 32
 at together."""
 
 
-def limits_of_lines(frequency: FloatArray, response: Any, stiffness: float, speeds: FloatArray, lobes: int | None = None) -> list[Limit]:
+def limits_of_lines(
+    frequency: FloatArray, response: Any, stiffness: float, speeds: FloatArray, lobes: int | None = None
+) -> list[WidthLimit]:
     """Return the limit at each speed [rpm] from an oriented response [m/N] at rising frequencies [Hz]; at most so many ``lobes``."""
     order = np.argsort(speeds)
     width, where, number = _lowest(frequency, np.asarray(response), stiffness, np.asarray(speeds, dtype=np.float64)[order], lobes)
-    found: list[Limit] = [Limit(float(speeds[0]), math.inf)] * len(speeds)
+    found: list[WidthLimit] = [WidthLimit(float(speeds[0]), math.inf)] * len(speeds)
     for place, original in enumerate(order.tolist()):
         speed = float(speeds[original])
         if math.isfinite(width[place]):
-            found[original] = Limit(speed, float(width[place]), float(where[place]), int(number[place]))
+            found[original] = WidthLimit(speed, float(width[place]), float(where[place]), int(number[place]))
         else:
-            found[original] = Limit(speed, math.inf)
+            found[original] = WidthLimit(speed, math.inf)
     return found
 
 

@@ -20,7 +20,7 @@ from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
 from lathesim.stability.belief import MISLABELLED, Belief, learn_all, log_likelihood
-from lathesim.stability.next_cut import Proposal, Range, next_cuts
+from lathesim.stability.next_cut import CutRange, Proposal, next_cuts
 from lathesim.stability.tried_cuts import TriedCut
 from lathesim.stability.uncertain_cut import carried_over, lesson_prior
 from lathesim.units import in_unit
@@ -147,7 +147,7 @@ _GRID = (121, 80)
 
 
 @dataclass(frozen=True)
-class Learned:
+class LearnedValue:
     """A parameter with its 95 % interval."""
 
     name: str
@@ -158,7 +158,7 @@ class Learned:
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class StabilityGrid:
     """Probabilities of being stable (widths, speeds) at widths [m]."""
 
     widths: FloatArray
@@ -173,7 +173,7 @@ class LearnedMap:
     adequacy: Adequacy
     speeds: tuple[float, ...]
     quantiles: FloatArray
-    parameters: tuple[Learned, ...]
+    parameters: tuple[LearnedValue, ...]
     proposals: tuple[Proposal, ...]
     widest: float
     given: tuple[float, float, float]
@@ -185,13 +185,13 @@ class LearnedMap:
         stable = [cut for cut in self.belief.cuts if cut.stable]
         return max(stable, key=lambda cut: cut.speed * cut.width, default=None)
 
-    def grid(self) -> Grid:
+    def grid(self) -> StabilityGrid:
         """Return the probability of being stable over the whole map."""
         widths = np.linspace(0.0, self.widest, _GRID[1] + 1)[1:]
         limits = self.belief.log_limits(np.array(self.speeds))
         weights = self.belief.weights
         rows = [weights @ (limits > math.log(width)) for width in widths]
-        return Grid(widths, np.stack(rows))
+        return StabilityGrid(widths, np.stack(rows))
 
     def comparators(self) -> dict[str, FloatArray]:
         """Return the probability of being stable over the map by learners without physics; those that cannot learn are left out."""
@@ -208,7 +208,7 @@ class LearnedMap:
 def learned_map(
     lesson: Lesson,
     cuts: Sequence[TriedCut],
-    inside: Range,
+    inside: CutRange,
     count: int,
     *,
     risk: float,
@@ -248,7 +248,7 @@ def learned_map(
     )
 
 
-def limits_after(belief: Belief, good: Adequacy, inside: Range) -> FloatArray:
+def limits_after(belief: Belief, good: Adequacy, inside: CutRange) -> FloatArray:
     """Return quantiles of the limit [m] at 2.5, 50 and 97.5 %, (3, speeds). The lower one is held where one mode explains no
     longer all cuts."""
     limits = belief.log_limits(inside.speeds)
@@ -276,10 +276,10 @@ def _held(quantiles: FloatArray, speeds: FloatArray, cuts: Sequence[TriedCut]) -
     return np.stack([np.minimum(quantiles[0], np.maximum(lower, 0.5 * min(failed, float(quantiles[0].min())))), quantiles[1], quantiles[2]])
 
 
-def _parameters(belief: Belief) -> tuple[Learned, ...]:
+def _parameters(belief: Belief) -> tuple[LearnedValue, ...]:
     quantiles = np.exp(_quantiles(belief.particles, belief.weights))
     names = (("frequency", "Hz"), ("damping", "1"), ("stiffness_over_cutting_stiffness", "m"))
     return tuple(
-        Learned(name, float(quantiles[1, at]), float(quantiles[0, at]), float(quantiles[2, at]), unit)
+        LearnedValue(name, float(quantiles[1, at]), float(quantiles[0, at]), float(quantiles[2, at]), unit)
         for at, (name, unit) in enumerate(names)
     )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lathesim.errors import LessonError
-from lathesim.stability.frequency_limit import Limit, between_lines, limit_at, limit_of_response, limits_of_lines, smallest_limit
+from lathesim.stability.frequency_limit import WidthLimit, between_lines, limit_at, limit_of_response, limits_of_lines, smallest_limit
 from lathesim.stability.lesson_cut import Cut, with_modes
 from lathesim.stability.periodic_delay import DelayEquation, chatter_frequency, kind_of, milling, smallest_unstable, turning
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
@@ -26,7 +26,7 @@ class LobePoint:
     """The limit at a speed, and how stability is lost there: "Hopf" or "flip"; 95 % bounds of the limit [m] where something is
     uncertain."""
 
-    limit: Limit
+    limit: WidthLimit
     kind: str
     low: float = math.nan
     high: float = math.nan
@@ -38,7 +38,7 @@ class StabilityMap:
 
     points: tuple[LobePoint, ...]
     method: str
-    smallest: Limit
+    smallest: WidthLimit
     findings: tuple[str, ...] = field(default=())
 
 
@@ -59,7 +59,7 @@ def stability_map(cut: Cut, speeds: Sequence[float], method: str, progress: Prog
     tool, fitted = with_modes(cut)
     # what holds at any speed is known in closed form for an uninterrupted cut only
     whole = cut.milling is None and cut.share == 1.0
-    smallest = smallest_limit(tool, cut.stiffness) if whole else Limit(math.nan, math.nan)
+    smallest = smallest_limit(tool, cut.stiffness) if whole else WidthLimit(math.nan, math.nan)
     findings = (*(cut.tool.findings if isinstance(cut.tool, FrequencyResponse) else ()), *((fitted,) if fitted else ()))
     points = []
     for place, speed in enumerate(speeds):
@@ -81,7 +81,7 @@ def _by_frequency(cut: Cut, speeds: Sequence[float]) -> StabilityMap:
         response = cut.factor * tool.receptance_values
         lowest = int(np.argmin(response.real))
         reach = -0.5 / (cut.stiffness * float(response.real[lowest])) if response.real[lowest] < 0.0 else math.inf
-        smallest = Limit(math.nan, reach, float(tool.frequency[lowest]))
+        smallest = WidthLimit(math.nan, reach, float(tool.frequency[lowest]))
         if cut.process_damping > 0.0:
             limits = [
                 limit_of_response(
@@ -150,10 +150,10 @@ def _by_collocation(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
     make = equation_of(cut, tool, speed)
     width, multiplier = smallest_unstable(make, guess, largest=_widest(cut, guess))
     if not math.isfinite(width):
-        return LobePoint(Limit(speed, width), "")
+        return LobePoint(WidthLimit(speed, width), "")
     frequency = chatter_frequency(make(width), multiplier)
     delay = make(width).period
-    return LobePoint(Limit(speed, width, frequency, int(frequency * delay + 1e-9)), kind_of(multiplier))
+    return LobePoint(WidthLimit(speed, width, frequency, int(frequency * delay + 1e-9)), kind_of(multiplier))
 
 
 def _by_time(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
@@ -166,7 +166,7 @@ def _by_time(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
     guess = first_guess(cut, tool)
     width, multiplier = time_limit(made, guess, _widest(cut, guess))
     if not math.isfinite(width):
-        return LobePoint(Limit(speed, width), "")
+        return LobePoint(WidthLimit(speed, width), "")
     frequency = vibration_frequency(made, width, multiplier)
     turn = made.samples_of_a_turn * made.period
-    return LobePoint(Limit(speed, width, frequency, int(frequency * turn + 1e-9)), kind_of(multiplier))
+    return LobePoint(WidthLimit(speed, width, frequency, int(frequency * turn + 1e-9)), kind_of(multiplier))

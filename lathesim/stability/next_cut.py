@@ -46,7 +46,7 @@ class Proposal:
 
 
 @dataclass(frozen=True)
-class Range:
+class CutRange:
     """Where cuts may be: rising speeds [rpm] and the largest width [m]."""
 
     speeds: FloatArray
@@ -58,7 +58,7 @@ def best_stable(cuts: Sequence[TriedCut]) -> float:
     return max((cut.speed * cut.width for cut in cuts if cut.stable), default=0.0)
 
 
-def next_cut(belief: Belief, inside: Range, *, risk: float = RISK, price: float = 0.0) -> Proposal:
+def next_cut(belief: Belief, inside: CutRange, *, risk: float = RISK, price: float = 0.0) -> Proposal:
     """Return the next cut; ``price`` of a cut that chatters is in speed times width [rpm*m].
 
     Of the cuts of large gain that one is taken which is best together with the cut after it: what it teaches is worth something too.
@@ -97,7 +97,7 @@ class _Offers:
         return np.asarray(np.where(1.0 - stable <= risk, gain, -math.inf))
 
 
-def _offers(log_limits: FloatArray, inside: Range) -> _Offers:
+def _offers(log_limits: FloatArray, inside: CutRange) -> _Offers:
     limits = np.exp(log_limits)
     order = np.argsort(limits, axis=0)
     ranks = np.unique(np.linspace(0, len(limits) - 1, 4 * WIDTHS).astype(int))
@@ -126,7 +126,7 @@ def _candidates(stable: FloatArray, gain: FloatArray) -> list[int]:
     return found
 
 
-def _worth_of_two(belief: Belief, inside: Range, proposals: Sequence[Proposal], risk: float, price: float) -> list[float]:
+def _worth_of_two(belief: Belief, inside: CutRange, proposals: Sequence[Proposal], risk: float, price: float) -> list[float]:
     """Return the expected gain of each cut and of the best one after it, which depends on how the first goes.
 
     Source: J. Wu, P. Frazier, Practical two-step look-ahead Bayesian optimization, NeurIPS (2019). Left out: what the chatter frequency
@@ -152,7 +152,7 @@ def _worth_of_two(belief: Belief, inside: Range, proposals: Sequence[Proposal], 
     return worth
 
 
-def next_cuts(belief: Belief, inside: Range, count: int, *, risk: float = RISK, price: float = 0.0) -> list[Proposal]:
+def next_cuts(belief: Belief, inside: CutRange, count: int, *, risk: float = RISK, price: float = 0.0) -> list[Proposal]:
     """Return so many cuts in a row, each chosen as if the ones before had gone as was more probable."""
     found: list[Proposal] = []
     for _ in range(count):
@@ -173,7 +173,7 @@ class ConcealedMachine:
     """A machine whose tool point the player does not know, and the range in which cuts may be."""
 
     tool: ToolPoint
-    inside: Range
+    inside: CutRange
 
     def cut(self, speed: float, width: float) -> TriedCut:
         """Make a cut at a speed [rpm] and width [m]; :class:`LatheSimError` outside the range."""
@@ -195,7 +195,7 @@ class ConcealedMachine:
 
 
 @dataclass(frozen=True)
-class Score:
+class GameScore:
     """What cuts reached: the best stable speed times width [rpm*m], its share of what was possible, and the tools broken."""
 
     rate: float
@@ -203,17 +203,17 @@ class Score:
     broken: int
 
 
-def concealed_machine(prior: Prior, inside: Range, seed: int) -> ConcealedMachine:
+def concealed_machine(prior: Prior, inside: CutRange, seed: int) -> ConcealedMachine:
     """Return a machine drawn from a prior."""
     chance = np.random.Generator(np.random.Philox(seed))
     frequency, damping, ratio = np.exp(prior.mean + prior.deviation * chance.standard_normal(3)).tolist()
     return ConcealedMachine(ToolPoint((Mode(frequency, min(damping, 0.6), ratio * _STIFFNESS),), (1.0,)), inside)
 
 
-def score(machine: ConcealedMachine, cuts: list[TriedCut]) -> Score:
+def score(machine: ConcealedMachine, cuts: list[TriedCut]) -> GameScore:
     """Return the score of cuts on a machine."""
     rate = best_stable(cuts)
-    return Score(rate, rate / machine.best(), sum(not cut.stable for cut in cuts))
+    return GameScore(rate, rate / machine.best(), sum(not cut.stable for cut in cuts))
 
 
 def program_plays(machine: ConcealedMachine, prior: Prior, count: int, risk: float, seed: int) -> list[TriedCut]:

@@ -46,7 +46,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Band:
+class LimitBand:
     """The 2.5, 50 and 97.5 % quantiles of the limit [m], (3, speeds), the number of draws behind them, and by how much the edges of their
     two independent halves differ at most, as a share."""
 
@@ -118,7 +118,7 @@ def with_factors(cut: Cut, factors: Mapping[tuple[str, int], float]) -> Cut:
     )
 
 
-def band(cut: Cut, spreads: Sequence[Spread], speeds: Sequence[float], seed: int = 1) -> Band:
+def band(cut: Cut, spreads: Sequence[Spread], speeds: Sequence[float], seed: int = 1) -> LimitBand:
     """Return the quantiles of the limit at each rising speed [rpm], of uninterrupted turning.
 
     What is uncertain is drawn log-normally by two scrambled Sobol sequences, which are doubled until their edges agree. Source: A. B. Owen,
@@ -135,7 +135,7 @@ def band(cut: Cut, spreads: Sequence[Spread], speeds: Sequence[float], seed: int
     others = [spread for spread in spreads if spread.deviation > 0.0 and spread not in scaling]
     scale, sigma = math.hypot(*(_sigma(spread) for spread in scaling)), np.array([_sigma(spread) for spread in others])
     if not others:
-        return Band(_widths(cut, asked) * np.exp(scale * ndtri(_QUANTILES))[:, None], 1, 0.0)
+        return LimitBand(_widths(cut, asked) * np.exp(scale * ndtri(_QUANTILES))[:, None], 1, 0.0)
     streams = [qmc.Sobol(len(others) + 1, seed=2 * seed + half) for half in range(2)]
     rows: list[list[FloatArray]] = [[], []]
     scales: list[list[FloatArray]] = [[], []]
@@ -149,7 +149,7 @@ def band(cut: Cut, spreads: Sequence[Spread], speeds: Sequence[float], seed: int
                 factors.append(np.exp(scale * ndtri((np.arange(_STRATA) + point[0]) / _STRATA)) if scale else np.ones(1))
         apart = _apart(*(_edges(found, factors) for found, factors in zip(rows, scales, strict=True)))
         if apart <= CLOSE or 2 * count > _MOST:
-            return Band(_edges([*rows[0], *rows[1]], [*scales[0], *scales[1]]), 2 * count, apart)
+            return LimitBand(_edges([*rows[0], *rows[1]], [*scales[0], *scales[1]]), 2 * count, apart)
         count *= 2
 
 

@@ -17,7 +17,7 @@ from lathesim.analysis.display_unit import display_unit, shown_with_unit
 from lathesim.errors import LatheSimError
 from lathesim.live.twin import Twin, TwinLine, TwinStretch
 from lathesim.record import FloatArray
-from lathesim.tui.drawing.curves import Line
+from lathesim.tui.drawing.curves import PlotLine
 from lathesim.tui.textual_corrections import RepaintingApp
 from lathesim.tui.widgets.time_plot import TimePlot
 
@@ -250,12 +250,14 @@ class TwinApp(RepaintingApp[str]):
         if len(ways.reference) > 1:
             rows = (ways.reference, executed, ways.simulated)
             path.show_lines(
-                [Line(row[1] / factor, row[0] / factor, name) for row, name in zip(rows, names, strict=True)], f"z / {unit}", f"x / {unit}"
+                [PlotLine(row[1] / factor, row[0] / factor, name) for row, name in zip(rows, names, strict=True)],
+                f"z / {unit}",
+                f"x / {unit}",
             )
         else:
             rows = (ways.reference, executed, ways.simulated)
             path.show_lines(
-                [Line(ways.time, row[0] / factor, name) for row, name in zip(rows, names, strict=True)], "t / s", f"way / {unit}"
+                [PlotLine(ways.time, row[0] / factor, name) for row, name in zip(rows, names, strict=True)], "t / s", f"way / {unit}"
             )
         self._draw_surface(len(ways.reference), times)
         self._say()
@@ -272,7 +274,7 @@ class TwinApp(RepaintingApp[str]):
             return
         along, name = display_unit("m", max(float(abs(line[0]).max()) for line in named))
         up, unit = display_unit("m", max(float(abs(line[1]).max()) for line in named))
-        lines = [Line(place / along, values / up, title) for place, values, title in named]
+        lines = [PlotLine(place / along, values / up, title) for place, values, title in named]
         label = f"{'radius' if axes > 1 else 'error'} / {unit}"
         self.query_one("#surface", TimePlot).show_lines(lines, f"place / {name}", label)
 

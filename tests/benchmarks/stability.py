@@ -156,7 +156,7 @@ def _reading() -> float:
 def _next() -> float:
     from lathesim.stability.belief import Prior, learn_all
     from lathesim.stability.frequency_limit import limit_at
-    from lathesim.stability.next_cut import Range, next_cut
+    from lathesim.stability.next_cut import CutRange, next_cut
     from lathesim.stability.tool_point import Mode, ToolPoint
     from lathesim.stability.tried_cuts import TriedCut
 
@@ -167,7 +167,7 @@ def _next() -> float:
         speed, width = 1500.0 + 230.0 * number, 1.2e-3 + 0.15e-3 * number
         limit = limit_at(tool, 1e9, speed)
         cuts.append(TriedCut(speed, width, width < limit.width, limit.frequency if width >= limit.width else float("nan")))
-    inside = Range(np.linspace(1000.0, 4000.0, 121), 6e-3)
+    inside = CutRange(np.linspace(1000.0, 4000.0, 121), 6e-3)
     belief = learn_all(prior, cuts[:-1])
 
     def once() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.compensation.diagnosed_machine import Diagnosed, Line
+from lathesim.compensation.diagnosed_machine import Diagnosed, InsertedRemedy
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
 
@@ -17,7 +17,7 @@ PLAY = 10e-6
 def along_the_play(times: float, folder: Path) -> tuple[float, float]:
     """Return the shares of the error that a shift of ``times`` the true play leaves: with its sign, and of its rms."""
     shift = {"width": times * PLAY, "lag": 5.393e-3, "inner": 10.64e-3, "spread": 5.2e-3}
-    line = Line("BacklashShift", "x_controller", "x_controller_backlash_shift", shift)
+    line = InsertedRemedy("BacklashShift", "x_controller", "x_controller_backlash_shift", shift)
     effect = {"effect": "Backlash", "at": "x_scale", "name": "x_scale_backlash", "width": f"{PLAY} m"}
     bench = Diagnosed(load_lesson("12_what_is_wrong_with_this_machine"), load_registry(), (effect,), {}, folder).bench([line])
     sound, bare, mended = (bench.table(record)[0] for record in bench.runs([bench.sound, bench.bare, {}], exact=True))

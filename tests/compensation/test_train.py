@@ -9,7 +9,7 @@ import pytest
 
 from lathesim.cli.main import run_command_line
 from lathesim.compensation.train import METHODS, train
-from lathesim.compensation.training_question import SCORES, Question, Shape, question_of
+from lathesim.compensation.training_question import SCORES, NetworkShape, TrainingQuestion, question_of
 from lathesim.components.predictive_controllers import regulated
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
@@ -20,13 +20,13 @@ PUBLISHED_L0E1 = 0.0086
 ZERO = {"R9": 1.1e-4, "R13": 0.8e-4}
 
 
-def question(*variants: str, hidden: int = 0) -> Question:
-    return question_of(load_lesson("19_neural_regulator"), load_registry(), variants, SCORES["seed"], Shape(hidden))
+def question(*variants: str, hidden: int = 0) -> TrainingQuestion:
+    return question_of(load_lesson("19_neural_regulator"), load_registry(), variants, SCORES["seed"], NetworkShape(hidden))
 
 
 def test_the_network_of_the_table_is_that_of_the_formula() -> None:
     rng = np.random.default_rng(3)
-    shape = Shape(4)
+    shape = NetworkShape(4)
     table = shape.table(rng.standard_normal(shape.weights))
     a = np.array([0.3, -0.7, 0.2])
     hidden = np.tanh(table[:4, 2:5] @ a + table[:4, 1])

@@ -21,15 +21,15 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.experiments.discrimination import Conditions, refitted_worth
-from lathesim.experiments.experiment import Wish, design_experiment
-from lathesim.experiments.families import Candidate
+from lathesim.experiments.discrimination import Ablation, refitted_worth
+from lathesim.experiments.experiment import DesignWish, design_experiment
+from lathesim.experiments.families import CandidateProgram
 from lathesim.experiments.free_values import free_values
 from lathesim.experiments.optimality import information
 from lathesim.experiments.precision import PrecisionBench, design_for_precision
 from lathesim.experiments.replica import ProgramRuns
-from lathesim.experiments.rivals import Named, named_between
-from lathesim.experiments.room import Move, Room, room_of
+from lathesim.experiments.rivals import NamedRival, named_between
+from lathesim.experiments.room import DesignedMove, Room, room_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
@@ -46,7 +46,7 @@ TWO = "TransportDelay@x_drive,CurrentLoopLag@x_drive"
 LEFT_OUT = ("nothing", "average", "refit", "price", "floor")
 
 
-def undesigned(random: np.random.Generator, room: Room) -> Candidate:
+def undesigned(random: np.random.Generator, room: Room) -> CandidateProgram:
     """Return 20 s of strokes of both axes there and back, of lengths and speeds that one would try, and 1 s of rest."""
     lengths = random.choice([0, 1, 2])
     ways = ((0.5e-3, 2e-3, 6e-3), (2e-3, 10e-3, 30e-3), (5e-3, 20e-3))[int(lengths)]
@@ -56,18 +56,18 @@ def undesigned(random: np.random.Generator, room: Room) -> Candidate:
         axis = room.axes[int(random.integers(2))]
         way = float(random.choice(ways)) * float(random.choice([-1.0, 1.0]))
         for end in (axis.start + way, axis.start):
-            moves.append(Move({axis.letter: end}, speed))
+            moves.append(DesignedMove({axis.letter: end}, speed))
             seconds += abs(way) / speed
         if pause > 0.0:
-            moves.append(Move(rest=pause))
+            moves.append(DesignedMove(rest=pause))
             seconds += pause
-    return Candidate("strokes that nobody designed", (*moves, Move(rest=1.0)), seconds + 1.0)
+    return CandidateProgram("strokes that nobody designed", (*moves, DesignedMove(rest=1.0)), seconds + 1.0)
 
 
 def precision(registry: Registry, count: int, seed: int) -> list[str]:
     """Return how a designed program does against undesigned ones."""
     lesson = load_lesson(CLOSED)
-    wish = Wish(WITHIN, seed=seed, rate=10.0)
+    wish = DesignWish(WITHIN, seed=seed, rate=10.0)
     found = design_for_precision(lesson, ["all"], registry, wish, "D", None, lambda text: None)
     prepared = prepare(lesson, registry)
     free = free_values(lesson, prepared.plan, (), 4.0)
@@ -88,9 +88,9 @@ def precision(registry: Registry, count: int, seed: int) -> list[str]:
 def three_rivals(registry: Registry, seed: int) -> list[str]:
     """Return what a design for three rivals takes."""
     lesson, named = load_lesson(AXIS), named_between(THREE)
-    design_experiment(lesson, named, registry, Wish(6.5, 4, draws=1, seed=seed))  # compiles
+    design_experiment(lesson, named, registry, DesignWish(6.5, 4, draws=1, seed=seed))  # compiles
     before = resource.getrusage(resource.RUSAGE_SELF)
-    found = design_experiment(lesson, named, registry, Wish(8.0, seed=seed))
+    found = design_experiment(lesson, named, registry, DesignWish(8.0, seed=seed))
     after = resource.getrusage(resource.RUSAGE_SELF)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return [
@@ -103,9 +103,9 @@ def ablations(registry: Registry, count: int, seed: int, between: str) -> list[s
     """Return for each step left out the program that is chosen, judged with all steps."""
     lesson, named, lines = load_lesson(AXIS), named_between(between), []
     for name in LEFT_OUT:
-        conditions = Conditions(*(name != step for step in LEFT_OUT[1:]))
-        found = design_experiment(lesson, named, registry, Wish(12.0, count, seed=seed, conditions=conditions))
-        judged = refitted_worth(found.scene, found.program, found.floors, 3, Conditions(), 8, lambda worth: True)
+        conditions = Ablation(*(name != step for step in LEFT_OUT[1:]))
+        found = design_experiment(lesson, named, registry, DesignWish(12.0, count, seed=seed, conditions=conditions))
+        judged = refitted_worth(found.scene, found.program, found.floors, 3, Ablation(), 8, lambda worth: True)
         assert judged is not None
         far = float(min(np.minimum(judged.apart[a, b], judged.apart[b, a]).min() for a in range(len(named)) for b in range(a)))
         lines.append(
@@ -121,7 +121,7 @@ def without_average(registry: Registry, count: int, seed: int, name: str, rate: 
     prepared = prepare(lesson, registry)
     room, channels = room_of(prepared), mapping_of(lesson, prepared.machinery).targets("compare")
     for average in (True, False):
-        wish = Wish(short, count, draws=5, seed=seed, rate=rate, conditions=Conditions(average=average))
+        wish = DesignWish(short, count, draws=5, seed=seed, rate=rate, conditions=Ablation(average=average))
         found = design_for_precision(lesson, ["all"], registry, wish, "D", None, lambda text: None)
         judge = replace(wish, draws=13, seed=seed + 1000)
         bench = PrecisionBench(prepared, room, found.free, channels, found.noise, found.rate, judge, "D", None)
@@ -140,9 +140,9 @@ def without_floor(registry: Registry, count: int, seed: int) -> list[str]:
     """Return what is said of a small force that only shifts readings: a share of a floor that does not average out hides it."""
     lesson, lines = load_lesson(AXIS), []
     for size in (0.1, 0.3, 1.0):
-        named = [Named("ForceOffset", "x_axis", {"offset": (0.8 * size, 1.25 * size)}), Named("nothing", "", {})]
+        named = [NamedRival("ForceOffset", "x_axis", {"offset": (0.8 * size, 1.25 * size)}), NamedRival("nothing", "", {})]
         for floor in (True, False):
-            wish = Wish(8.0, count, seed=seed, conditions=Conditions(steady_floor=floor))
+            wish = DesignWish(8.0, count, seed=seed, conditions=Ablation(steady_floor=floor))
             found = design_experiment(lesson, named, registry, wish)
             said = f"{size:g} N {'with' if floor else 'without'} the floor: chance {found.worth.chance:.2f} said, T {found.pairs[0][2]:.3g}"
             lines.append(f"{said}, {found.program.seconds:.1f} s; {found.program.candidate.title}")

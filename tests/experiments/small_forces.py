@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.experiments.experiment import Designed, Wish, design_experiment
+from lathesim.experiments.experiment import Designed, DesignWish, design_experiment
 from lathesim.experiments.experiment_files import write_program_and_lesson
-from lathesim.experiments.rivals import Named
+from lathesim.experiments.rivals import NamedRival
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import Registry, load_registry
 from tests.experiments.separation.axis_truth import LESSON, AxisTruth
@@ -27,8 +27,8 @@ SIZES = (0.1, 0.3, 1.0, 3.0)
 
 def designed(effect: str, size: float, folder: Path, registry: Registry, asked: argparse.Namespace) -> Designed:
     """Return the program that tells a force of about a size [N] from nothing, written to a folder."""
-    rivals = [Named(effect, "x_axis", {FORCES[effect][0]: (0.8 * size, 1.25 * size)}), Named("nothing", "", {})]
-    found = design_experiment(load_lesson(LESSON), rivals, registry, Wish(8.0, asked.programs, seed=asked.seed))
+    rivals = [NamedRival(effect, "x_axis", {FORCES[effect][0]: (0.8 * size, 1.25 * size)}), NamedRival("nothing", "", {})]
+    found = design_experiment(load_lesson(LESSON), rivals, registry, DesignWish(8.0, asked.programs, seed=asked.seed))
     write_program_and_lesson(found, folder)
     return found
 

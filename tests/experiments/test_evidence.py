@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.diagnosis.records.diagnosis import Diagnosis, Evidence, FoundEffect, Verdict
 from lathesim.experiments import sequence
-from lathesim.experiments.experiment import Wish
+from lathesim.experiments.experiment import DesignWish
 from lathesim.experiments.sequence import joined
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import load_registry
@@ -69,7 +69,7 @@ def tied() -> Diagnosis:
 @pytest.fixture
 def few_programs(monkeypatch: pytest.MonkeyPatch) -> Lesson:
     """Lesson 12, for which few and short programs are tried."""
-    monkeypatch.setattr(sequence, "Wish", lambda: Wish(at_most=5.0, candidates=4, draws=1))
+    monkeypatch.setattr(sequence, "Wish", lambda: DesignWish(at_most=5.0, candidates=4, draws=1))
     return load_lesson(LESSON)
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from lathesim.errors import LatheSimError
 from lathesim.experiments.candidate_programs import lay_those_that_fit
-from lathesim.experiments.families import Candidate
-from lathesim.experiments.room import Move, room_of
+from lathesim.experiments.families import CandidateProgram
+from lathesim.experiments.room import DesignedMove, room_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
@@ -108,7 +108,7 @@ def test_machine_that_no_program_moves(capsys: pytest.CaptureFixture[str], tmp_p
 
 def test_no_program_fits_into_the_time() -> None:
     room = room_of(prepare(load_lesson(LESSON), load_registry(installed=False)))
-    too_far = Candidate("far away", (Move({"X": 1e3}, 0.01),), 1.0)
+    too_far = CandidateProgram("far away", (DesignedMove({"X": 1e3}, 0.01),), 1.0)
     with pytest.raises(LatheSimError, match="no program of at most 2 s fits into the travel"):
         lay_those_that_fit([too_far], room, 2.0)
 

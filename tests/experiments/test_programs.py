@@ -8,7 +8,7 @@ import pytest
 from lathesim.engine.wiring import wire
 from lathesim.experiments.candidate_programs import lay_candidate, lay_those_that_fit, neighbours
 from lathesim.experiments.families import candidates, strokes_in_turn, turned_candidates
-from lathesim.experiments.rivals import Named, place_rivals
+from lathesim.experiments.rivals import NamedRival, place_rivals
 from lathesim.experiments.room import Room, room_of
 from lathesim.experiments.scene import _is_at_a_limit, counts_of, shown_lags, with_sizes_in_reach
 from lathesim.lessons.lesson import load_lesson
@@ -82,7 +82,10 @@ def test_steady_force_stands_at_no_limit() -> None:
 def test_sizes_are_drawn_within_what_drive_and_recording_can_show(registry: Registry) -> None:
     prepared = prepare(load_lesson(AXIS), registry)
     own, channels = room_of(prepared), mapping_of(load_lesson(AXIS), prepared.machinery).targets("compare")
-    named = [Named("ForceOffset", "x_axis", {"offset": (300.0, 400.0)}), Named("TransportDelay", "x_drive", {"delay": (1e-9, 1e-8)})]
+    named = [
+        NamedRival("ForceOffset", "x_axis", {"offset": (300.0, 400.0)}),
+        NamedRival("TransportDelay", "x_drive", {"delay": (1e-9, 1e-8)}),
+    ]
     holding, rivals = place_rivals(named, prepared.machinery, channels, registry, 2, 1, "--between")
     programs = lay_those_that_fit(candidates(own, 6.5, 2, 1), own, 7.0)
     force, delay = with_sizes_in_reach(holding, rivals, programs, f"{own.interpolator.name}.path")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.experiments.guard_theory import (
-    Loop,
+    WatermarkedLoop,
     frontier,
     log_likelihood_ratio,
     simulate_loops,
@@ -12,7 +12,7 @@ from lathesim.experiments.guard_theory import (
 )
 from tests.cli.command import call
 
-LOOP = Loop()
+LOOP = WatermarkedLoop()
 
 
 def test_loop_in_numbers() -> None:

@@ -15,7 +15,7 @@ import pytest
 from lathesim.errors import LessonError
 from lathesim.lessons.schema import LessonSettings, MachineSettings, json_schema
 from lathesim.lessons.validation import validated
-from lathesim.lessons.yaml_source import Source, read_source, source_of
+from lathesim.lessons.yaml_source import YamlFile, read_source, source_of
 from lathesim.shipped import shipped_files
 
 MODELS = {"lesson": LessonSettings, "machine": MachineSettings}
@@ -36,7 +36,7 @@ def schemas() -> dict[str, jsonschema.Draft202012Validator]:
     return {kind: jsonschema.Draft202012Validator(json_schema(kind)) for kind in MODELS}
 
 
-def taken(kind: str, source: Source) -> bool:
+def taken(kind: str, source: YamlFile) -> bool:
     """Return whether the program takes a source."""
     try:
         validated(MODELS[kind], source)

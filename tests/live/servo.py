@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.samples import Sink
+from lathesim.live.samples import SampleSink
 from lathesim.live.servo_session import ServoSettings
 from lathesim.live.servo_side import ServoSide
 from lathesim.live.stepped_machine import SteppedMachine, axes_of
@@ -72,7 +72,7 @@ async def servo_side(settings: ServoSettings, log: list[str], kept: Kept | None 
     """Run a servo side at a free port of the loopback."""
     ready = prepared()
 
-    def open_sink(_: SteppedMachine) -> Sink | None:
+    def open_sink(_: SteppedMachine) -> SampleSink | None:
         if kept is not None:
             kept.opened += 1
         return kept

@@ -12,12 +12,12 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.watching.background_diagnosis import Verdict
-from lathesim.live.watching.event import Event
+from lathesim.live.watching.event import WatchEvent
 from lathesim.live.watching.following import Following
 from lathesim.live.watching.forecast import Growth, GrowthCourse, bend, line_through
 from lathesim.live.watching.known_effects import KnownEffects
 from lathesim.live.watching.residual_stream import ResidualStream
-from lathesim.live.watching.value_course import Point
+from lathesim.live.watching.value_course import CoursePoint
 from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry
@@ -77,9 +77,9 @@ def test_a_line_through_noise_rises_as_rarely_as_asked() -> None:
     assert line_through(times[:4], times[:4]) is None
 
 
-def watched(prepared: Prepared, values: FloatArray, folder: Path, tolerance: dict[str, float]) -> list[Event]:
+def watched(prepared: Prepared, values: FloatArray, folder: Path, tolerance: dict[str, float]) -> list[WatchEvent]:
     """Return what a watch tells of a stream."""
-    events: list[Event] = []
+    events: list[WatchEvent] = []
     settings = WatchSettings(learn=30.0, folder=folder, waits=True, diagnose=False, tolerance=tolerance)
     asyncio.run(WatchSession(prepared, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event()))
     return events
@@ -125,7 +125,7 @@ async def test_what_was_named_is_followed_and_forecast_from_there(tmp_path: Path
         return Verdict(answer)
 
     monkeypatch.setattr("lathesim.live.watching.watch_session.diagnose_window", diagnosed)
-    events: list[Event] = []
+    events: list[WatchEvent] = []
     settings = WatchSettings(learn=14.0, window=20.0, folder=tmp_path, waits=True, tolerance={"x_encoder.position": 1.0})
     prepared = prepare(load_lesson(LESSON), load_registry([]))
     await WatchSession(
@@ -149,6 +149,6 @@ def test_an_uncertain_value_beyond_what_the_lesson_allows_is_told_once() -> None
     for number, value in enumerate((0.5, 3.9, 4.1, 4.6, 5.0)):
         values = np.zeros(len(residuals.parameters))
         values[at] = value
-        watch.points.append(Point(20.0 * number, values, np.full(len(values), 0.1), np.zeros(len(COMPARE))))
+        watch.points.append(CoursePoint(20.0 * number, values, np.full(len(values), 0.1), np.zeros(len(COMPARE))))
         told_of += [(number, event.kind, event.data["parameter"]) for event in following.news(20.0 * number + 10.0)]
     assert told_of == [(3, "range", "x_axis.viscous")]

@@ -22,9 +22,9 @@ from lathesim.live.name_map import map_from
 from lathesim.live.opcua_server import MOST_SESSIONS, publish_opcua
 from lathesim.live.opcua_source import OpcUaSource, browse
 from lathesim.live.opening import lesson_signals, map_for, recordings_for
-from lathesim.live.publishing import Faults, Lap, Publisher
+from lathesim.live.publishing import Faults, PublishedRun, Publisher
 from lathesim.live.recording_run import Recorder, record
-from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.record import load
 from tests.cli.command import environment
 from tests.live.servo import prepared
@@ -39,19 +39,19 @@ def free_port() -> int:
         return int(trial.getsockname()[1])
 
 
-def ramp(channels: int, rate: float, seconds: float) -> Lap:
+def ramp(channels: int, rate: float, seconds: float) -> PublishedRun:
     """Return a lap in which channel k is k + 1 times the number of the sample."""
     numbers = np.arange(int(seconds * rate), dtype=np.float64)
     signals = tuple(Signal(f"part.c{at}", "V") for at in range(channels))
-    return Lap("ramp", signals, 1.0 / rate, np.array([(at + 1) * numbers for at in range(channels)]))
+    return PublishedRun("ramp", signals, 1.0 / rate, np.array([(at + 1) * numbers for at in range(channels)]))
 
 
-def names_of(lap: Lap) -> list[PublishedName]:
+def names_of(lap: PublishedRun) -> list[PublishedName]:
     """Return places below Signals."""
     return [PublishedName(signal.name, ("Signals", signal.name), signal.unit) for signal in lap.signals]
 
 
-def source_of(lap: Lap, port: int) -> OpcUaSource:
+def source_of(lap: PublishedRun, port: int) -> OpcUaSource:
     """Return a source of all channels of a lap."""
     channels = {signal.name: {"path": f"Signals/{signal.name}", "unit": "V"} for signal in lap.signals}
     return OpcUaSource(f"opc.tcp://127.0.0.1:{port}", map_from({"channels": channels}, "map"))
@@ -129,7 +129,7 @@ class Browsed:
 async def test_types_units_and_bounds_of_a_published_machine() -> None:
     """Objects have the types of the standard, units are EUInformation, and clients that are small or many change nothing for others."""
     lap, port, stop, ready = (
-        Lap("lap", (Signal("s.x", "m"), Signal("s.f", "N")), 0.01, np.ones((2, 100))),
+        PublishedRun("lap", (Signal("s.x", "m"), Signal("s.f", "N")), 0.01, np.ones((2, 100))),
         free_port(),
         asyncio.Event(),
         asyncio.Event(),
@@ -180,7 +180,7 @@ class Counted:
     def __init__(self, source: OpcUaSource) -> None:
         self._source, self.signals, self.name, self.samples = source, source.signals, source.name, 0
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the blocks of the source."""
         async for block in self._source.blocks():
             self.samples += len(block)

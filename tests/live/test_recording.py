@@ -13,13 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lathesim.live.name_map import map_from
-from lathesim.live.publishing import Faults, Lap, Publisher
+from lathesim.live.publishing import Faults, PublishedRun, Publisher
 from lathesim.live.recording_run import Recorder, record
 from lathesim.live.sample_clock import RowAssembly
-from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.record import load
 
-RAMP = Lap("lesson", (Signal("a.b", "m"), Signal("c.d", "N")), 1e-2, np.array([np.arange(50.0), 2.0 * np.arange(50.0)]))
+RAMP = PublishedRun("lesson", (Signal("a.b", "m"), Signal("c.d", "N")), 1e-2, np.array([np.arange(50.0), 2.0 * np.arange(50.0)]))
 
 
 class Listed:
@@ -28,10 +28,10 @@ class Listed:
     name = "listed"
     signals = RAMP.signals
 
-    def __init__(self, blocks: list[Block], for_ever: bool = False) -> None:
+    def __init__(self, blocks: list[SampleBlock], for_ever: bool = False) -> None:
         self._blocks, self._for_ever = blocks, for_ever
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the blocks, then wait for ever where that is wanted."""
         for block in self._blocks:
             yield block
@@ -39,10 +39,10 @@ class Listed:
             await asyncio.Event().wait()
 
 
-def block_of(numbers: list[int], notes: tuple[str, ...] = ()) -> Block:
+def block_of(numbers: list[int], notes: tuple[str, ...] = ()) -> SampleBlock:
     """Return a block with the samples of these numbers, 10 ms apart."""
     time = 1e-2 * np.array(numbers, dtype=np.float64)
-    return Block(time, np.array([time, 2.0 * time]), notes)
+    return SampleBlock(time, np.array([time, 2.0 * time]), notes)
 
 
 @given(st.permutations(list(range(20))))

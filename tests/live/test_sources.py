@@ -14,10 +14,10 @@ from lathesim.live.connections import read_address
 from lathesim.live.feedback_source import FeedbackSource
 from lathesim.live.pipe_source import PipeSource
 from lathesim.live.recording_run import record
-from lathesim.live.samples import Block, LiveError, Signal
+from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.live.servo_session import ServoSettings
 from lathesim.live.streaming import StreamJob, stream
-from lathesim.live.wire_format import Kind, text_frame
+from lathesim.live.wire_format import FrameKind, text_frame
 from lathesim.record import load
 from tests.cli.command import call
 from tests.live.other_axis import stream as measured
@@ -26,7 +26,7 @@ from tests.live.servo import LESSON, PERIOD, Kept, servo_side, wave
 X = [(Signal("x_scale.position", "m"), 1e-3), (Signal("x_drive.current", "A"), 1.0)]
 
 
-async def piped(text: bytes, place: Path) -> tuple[list[Block], PipeSource]:
+async def piped(text: bytes, place: Path) -> tuple[list[SampleBlock], PipeSource]:
     """Return what a pipe gives that this text is written to."""
     os.mkfifo(place)
     writing = threading.Thread(target=lambda: place.write_bytes(text))
@@ -37,7 +37,7 @@ async def piped(text: bytes, place: Path) -> tuple[list[Block], PipeSource]:
     return found, source
 
 
-def whole(blocks: list[Block]) -> tuple[np.ndarray, np.ndarray, list[str]]:
+def whole(blocks: list[SampleBlock]) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Return times, values and notes of blocks."""
     values = np.concatenate([block.values for block in blocks], axis=1)
     return np.concatenate([block.time for block in blocks]), values, [note for block in blocks for note in block.notes]
@@ -69,8 +69,8 @@ async def test_an_onlooker_who_reads_nothing_or_greets_badly_does_not_disturb() 
     async with servo_side(ServoSettings(virtual=True), log) as (side, port):
         writers = [(await asyncio.open_connection("127.0.0.1", port))[1] for _ in range(12)]
         for writer in writers:
-            writer.write(text_frame(Kind.HELLO, {"looks_on": True, "udp_port": 9}))
-        writers[-1].write(text_frame(Kind.HELLO, {"looks_on": True, "udp_port": "x"}))
+            writer.write(text_frame(FrameKind.HELLO, {"looks_on": True, "udp_port": 9}))
+        writers[-1].write(text_frame(FrameKind.HELLO, {"looks_on": True, "udp_port": "x"}))
         result = await stream(StreamJob(["x"], PERIOD, iter([wave(400)])), read_address(str(port), "tcp"), asyncio.Event())
         for writer in writers:
             writer.close()

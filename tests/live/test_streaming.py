@@ -16,21 +16,21 @@ from lathesim.cli.live.machine import Records
 from lathesim.live import servo_session
 from lathesim.live import servo_side as servo_side_module
 from lathesim.live.connections import read_address
-from lathesim.live.samples import LiveError, Signal, Sink
+from lathesim.live.samples import LiveError, SampleSink, Signal
 from lathesim.live.servo_session import ServoSettings, machine_signals
 from lathesim.live.streaming import StreamJob, StreamResult, stream
-from lathesim.live.wire_format import Decoder, Kind, numbers_frame, read_text, text_frame
+from lathesim.live.wire_format import Decoder, FrameKind, numbers_frame, read_text, text_frame
 from lathesim.record import load
 from tests.live.servo import PERIOD, Kept, machine, servo_side, wave
 
-HELLO = text_frame(Kind.HELLO, {"axes": ["x"], "period": PERIOD, "udp_port": 0})
+HELLO = text_frame(FrameKind.HELLO, {"axes": ["x"], "period": PERIOD, "udp_port": 0})
 
 
 async def send(port: int, samples: int, kept: Kept | None = None, fill: int = 150) -> StreamResult:
     """Stream a wave to a port."""
     points = wave(samples)
 
-    def open_sink(_: tuple[Signal, ...]) -> Sink | None:
+    def open_sink(_: tuple[Signal, ...]) -> SampleSink | None:
         return kept
 
     job = StreamJob(["x"], PERIOD, iter([points[:700], points[700:]]), fill, open_sink)
@@ -65,7 +65,7 @@ async def test_a_planner_that_goes_away_leaves_what_was_recorded() -> None:
     kept, log = Kept(), []
     async with servo_side(ServoSettings(begin_at=10), log, kept) as (side, port):
         _, writer = await asyncio.open_connection("127.0.0.1", port)
-        writer.write(HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(100)))
+        writer.write(HELLO + numbers_frame(FrameKind.SET_POINTS, 0, wave(100)))
         await writer.drain()
         await asyncio.sleep(0.3)
         writer.close()
@@ -78,17 +78,17 @@ HOSTILE = {
     "wrong magic": (b"GET / HTTP/1.1\r\n\r\n", "a frame begins with b'LSET'"),
     "10 MB line": (b"A" * 10_000_000, "a frame begins with b'LSET'"),
     "long frame": (struct.pack("<4sBBHI", b"LSET", 1, 2, 0, 1 << 31), "is too long"),
-    "no number": (HELLO + numbers_frame(Kind.SET_POINTS, 0, np.array([[np.nan]])), "not finite"),
+    "no number": (HELLO + numbers_frame(FrameKind.SET_POINTS, 0, np.array([[np.nan]])), "not finite"),
     "backwards": (
-        HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(4)) + numbers_frame(Kind.SET_POINTS, 2, wave(4)),
+        HELLO + numbers_frame(FrameKind.SET_POINTS, 0, wave(4)) + numbers_frame(FrameKind.SET_POINTS, 2, wave(4)),
         "set-point 2 of 1 axes came; due is 4 of 1",
     ),
-    "other axes": (HELLO + numbers_frame(Kind.SET_POINTS, 0, np.zeros((4, 2))), "set-point 0 of 2 axes came; due is 0 of 1"),
-    "other period": (text_frame(Kind.HELLO, {"axes": ["x"], "period": 0.002}), "the set-points come every 2 ms"),
-    "unknown axis": (text_frame(Kind.HELLO, {"axes": ["y", "x"], "period": 0.001}), "follows the axis 'y'"),
-    "no greeting": (numbers_frame(Kind.SET_POINTS, 0, wave(2)), "the first frame is SET_POINTS, and HELLO is due"),
-    "axis that is no text": (text_frame(Kind.HELLO, {"axes": ["x\x1b[2J"], "period": 0.001}), "the greeting names no axes"),
-    "bad greeting": (text_frame(Kind.HELLO, {"axes": ["x"], "period": "soon"}), "the greeting has no period"),
+    "other axes": (HELLO + numbers_frame(FrameKind.SET_POINTS, 0, np.zeros((4, 2))), "set-point 0 of 2 axes came; due is 0 of 1"),
+    "other period": (text_frame(FrameKind.HELLO, {"axes": ["x"], "period": 0.002}), "the set-points come every 2 ms"),
+    "unknown axis": (text_frame(FrameKind.HELLO, {"axes": ["y", "x"], "period": 0.001}), "follows the axis 'y'"),
+    "no greeting": (numbers_frame(FrameKind.SET_POINTS, 0, wave(2)), "the first frame is SET_POINTS, and HELLO is due"),
+    "axis that is no text": (text_frame(FrameKind.HELLO, {"axes": ["x\x1b[2J"], "period": 0.001}), "the greeting names no axes"),
+    "bad greeting": (text_frame(FrameKind.HELLO, {"axes": ["x"], "period": "soon"}), "the greeting has no period"),
 }
 
 
@@ -105,7 +105,7 @@ async def test_a_peer_that_does_not_keep_to_the_format_is_named_once_and_let_go(
                 while piece := await asyncio.wait_for(reader.read(1 << 16), 5.0):
                     told += piece
                 frames = Decoder().feed(told)
-                assert [read_text(item)["sentence"] for item in frames if item.kind is Kind.ERROR]
+                assert [read_text(item)["sentence"] for item in frames if item.kind is FrameKind.ERROR]
             except ConnectionError:
                 pass  # what was not read is thrown away with the connection
             writer.close()
@@ -137,13 +137,13 @@ async def _slow(writer: asyncio.StreamWriter) -> None:
 
 async def _half_a_frame(writer: asyncio.StreamWriter) -> None:
     """Greet, and begin a frame that never ends."""
-    writer.write(HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(100))[:-9])
+    writer.write(HELLO + numbers_frame(FrameKind.SET_POINTS, 0, wave(100))[:-9])
 
 
 async def _byte_by_byte(writer: asyncio.StreamWriter) -> None:
     """Greet, and send a frame so slowly that it never ends."""
     writer.write(HELLO)
-    for byte in numbers_frame(Kind.SET_POINTS, 0, wave(100))[:12]:
+    for byte in numbers_frame(FrameKind.SET_POINTS, 0, wave(100))[:12]:
         await asyncio.sleep(0.1)
         with contextlib.suppress(ConnectionError):
             writer.write(bytes([byte]))
@@ -151,7 +151,7 @@ async def _byte_by_byte(writer: asyncio.StreamWriter) -> None:
 
 async def _half_closed(writer: asyncio.StreamWriter) -> None:
     """Greet, and close the own half of the connection."""
-    writer.write(HELLO + numbers_frame(Kind.SET_POINTS, 0, wave(100)))
+    writer.write(HELLO + numbers_frame(FrameKind.SET_POINTS, 0, wave(100)))
     writer.write_eof()
 
 

@@ -17,13 +17,13 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.sample_clock import SampleClock
-from lathesim.live.samples import Block, Signal
+from lathesim.live.samples import SampleBlock, Signal
 from lathesim.live.watching.background_diagnosis import Verdict
-from lathesim.live.watching.event import Event
+from lathesim.live.watching.event import WatchEvent
 from lathesim.live.watching.forecast import forecast
 from lathesim.live.watching.noise_test import Cusum, mean_run_length
 from lathesim.live.watching.residual_stream import ResidualStream
-from lathesim.live.watching.watch import Alarm, Watch
+from lathesim.live.watching.watch import ReportedChange, Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, FloatArray, Record
@@ -45,13 +45,13 @@ def ready() -> Prepared:
     return prepared()
 
 
-def watched(ready: Prepared, values: FloatArray, learn: float = LEARN, start: float = 0.0) -> tuple[list[Alarm], Watch]:
+def watched(ready: Prepared, values: FloatArray, learn: float = LEARN, start: float = 0.0) -> tuple[list[ReportedChange], Watch]:
     """Return the alarms of a stream and its watch."""
     watch = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=learn)
     clock, alarms = SampleClock(PERIOD), []
     for begin in range(0, values.shape[1], 5000):
         part = values[:, begin : begin + 5000]
-        for stretch in clock.take(Block(start + (begin + np.arange(part.shape[1])) * PERIOD, part)):
+        for stretch in clock.take(SampleBlock(start + (begin + np.arange(part.shape[1])) * PERIOD, part)):
             alarms += watch.take(stretch)
     return alarms, watch
 
@@ -118,7 +118,7 @@ def test_memory_and_answers_do_not_depend_on_how_the_stream_was_cut(ready: Prepa
     while begin < values.shape[1]:
         end = begin + int(rng.integers(1, 900))
         part = values[:, begin:end]
-        for stretch in clock.take(Block((begin + np.arange(part.shape[1])) * PERIOD, part)):
+        for stretch in clock.take(SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)):
             again += other.take(stretch)
         begin = end
     assert alarms
@@ -141,7 +141,7 @@ def test_lost_doubled_and_reordered_samples_are_the_recordings_fault(ready: Prep
     clock, alarms = SampleClock(PERIOD), []
     for begin in range(0, len(order), 777):
         rows = order[begin : begin + 777]
-        for stretch in clock.take(Block(time[rows], values[:, rows])):
+        for stretch in clock.take(SampleBlock(time[rows], values[:, rows])):
             alarms += watch.take(stretch)
     assert alarms == []
     assert clock.counts["missing"] >= 900
@@ -154,7 +154,7 @@ def test_the_clock_bridges_short_gaps_and_begins_anew_after_long_ones(missing: s
     clock, found, begin, turn = SampleClock(1.0), [], 0, 0
     while begin < len(numbers):
         rows = numbers[begin : begin + cuts[turn % len(cuts)]]
-        found += clock.take(Block(rows.astype(np.float64), rows[None].astype(np.float64)))
+        found += clock.take(SampleBlock(rows.astype(np.float64), rows[None].astype(np.float64)))
         begin += len(rows)
         turn += 1
     for stretch in found:
@@ -184,15 +184,15 @@ class Stream:
     def __init__(self, values: FloatArray) -> None:
         self._values = values
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the stream in blocks of 2 s."""
         for begin in range(0, self._values.shape[1], 2000):
             part = self._values[:, begin : begin + 2000]
-            yield Block((begin + np.arange(part.shape[1])) * PERIOD, part)
+            yield SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)
 
 
 async def test_a_session_tells_what_it_learnt_what_changed_and_how_it_ended(ready: Prepared, tmp_path: Path) -> None:
-    events: list[Event] = []
+    events: list[WatchEvent] = []
     values = stream(30.0, 5, friction=step(30.0, 26.0, 0.0, 8.0))
     settings = WatchSettings(learn=LEARN, diagnose=False, folder=tmp_path)
     await WatchSession(ready, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event())
@@ -213,14 +213,16 @@ NAMED = {
 }
 
 
-async def told(ready: Prepared, values: FloatArray, answers: list[dict[str, Any]], folder: Path, patch: pytest.MonkeyPatch) -> list[Event]:
+async def told(
+    ready: Prepared, values: FloatArray, answers: list[dict[str, Any]], folder: Path, patch: pytest.MonkeyPatch
+) -> list[WatchEvent]:
     """Return the events of a watch whose diagnoses answer what is given, one after another."""
 
     async def answer(*_: object) -> Verdict:
         return Verdict(answers.pop(0))
 
     patch.setattr("lathesim.live.watching.watch_session.diagnose_window", answer)
-    events: list[Event] = []
+    events: list[WatchEvent] = []
     settings = WatchSettings(learn=LEARN, window=5.0, folder=folder, waits=True)
     await WatchSession(ready, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event())
     return events

@@ -14,7 +14,7 @@ from lathesim.live.feedback_source import WAIT, FeedbackOrder
 from lathesim.live.wire_format import (
     Decoder,
     Frame,
-    Kind,
+    FrameKind,
     Numbers,
     WireError,
     end_frame,
@@ -32,7 +32,7 @@ def test_no_sample_is_lost_or_doubled_in_any_cut_of_the_bytes(counts: list[int],
     rng = np.random.default_rng(len(counts))
     blocks = [rng.normal(size=(count, 3)) for count in counts]
     firsts = np.concatenate([[0], np.cumsum(counts)])
-    data = b"".join(numbers_frame(Kind.SET_POINTS, int(first), block) for first, block in zip(firsts, blocks, strict=False))
+    data = b"".join(numbers_frame(FrameKind.SET_POINTS, int(first), block) for first, block in zip(firsts, blocks, strict=False))
     data += end_frame(int(firsts[-1]))
     places = sorted({0, len(data), *(cut % len(data) for cut in cuts)})
     decoder, frames = Decoder(), []
@@ -72,15 +72,15 @@ def test_a_header_that_cannot_be_is_named(data: bytes, sentence: str) -> None:
 
 def test_numbers_that_are_not_finite_or_do_not_fit_are_named() -> None:
     with pytest.raises(WireError, match=r"sample 8 holds a number that is not finite"):
-        read_numbers(read_datagram(numbers_frame(Kind.FEEDBACK, 7, np.array([[1.0, 2.0], [3.0, np.nan]]))))
+        read_numbers(read_datagram(numbers_frame(FrameKind.FEEDBACK, 7, np.array([[1.0, 2.0], [3.0, np.nan]]))))
     with pytest.raises(WireError, match="says 3 samples of 1 columns and holds 8 bytes"):
-        read_numbers(Frame(Kind.FEEDBACK, struct.pack("<QIHHd", 0, 3, 1, 0, 1.0)))
+        read_numbers(Frame(FrameKind.FEEDBACK, struct.pack("<QIHHd", 0, 3, 1, 0, 1.0)))
     with pytest.raises(WireError, match="holds no JSON object"):
-        read_text(Frame(Kind.HELLO, b'{"a": NaN}'))
+        read_text(Frame(FrameKind.HELLO, b'{"a": NaN}'))
     with pytest.raises(WireError, match="holds no JSON object"):
-        read_text(Frame(Kind.HELLO, b"[" * 60_000))
+        read_text(Frame(FrameKind.HELLO, b"[" * 60_000))
     with pytest.raises(WireError, match="a datagram says 2 bytes and holds 1"):
-        read_datagram(text_frame(Kind.STATUS, {})[:-1])
+        read_datagram(text_frame(FrameKind.STATUS, {})[:-1])
 
 
 @given(st.permutations(list(range(12))), st.sets(st.integers(0, 11), max_size=4), st.sets(st.integers(0, 11), max_size=4))

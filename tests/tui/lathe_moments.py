@@ -7,7 +7,7 @@ from pathlib import Path
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
-from lathesim.tui.drawing.lathe_picture import Motion, View, draw, scene_of_case
+from lathesim.tui.drawing.lathe_picture import ToolMotion, View, draw, scene_of_case
 
 GOLDENS = Path(__file__).parent / "goldens"
 MOMENTS = {"first_cut": (8.0, View()), "taper": (13.0, View(gain=10.0)), "return": (18.0, View(zoom=0.02))}
@@ -19,7 +19,7 @@ def pictures() -> dict[str, str]:
     """Return the picture of each moment."""
     case = prepare(load_lesson("01_contour_error"), load_registry(), "I")
     record = run_prepared(case)
-    motion = Motion.of(record)
+    motion = ToolMotion.of(record)
     found = {}
     for name, (time, view) in MOMENTS.items():
         until = int(record.time.searchsorted(time))

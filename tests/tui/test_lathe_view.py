@@ -11,7 +11,7 @@ from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, even_axis, trace
 from lathesim.tui.drawing.curves import envelope
-from lathesim.tui.drawing.lathe_picture import CarvedStock, LatheScene, Motion, View, draw
+from lathesim.tui.drawing.lathe_picture import CarvedStock, LatheScene, ToolMotion, View, draw
 from tests.tui.lathe_moments import GOLDENS, MOMENTS, pictures
 
 BAR = RawStock("stock", 0.010, 0.040, 0.0, "x", "z", free_end=-1.0, edge_length=0.005)
@@ -32,7 +32,7 @@ def test_the_carved_stock_is_that_of_the_stock_part() -> None:
     """The volume that the stock part says was taken off is that of the picture, to a cell's width."""
     case = prepare(load_lesson("01_contour_error"), load_registry(), "I")
     record = run_prepared(case)
-    motion, stock = Motion.of(record), RawStock.of(record)
+    motion, stock = ToolMotion.of(record), RawStock.of(record)
     assert motion is not None
     assert stock is not None
     radius = CarvedStock(stock).cut(motion.x, motion.z, len(motion))
@@ -63,7 +63,7 @@ def test_facing_takes_what_stands_towards_the_free_end() -> None:
 
 def test_a_dot_is_as_wide_as_it_is_high_and_the_gain_moves_the_actual_path() -> None:
     scene = LatheScene(BAR, np.array([0.008, 0.008]), np.array([0.0, 0.04]))
-    motion = Motion(np.full(2, 0.0081), np.array([0.0, 0.04]), np.full(2, 0.008), np.array([0.0, 0.04]))
+    motion = ToolMotion(np.full(2, 0.0081), np.array([0.0, 0.04]), np.full(2, 0.008), np.array([0.0, 0.04]))
     plain, magnified = draw(scene, motion, 2, 60, 20), draw(scene, motion, 2, 60, 20, View(gain=20.0))
     rows = [int(np.flatnonzero((picture.layer == 2).any(axis=1))[0]) for picture in (plain, magnified)]
     moved = round(0.0001 * 19 / (4.0 * plain.dot))

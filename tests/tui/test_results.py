@@ -14,7 +14,7 @@ from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
 from lathesim.record import load
 from lathesim.tui.app import LathesimApp
-from lathesim.tui.drawing.curves import Line, Scaled
+from lathesim.tui.drawing.curves import PlotLine, Scaled
 from lathesim.tui.widgets.time_plot import TimePlot
 from tests.tui.driving import edit, opened, run_to_end, told
 
@@ -134,7 +134,7 @@ async def test_the_saved_figure_is_what_stands_on_the_screen(monkeypatch: pytest
 def test_a_part_that_is_zoomed_to_keeps_each_sample() -> None:
     time = np.arange(100_000) * 1e-3
     curve = Scaled(time, np.sin(time), 1.0, "m", -1.0, 1.0)
-    path = Line(np.cos(0.01 * time), np.sin(0.01 * time), "path")
+    path = PlotLine(np.cos(0.01 * time), np.sin(0.01 * time), "path")
     assert list(curve.within(2.0, 2.05).points(100)[0]) == list(time[1999:2052])
     assert list(path.within(0.9999, 1.0).points(100)[0]) == list(path.x[:1416])
     assert len(curve.points(100)[0]) <= 202

@@ -11,7 +11,7 @@ from textual.widgets import Label, ProgressBar, Static
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
-from lathesim.live.samples import Block, Signal
+from lathesim.live.samples import SampleBlock, Signal
 from lathesim.live.twin import Twin
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray, load
@@ -31,11 +31,11 @@ class Played:
         self._values, self._pause = values, pause
         self.signals = tuple(Signal(name, unit) for name, unit in zip(names, units, strict=True))
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the blocks."""
         for begin in range(0, self._values.shape[1], 100):
             part = self._values[:, begin : begin + 100]
-            yield Block((begin + np.arange(part.shape[1])) * PERIOD, part)
+            yield SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)
             await asyncio.sleep(self._pause)
 
 

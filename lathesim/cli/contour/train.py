@@ -61,11 +61,11 @@ def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tu
     """
     from lathesim.compensation.train import method_named
     from lathesim.compensation.train import train as trained
-    from lathesim.compensation.training_question import Shape, question_of, score_named
+    from lathesim.compensation.training_question import NetworkShape, question_of, score_named
     from lathesim.components.predictive_controllers import NeuralRegulator
     from lathesim.lessons.part_values import write_table
 
-    method, shape, wanted = method_named(search.method), Shape(search.hidden), score_named(search.score)
+    method, shape, wanted = method_named(search.method), NetworkShape(search.hidden), score_named(search.score)
     loaded, registry = chosen.loaded, chosen.registry
     question = question_of(loaded, registry, variants, wanted, shape)
     judged = question_of(loaded, registry, tuple(dict.fromkeys((*variants, *judges))), wanted, shape) if judges else None

@@ -66,14 +66,14 @@ def emulate(
     is called as one of them is a run of that. DIR gets lesson.yaml, which runs, report.html and emulation.json. Ctrl-C keeps the best
     machine so far.
     """
-    from lathesim.experiments.emulation import Question
+    from lathesim.experiments.emulation import EmulationQuestion
     from lathesim.experiments.emulation import emulate as learn
     from lathesim.experiments.emulation_report import as_json as as_json_of
     from lathesim.experiments.emulation_report import told_lines, write_emulation
     from lathesim.experiments.searches import Effort
     from lathesim.lessons.lesson import keep_read_lesson
 
-    question = Question(
+    question = EmulationQuestion(
         learning.method,
         learning.weight,
         learning.factor or (4.0 if learning.method == "replay" else 2.0),

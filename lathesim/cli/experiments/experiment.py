@@ -15,9 +15,9 @@ from lathesim.cli.writing import CommandResult, write
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lathesim.experiments.experiment import Wish
+    from lathesim.experiments.experiment import DesignWish
     from lathesim.experiments.prediction import Foretold
-    from lathesim.experiments.rivals import Named
+    from lathesim.experiments.rivals import NamedRival
 
 
 _LONGEST = 3600.0
@@ -106,11 +106,11 @@ def experiment(
     return _for_rivals(chosen, aim, wish, out, as_json, say, is_tried=not no_trial)
 
 
-def _wish(aim: AimOptions, means: MeansOptions) -> Wish:
+def _wish(aim: AimOptions, means: MeansOptions) -> DesignWish:
     """Return what is wished for; raises what cannot be met."""
     from lathesim.errors import LatheSimError, UnitError
-    from lathesim.experiments.discrimination import Conditions
-    from lathesim.experiments.experiment import Wish
+    from lathesim.experiments.discrimination import Ablation
+    from lathesim.experiments.experiment import DesignWish
     from lathesim.units import quantity
 
     try:
@@ -128,11 +128,11 @@ def _wish(aim: AimOptions, means: MeansOptions) -> Wish:
         raise LatheSimError(
             f"a recording cannot take a row {per_second:g} times a second.", place="--rate", remedy="Give a rate above 0 Hz."
         )
-    conditions = Conditions(*(name not in means.left_out for name in ("average", "refit", "price", "floor")))
-    return Wish(limit, means.programs, seed=means.seed, conditions=conditions, rate=per_second)
+    conditions = Ablation(*(name not in means.left_out for name in ("average", "refit", "price", "floor")))
+    return DesignWish(limit, means.programs, seed=means.seed, conditions=conditions, rate=per_second)
 
 
-def _for_values(chosen: ChosenLesson, aim: AimOptions, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None]) -> int:
+def _for_values(chosen: ChosenLesson, aim: AimOptions, wish: DesignWish, out: Path, as_json: bool, say: Callable[[str], None]) -> int:
     """Design the program by which values get known as well as possible."""
     from lathesim.experiments.precision import before_design, design_for_precision, precision_lines, write_precision
 
@@ -147,14 +147,14 @@ def _for_values(chosen: ChosenLesson, aim: AimOptions, wish: Wish, out: Path, as
     )
 
 
-def _rivals(chosen: ChosenLesson, aim: AimOptions) -> list[Named]:
+def _rivals(chosen: ChosenLesson, aim: AimOptions) -> list[NamedRival]:
     from lathesim.experiments.rivals import named_between, named_in_diagnosis
 
     return named_between(aim.between) if aim.between is not None else named_in_diagnosis(aim.diagnosis or Path(), chosen.loaded.title)
 
 
 def _in_rounds(
-    chosen: ChosenLesson, aim: AimOptions, wish: Wish, out: Path, rounds: int, machine: str | None, say: Callable[[str], None]
+    chosen: ChosenLesson, aim: AimOptions, wish: DesignWish, out: Path, rounds: int, machine: str | None, say: Callable[[str], None]
 ) -> int:
     """Design, run on the machine of another lesson, diagnose, and again."""
     from lathesim.experiments.sequence import run_rounds
@@ -172,7 +172,7 @@ def _in_rounds(
 
 
 def _for_rivals(
-    chosen: ChosenLesson, aim: AimOptions, wish: Wish, out: Path, as_json: bool, say: Callable[[str], None], *, is_tried: bool
+    chosen: ChosenLesson, aim: AimOptions, wish: DesignWish, out: Path, as_json: bool, say: Callable[[str], None], *, is_tried: bool
 ) -> int:
     """Design the program that tells rivals apart, and try it on simulated recordings of each."""
     import contextlib

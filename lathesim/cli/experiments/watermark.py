@@ -13,7 +13,7 @@ from lathesim.cli.options import grouped, json_option, save_option
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
-    from lathesim.experiments.guard_theory import Loop, Point
+    from lathesim.experiments.guard_theory import FrontierPoint, WatermarkedLoop
 
 _POINTS = (
     Heading("watermark", 10, ".4g"), Heading("E[x^2]", 11, ".5g"), Heading("var nu, replayed", 18, ".5g"),
@@ -57,9 +57,9 @@ def watermark(
     The loop is x+ = a x + b u + w, y = x + v, with a Kalman filter. The guard adds up the likelihood ratio of innovation and watermark.
     """
     from lathesim.errors import LatheSimError
-    from lathesim.experiments.guard_theory import Loop, frontier, watermark_within
+    from lathesim.experiments.guard_theory import WatermarkedLoop, frontier, watermark_within
 
-    loop = Loop(given.pole, given.gain, given.feedback, given.process, given.reading)
+    loop = WatermarkedLoop(given.pole, given.gain, given.feedback, given.process, given.reading)
     if abs(loop.a - loop.b * loop.feedback) >= 1.0:
         fact = f"the loop is unstable: a - b L is {loop.a - loop.b * loop.feedback:g}."
         raise LatheSimError(fact, place="--feedback", remedy="Choose a feedback with which it lies between -1 and 1.")
@@ -77,7 +77,7 @@ def watermark(
     return write(CommandResult("lathesim-watermark/1", data, _lines(loop, points, wanted, within), figure), as_json, save)
 
 
-def _rows(loop: Loop, points: Sequence[Point]) -> list[dict[str, Any]]:
+def _rows(loop: WatermarkedLoop, points: Sequence[FrontierPoint]) -> list[dict[str, Any]]:
     return [
         {
             "watermark": point.watermark,
@@ -92,7 +92,7 @@ def _rows(loop: Loop, points: Sequence[Point]) -> list[dict[str, Any]]:
     ]
 
 
-def _lines(loop: Loop, points: Sequence[Point], wanted: float | None, within: float | None) -> Iterator[str]:
+def _lines(loop: WatermarkedLoop, points: Sequence[FrontierPoint], wanted: float | None, within: float | None) -> Iterator[str]:
     yield f"Filter gain K {loop.gain:.6g}, innovation S {loop.innovation:.6g}, g {loop.memory:.6g}"
     names = ("watermark", "cost", "replayed_variance", "correlation", "mean_delay_samples")
     yield from table(_POINTS, [[row[name] for name in names] for row in _rows(loop, points)])

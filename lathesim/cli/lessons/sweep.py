@@ -14,7 +14,7 @@ from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plu
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
     from lathesim.lessons.sweep_runs import Member, Members
-    from lathesim.lessons.sweep_table import Range, SweepTable
+    from lathesim.lessons.sweep_table import SweepTable, SweptRange
 
 
 @click.command()
@@ -104,7 +104,7 @@ def _default_metrics(prepared: Prepared) -> list[str]:
 
 
 def _sweep_table(
-    path: Path, prepared: Prepared, members: Members, ranges: Sequence[Range], points: Sequence[tuple[int, ...]]
+    path: Path, prepared: Prepared, members: Members, ranges: Sequence[SweptRange], points: Sequence[tuple[int, ...]]
 ) -> SweepTable:
     from lathesim.lessons.sweep_table import SweepTable
 
@@ -118,7 +118,7 @@ def _sweep_table(
     return SweepTable(path, tuple(header), (*columns, "status"), given)
 
 
-def _values(ranges: Sequence[Range], point: Sequence[int]) -> tuple[float, ...]:
+def _values(ranges: Sequence[SweptRange], point: Sequence[int]) -> tuple[float, ...]:
     return tuple(item.values[place] for item, place in zip(ranges, point, strict=True) for _ in item.names)
 
 
@@ -157,7 +157,7 @@ def _progress(name: str, total: int, there: int) -> Iterator[Any]:
         yield lambda: bar.advance(task)
 
 
-def _extremes(ranges: Sequence[Range], points: Sequence[tuple[int, ...]], members: Members, done: dict[int, Member]) -> Iterator[str]:
+def _extremes(ranges: Sequence[SweptRange], points: Sequence[tuple[int, ...]], members: Members, done: dict[int, Member]) -> Iterator[str]:
     """Return a line for each metric: its least and largest value and where they are; and how many runs gave none."""
     from lathesim.analysis.display_unit import shown_with_unit
 
@@ -181,7 +181,7 @@ def _extremes(ranges: Sequence[Range], points: Sequence[tuple[int, ...]], member
         )
 
 
-def _draw(path: Path, title: str, ranges: Sequence[Range], members: Members, done: dict[int, Member]) -> None:
+def _draw(path: Path, title: str, ranges: Sequence[SweptRange], members: Members, done: dict[int, Member]) -> None:
     import numpy as np
 
     from lathesim.analysis.experiment_figures import SweepAxis, sweep_figure

@@ -24,7 +24,7 @@ from lathesim.cli.options import (
 )  # fmt: skip
 
 if TYPE_CHECKING:
-    from lathesim.live.samples import Sink
+    from lathesim.live.samples import SampleSink
     from lathesim.live.servo_session import ServoSettings, Session
     from lathesim.live.stepped_machine import SteppedMachine
 
@@ -93,7 +93,7 @@ class Records:
         self._out = out
         self._count = 0
 
-    def open(self, machine: SteppedMachine) -> Sink | None:
+    def open(self, machine: SteppedMachine) -> SampleSink | None:
         """Return the record of a new stream, or none where none is wanted."""
         if self._out is None:
             return None

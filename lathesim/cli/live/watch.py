@@ -13,7 +13,7 @@ from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plu
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
-    from lathesim.live.watching.event import Event
+    from lathesim.live.watching.event import WatchEvent
 
 
 @dataclass(frozen=True)
@@ -80,11 +80,11 @@ def watch(
     return STOPPED if stopped else 0
 
 
-def _line(event: Event) -> None:
+def _line(event: WatchEvent) -> None:
     click.echo(event.sentence)
 
 
-def _json_line(event: Event) -> None:
+def _json_line(event: WatchEvent) -> None:
     line = {"schema": "lathesim-watch/1", "event": event.kind, "time_s": event.time, "sentence": event.sentence, **event.data}
     click.echo(json.dumps(line, default=float))
 

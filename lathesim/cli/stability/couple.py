@@ -12,7 +12,7 @@ from lathesim.cli.options import json_option, read_range, save_option
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
-    from lathesim.stability.assembly_file import Assembly
+    from lathesim.stability.assembly_file import ToolAssembly
 
 _LINES_OF_FIGURE, _LINES_OF_BAND = 800, 200
 _UNITS = {"receptance": [["m/N", "1/N"], ["1/N", "1/(N*m)"]]}
@@ -56,7 +56,7 @@ _LENGTHS = (
 )  # fmt: skip
 
 
-def _tip(loaded: Assembly, asked: Any, *, gap: bool) -> CommandResult:
+def _tip(loaded: ToolAssembly, asked: Any, *, gap: bool) -> CommandResult:
     """Return the tip over frequency; a ``gap`` stands before the name of its figure."""
     import numpy as np
 
@@ -83,7 +83,7 @@ def _tip(loaded: Assembly, asked: Any, *, gap: bool) -> CommandResult:
     return CommandResult("lathesim-couple/1", _data(loaded, rows), lines(), lambda: _figure(loaded, asked, band is not None))
 
 
-def _figure(loaded: Assembly, asked: Any, is_uncertain: bool) -> Any:
+def _figure(loaded: ToolAssembly, asked: Any, is_uncertain: bool) -> Any:
     import numpy as np
 
     from lathesim.analysis.stability_figures import response_figure
@@ -99,7 +99,7 @@ def _figure(loaded: Assembly, asked: Any, is_uncertain: bool) -> Any:
     return response_figure(loaded.title, fine, loaded.tip(fine)[:, 0, 0], band=around)
 
 
-def _data(loaded: Assembly, rows: list[dict[str, Any]]) -> dict[str, Any]:
+def _data(loaded: ToolAssembly, rows: list[dict[str, Any]]) -> dict[str, Any]:
     return {"model": loaded.model, "units": _UNITS, "rows": rows}
 
 
@@ -110,7 +110,7 @@ def _rows(frequency: Any, receptance: Any) -> list[dict[str, Any]]:
     ]
 
 
-def _inverse(artefact: Assembly, measured: Path) -> CommandResult:
+def _inverse(artefact: ToolAssembly, measured: Path) -> CommandResult:
     from lathesim.stability.assembly_file import base_share, read_base
 
     tip = read_base(measured)
@@ -123,7 +123,7 @@ def _inverse(artefact: Assembly, measured: Path) -> CommandResult:
     return CommandResult("lathesim-couple/1", _data(artefact, _rows(tip.frequency, share)), lines())
 
 
-def _overhangs(loaded: Assembly, lengths: list[float]) -> CommandResult:
+def _overhangs(loaded: ToolAssembly, lengths: list[float]) -> CommandResult:
     from lathesim.stability.assembly_file import overhangs
 
     found = overhangs(loaded, lengths)

@@ -15,7 +15,7 @@ from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
     from lathesim.stability.learned_map import LearnedMap
-    from lathesim.stability.next_cut import Range
+    from lathesim.stability.next_cut import CutRange
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class RangeOptions:
     speeds: str
     widest: float
 
-    def range(self) -> Range:
+    def range(self) -> CutRange:
         """Return both in SI, speeds in rpm."""
         import numpy as np
 
-        from lathesim.stability.next_cut import Range
+        from lathesim.stability.next_cut import CutRange
 
-        return Range(np.array(read_range("--speed", self.speeds)), 1e-3 * self.widest)
+        return CutRange(np.array(read_range("--speed", self.speeds)), 1e-3 * self.widest)
 
 
 @click.command()

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lathesim.stability.lesson_cut import Cut
     from lathesim.stability.lobes import StabilityMap
     from lathesim.stability.tried_cuts import TriedCut
-    from lathesim.stability.uncertain_cut import Band
+    from lathesim.stability.uncertain_cut import LimitBand
 
 
 @click.command()
@@ -57,7 +57,7 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     return write(result, as_json, save)
 
 
-def _band(cut: Cut, spreads: Any, speeds: list[float]) -> Band | None:
+def _band(cut: Cut, spreads: Any, speeds: list[float]) -> LimitBand | None:
     from lathesim.stability.uncertain_cut import band
 
     return band(cut, spreads, speeds) if spreads and cut.share == 1.0 and cut.milling is None else None
@@ -69,7 +69,7 @@ def _tried(path: Path | None) -> tuple[TriedCut, ...]:
     return () if path is None else read_cuts(path)
 
 
-def _figure(title: str, found: StabilityMap, cut: Cut, band: Band | None, cuts: tuple[TriedCut, ...]) -> Any:
+def _figure(title: str, found: StabilityMap, cut: Cut, band: LimitBand | None, cuts: tuple[TriedCut, ...]) -> Any:
     from lathesim.analysis.stability_figures import lobes_figure
 
     return lobes_figure(
@@ -84,7 +84,7 @@ def _figure(title: str, found: StabilityMap, cut: Cut, band: Band | None, cuts: 
     )
 
 
-def _data(found: StabilityMap, cut: Cut, band: Band | None, cuts: tuple[TriedCut, ...]) -> dict[str, Any]:
+def _data(found: StabilityMap, cut: Cut, band: LimitBand | None, cuts: tuple[TriedCut, ...]) -> dict[str, Any]:
     rows = [
         {
             "speed_rpm": point.limit.speed,
@@ -123,7 +123,7 @@ _SPEED, _WIDTH, _BAND = (
 _BEHIND = (Heading("chatter [Hz]", 14, ".2f", missing="-"), Heading("lobe", 6), Heading("  kind", -1))
 
 
-def _lines(found: StabilityMap, cut: Cut, band: Band | None, is_uncertain: bool) -> Iterator[str]:
+def _lines(found: StabilityMap, cut: Cut, band: LimitBand | None, is_uncertain: bool) -> Iterator[str]:
     from lathesim.stability.frequency_limit import speeds_of
     from lathesim.stability.uncertain_cut import CLOSE
     from lathesim.units import in_unit

@@ -57,7 +57,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Before:
+class BeforeChange:
     """What was known before a change, as a lesson takes it, by the names ``part.parameter``: the ``sizes`` of effects, and the ``values``
     that the lesson calls uncertain."""
 
@@ -65,7 +65,7 @@ class Before:
     values: Mapping[str, str]
 
 
-def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping[str, float]) -> Before:
+def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping[str, float]) -> BeforeChange:
     """Return what was known before a change, with the uncertain values ``expected`` by then: how far from the lesson's, in the deviations
     that it declares.
 
@@ -77,7 +77,7 @@ def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping
         unit = plan.unit(name)
         ending = "" if unit in ("", "1") else f" {unit}"
         values[name] = f"{plan.parameter_values[plan.parameters[name]] + offset * declared[name]:.9g}{ending}"
-    return Before(sizes, values)
+    return BeforeChange(sizes, values)
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def free_number(folder: Path) -> int:
 
 
 async def diagnose_window(
-    prepared: Prepared, before: Before, windows: Windows, folder: Path, number: int, patience: float, plugins: Sequence[Path]
+    prepared: Prepared, before: BeforeChange, windows: Windows, folder: Path, number: int, patience: float, plugins: Sequence[Path]
 ) -> Verdict:
     """Return the diagnosis of a window; its record, lesson and answer stay in ``folder``; ``patience`` [s] bounds it.
 

@@ -28,7 +28,7 @@ _HOLD_MORE, _HOLD_MOST = 10.0, 1e9
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundChange:
     """What the test says: ``statistic`` of the likeliest ``channel`` and ``direction``, ``begun`` [s], the ``size`` of the change in noise
     deviations of a block, whether it grows (``ramp``), 2 log-likelihood that a step of the uncertain values brings with noise as loud as it
     is since then (``moved``, ``moved_at`` [s]), the values that may move as they are now (``theta``), from the nominal ones, with their
@@ -122,7 +122,7 @@ class ChangeTest:
         self._centre[: len(by)] -= np.where(bound, by, 0.0)
         self._grown += np.where(bound, 0.0, by)
 
-    def test(self) -> Found | None:
+    def test(self) -> FoundChange | None:
         """Return what is likeliest now; None while there are too few blocks."""
         count = len(self)
         if count < CHANGE.least_blocks:
@@ -147,7 +147,7 @@ class ChangeTest:
             statistic *= self._without_the_largest(starts[at], after.theta[at], channel, direction)
             ramp, since_when = self._grows(part, starts, channel, direction, float(ratio[:, channel, direction].max()), begun)
         size = abs(float(after.delta[at, channel, direction])) * np.sqrt(float(self._m[part][starts[at] :, channel, direction].mean()))
-        return Found(
+        return FoundChange(
             statistic, channel, direction, since_when, float(size), ramp, float(level[plain] - level[0]) / self._louder(starts[plain]),
             float(times[starts[plain]] - self._block_time), after.theta[plain], _deviations(after.normal[plain], after.theta.shape[1]),
             float(after.power[plain]),

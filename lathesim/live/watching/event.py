@@ -12,7 +12,7 @@ from lathesim.live.watching.known_effects import KnownEffect
 
 
 @dataclass(frozen=True)
-class Event:
+class WatchEvent:
     """Something to tell: ``kind`` (learnt, change, drift, recording, values, range, verdict, continued, growth, forecast, end), ``time``
     [s], a sentence, and the same as plain data."""
 
@@ -26,13 +26,13 @@ NAMING = ("named", "tied")
 """Verdicts that hold effects."""
 
 
-def told_verdict(verdict: Verdict, begin: float, grown: Sequence[KnownEffect], place: Path, before: Collection[str] = ()) -> Event:
+def told_verdict(verdict: Verdict, begin: float, grown: Sequence[KnownEffect], place: Path, before: Collection[str] = ()) -> WatchEvent:
     """Return the event of a verdict on the window from ``begin`` [s].
 
     ``grown`` is what was known before and has grown, ``place`` where the answer is, ``before`` the values that the laps before have shown.
     """
     if verdict.failure:
-        return Event("verdict", begin, f"The diagnosis from t = {begin:.1f} s: {verdict.failure}", {"verdict": "failed"})
+        return WatchEvent("verdict", begin, f"The diagnosis from t = {begin:.1f} s: {verdict.failure}", {"verdict": "failed"})
     answer = verdict.answer
     named = [f"{effect} at {at}" for effect, at in verdict.effects]
     sizes = [_sizes(entry) for entry in answer.get("effects", [])]
@@ -43,7 +43,7 @@ def told_verdict(verdict: Verdict, begin: float, grown: Sequence[KnownEffect], p
             f"; new is {name}: {size}" for name, size in zip(named, sizes, strict=True) if name not in known
         )  # fmt: skip
         course = "; ".join(f"{effect.name} has grown: {effect.course()}" for effect in grown)
-        return Event("growth", begin, f"From t = {begin:.1f} s: {course}{new}.", {**data, "grown": known})
+        return WatchEvent("growth", begin, f"From t = {begin:.1f} s: {course}{new}.", {**data, "grown": known})
     moved = _moved_values(answer, before) if answer.get("verdict") == "parameters_only" else {}
     if moved:
         data["moved"] = moved
@@ -55,7 +55,7 @@ def told_verdict(verdict: Verdict, begin: float, grown: Sequence[KnownEffect], p
         "parameters_only": "; ".join(map(_moved, moved.items())) or "values of the lesson are off",
         "recording_fault": "the recording is at fault",
     }.get(str(answer.get("verdict")), str(answer.get("verdict")))
-    return Event("verdict", begin, f"From t = {begin:.1f} s: {told}.", data)
+    return WatchEvent("verdict", begin, f"From t = {begin:.1f} s: {told}.", data)
 
 
 def _sizes(entry: Mapping[str, Any]) -> str:

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from lathesim.live.watching.event import Event
+from lathesim.live.watching.event import WatchEvent
 from lathesim.live.watching.forecast import DriftCourse, GrowthCourse
 from lathesim.live.watching.known_effects import FollowedSize, KnownEffects
 from lathesim.live.watching.thresholds import ERRORS, FOLLOWING
-from lathesim.live.watching.value_course import SEGMENT, Point
+from lathesim.live.watching.value_course import SEGMENT, CoursePoint
 from lathesim.live.watching.watch import Moved, Watch
 
 _MINUTE = 60.0
@@ -49,7 +49,7 @@ class Following:
         """Take note of an alarm: from a drift on forecasts are made."""
         self._drifting = self._drifting or drift
 
-    def news(self, now: float) -> Iterator[Event]:
+    def news(self, now: float) -> Iterator[WatchEvent]:
         """Return what the newest blocks tell until ``now`` [s]."""
         while self._watch.moved:
             yield from self._moved(self._watch.moved.popleft())
@@ -58,7 +58,7 @@ class Following:
         if not self._courses and self._drifting and not self._watch.paused:
             yield from self._unnamed(now)
 
-    def _moved(self, moved: Moved) -> Iterator[Event]:
+    def _moved(self, moved: Moved) -> Iterator[WatchEvent]:
         """Return what a step of a value is: of an uncertain one an event; of a known size the next whole segment tells."""
         name = moved.parameter
         if name in self._courses:
@@ -68,9 +68,9 @@ class Following:
             return
         self._told[name] = moved.time
         sentence = f"t = {moved.time:.1f} s: {name} moved, within what the lesson calls uncertain."
-        yield Event("values", moved.time, sentence, {"parameter": name})
+        yield WatchEvent("values", moved.time, sentence, {"parameter": name})
 
-    def _growth(self, name: str, before: float, now: float, since: float, until: float, rate: float, time: float) -> Event:
+    def _growth(self, name: str, before: float, now: float, since: float, until: float, rate: float, time: float) -> WatchEvent:
         size = self._sizes[name]
         effect = self._known.moved(size, now, since, until)
         smaller = abs(now - size.neutral) < abs(before - size.neutral)
@@ -80,9 +80,9 @@ class Following:
         sentence = f"t = {time:.1f} s: {effect.name} {what}: {span} since t = {since:.1f} s{speed}."
         data = {"grown": [effect.name], "since_s": since, "parameter": name, "from": before, "to": now, "unit": size.unit, "rate": rate,
                 "shrinks": smaller}  # fmt: skip
-        return Event("growth", time, sentence, data)
+        return WatchEvent("growth", time, sentence, data)
 
-    def _point(self, point: Point, now: float) -> Iterator[Event]:
+    def _point(self, point: CoursePoint, now: float) -> Iterator[WatchEvent]:
         for at, name in enumerate(self._names):
             if name in self._courses:
                 size, course = self._sizes[name], self._courses[name]
@@ -105,7 +105,7 @@ class Following:
             if told is not None:
                 yield told
 
-    def _range(self, name: str, value: float, deviation: float, now: float) -> Iterator[Event]:
+    def _range(self, name: str, value: float, deviation: float, now: float) -> Iterator[WatchEvent]:
         """Return the event of an uncertain value that has left what the lesson allows, once."""
         if name in self._outside or abs(value) - FOLLOWING.range * deviation < ERRORS.furthest:
             return
@@ -114,9 +114,9 @@ class Following:
             f"t = {now:.1f} s: {name} leaves its range: it is {value:+.1f} standard deviations from the lesson's, "
             f"and {ERRORS.furthest:g} are allowed."
         )
-        yield Event("range", now, sentence, {"parameter": name, "deviations": value})
+        yield WatchEvent("range", now, sentence, {"parameter": name, "deviations": value})
 
-    def _unnamed(self, now: float) -> Iterator[Event]:
+    def _unnamed(self, now: float) -> Iterator[WatchEvent]:
         """Return forecasts from by how much channels differ while nothing is named; what moved values may do there is not known."""
         self._raw_since = now if np.isnan(self._raw_since) else self._raw_since
         for drift, squares in zip(self._drifts, self._raw, strict=True):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lathesim.live.watching.event import Event
+from lathesim.live.watching.event import WatchEvent
 from lathesim.live.watching.thresholds import ERRORS, FOLLOWING
 from lathesim.live.watching.value_course import SEGMENT
 from lathesim.record import FloatArray
@@ -25,7 +25,7 @@ class Forecast:
 
 
 @dataclass(frozen=True)
-class Line:
+class TrendLine:
     """A straight line ``place + slope (t - middle)`` through ``count`` points: their ``variance`` about it, larger where they depend on
     their neighbours, and the ``spread`` of their times (sum of squares)."""
 
@@ -46,7 +46,7 @@ class Line:
         return float(np.sign(self.slope)) if abs(self.slope) > limit else 0.0
 
 
-def line_through(time: FloatArray, value: FloatArray) -> Line | None:
+def line_through(time: FloatArray, value: FloatArray) -> TrendLine | None:
     """Return the line through points by least squares; None with less than five of them.
 
     Points that depend on their neighbours are counted by their first autocorrelation rho: as n (1 - rho) / (1 + rho).
@@ -62,7 +62,7 @@ def line_through(time: FloatArray, value: FloatArray) -> Line | None:
     correlation = float(np.clip(np.sum(rest[1:] * rest[:-1]) / max(square, 1e-300), 0.0, 0.95))
     effective = max(3.0, len(t) * (1.0 - correlation) / (1.0 + correlation))
     variance = square / max(1.0, len(t) - 2) * len(t) / effective
-    return Line(middle, float(place), float(slope), variance, float(np.sum((t - middle) ** 2)), len(t))
+    return TrendLine(middle, float(place), float(slope), variance, float(np.sum((t - middle) ** 2)), len(t))
 
 
 def forecast(time: FloatArray, value: FloatArray, tolerance: float, doubt: float = 0.0, bend: float = 0.0) -> Forecast | None:
@@ -95,7 +95,7 @@ def forecast(time: FloatArray, value: FloatArray, tolerance: float, doubt: float
 
 
 def _above(
-    seen: FloatArray, values: FloatArray, ahead: FloatArray, tolerance: float, doubt: float, line: Line, bend: float
+    seen: FloatArray, values: FloatArray, ahead: FloatArray, tolerance: float, doubt: float, line: TrendLine, bend: float
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Return the probability (shares, times) of a value above the tolerance for each share of the slope, and the weight of each."""
     from scipy.stats import t as student
@@ -201,7 +201,7 @@ class DriftCourse:
         points = [(at, value) for at, value in zip(self.series.times, self.series.values, strict=True) if at >= time]
         self.series.times, self.series.values = [at for at, _ in points], [value for _, value in points]
 
-    def take(self, time: float, value: float, now: float, *, drifts: bool = True, doubt: float = 0.0) -> Event | None:
+    def take(self, time: float, value: float, now: float, *, drifts: bool = True, doubt: float = 0.0) -> WatchEvent | None:
         """Take a point of the course. Where it ``drifts``, return a forecast every minute until the tolerance is reached.
 
         ``doubt`` [SI] is the standard deviation of what other causes may do to the channel.
@@ -219,12 +219,12 @@ class DriftCourse:
         self._reached = found.time <= now
         if self._reached:
             sentence = f"t = {now:.1f} s: {self.channel} has reached its tolerance."
-            return Event("forecast", now, sentence, {"channel": self.channel, "at_s": found.time, "low_s": now, "high_s": now})
+            return WatchEvent("forecast", now, sentence, {"channel": self.channel, "at_s": found.time, "low_s": now, "high_s": now})
         left, low, high = (max(0.0, time - now) for time in (found.time, found.low, found.high))
         until = f"between {low:.0f} and {high:.0f} s" if np.isfinite(high) else f"{low:.0f} s at least"
         sentence = f"t = {now:.1f} s: {self.channel} reaches its tolerance in {left:.0f} s, {until} from now (95 %)."
         data = {"channel": self.channel, "at_s": found.time, "low_s": found.low, "high_s": high + now if np.isfinite(high) else None}
-        return Event("forecast", now, sentence, data)
+        return WatchEvent("forecast", now, sentence, data)
 
 
 _FALSE = SEGMENT / (8.0 * 3600.0)

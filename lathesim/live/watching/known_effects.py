@@ -63,7 +63,7 @@ def neutral_values(registry: Registry, name: str) -> Mapping[str, float]:
 
 
 @dataclass(frozen=True)
-class Size:
+class MovedSize:
     """A size of an effect [SI]: what it ``was``, what it ``is``, and the value at which the effect vanishes (``neutral``)."""
 
     was: float
@@ -71,7 +71,7 @@ class Size:
     neutral: float
     unit: str
 
-    def with_more(self, found: float) -> Size:
+    def with_more(self, found: float) -> MovedSize:
         """Return the size with what was found besides: what vanishes at 0 adds up, factors multiply, of two limits the lower holds."""
         more = self.now + found if self.neutral == 0.0 else self.now * found if self.neutral == 1.0 else min(self.now, found)
         return replace(self, now=more)
@@ -90,7 +90,7 @@ class KnownEffect:
     effect: str
     at: str
     part: str
-    sizes: Mapping[str, Size]
+    sizes: Mapping[str, MovedSize]
     since: float
     until: float
     found: bool
@@ -117,7 +117,7 @@ class KnownEffects:
             key = _key(followed.effect, followed.at)
             part = Place.of(name).part
             known = self._known.get(key, KnownEffect(followed.effect, followed.at, part, {}, 0.0, 0.0, False))
-            size = Size(followed.value, followed.value, followed.neutral, followed.unit)
+            size = MovedSize(followed.value, followed.value, followed.neutral, followed.unit)
             self._known[key] = replace(known, sizes={**known.sizes, followed.parameter: size})
 
     def texts(self) -> dict[str, str]:
@@ -167,7 +167,9 @@ class KnownEffects:
             found = {name: (float(item["value"]), str(item["unit"])) for name, item in entry.get("parameters", {}).items()}
             if known is None:
                 neutral = neutral_values(self._registry, effect)
-                sizes = {name: Size(neutral[name], value, neutral[name], unit) for name, (value, unit) in found.items() if name in neutral}
+                sizes = {
+                    name: MovedSize(neutral[name], value, neutral[name], unit) for name, (value, unit) in found.items() if name in neutral
+                }
                 self._known[_key(effect, at)] = KnownEffect(effect, at, inserted[_key(effect, at)], sizes, since, until, True)
                 continue
             sizes = {name: size.with_more(found[name][0]) if name in found else size for name, size in known.sizes.items()}

@@ -30,7 +30,7 @@ _HOLD_MORE, _HOLD_MOST = 2.0, 1e9
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class CoursePoint:
     """Estimates of a segment around ``time`` [s]: ``values`` (parameters,) [scales from the lesson's], their standard ``deviations``, and
     the ``excess`` (channels,) [SI]: root mean square of what the followed sizes do to each channel; NaN where that is not simulated."""
 
@@ -41,7 +41,7 @@ class Point:
 
 
 class ValueCourse:
-    """Adds up blocks and returns a :class:`Point` for each whole segment. ``usual`` is what the machine showed before it changed.
+    """Adds up blocks and returns a :class:`CoursePoint` for each whole segment. ``usual`` is what the machine showed before it changed.
 
     ``centre`` (parameters,) are the uncertain values then; ``new`` (parameters,) [scales] is how large a followed effect is, with the
     lesson's size, that the machine did not have then.
@@ -62,7 +62,9 @@ class ValueCourse:
         self._square = np.zeros(channels)
         self._mixed, self._quadratic = np.zeros((parameters, channels)), np.zeros((parameters, parameters, channels))
 
-    def take(self, residual: Residual, quick: FloatArray, nominal: FloatArray, difference: FloatArray | None, time: float) -> Point | None:
+    def take(
+        self, residual: Residual, quick: FloatArray, nominal: FloatArray, difference: FloatArray | None, time: float
+    ) -> CoursePoint | None:
         """Return the point of a segment with the block that ends at ``time`` [s] and completes it; None before.
 
         ``residual`` holds averaged samples around the ``nominal`` values; ``difference`` (channels, samples) is what the machine with the
@@ -83,11 +85,11 @@ class ValueCourse:
         self._times.append(time - 0.5 * self._block_time)
         return self._point() if len(self._times) * self._block_time >= SEGMENT - 0.5 * self._block_time else None
 
-    def _point(self) -> Point:
+    def _point(self) -> CoursePoint:
         values, deviations = self._solved(np.array(self._normals), np.array(self._rights))
         square = self._square + 2.0 * values @ self._mixed + np.einsum("p,q,pqc->c", values, values, self._quadratic)
         excess = np.sqrt(np.maximum(0.0, square / len(self._times)))
-        point = Point(float(np.mean(self._times)), values, deviations, excess)
+        point = CoursePoint(float(np.mean(self._times)), values, deviations, excess)
         self._begin()
         return point
 

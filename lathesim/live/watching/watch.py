@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.live.sample_clock import Stretch
-from lathesim.live.watching.change_test import ChangeTest, Found
+from lathesim.live.watching.change_test import ChangeTest, FoundChange
 from lathesim.live.watching.noise_test import NoiseTest, others_noise
 from lathesim.live.watching.residual_stream import LIKE, Residual, ResidualStream, averaged, averaged_others, direction_names
 from lathesim.live.watching.thresholds import CHANGE, FOLLOWING
 from lathesim.live.watching.usual import Usual, learn
-from lathesim.live.watching.value_course import Expected, Point, ValueCourse, expected_values
+from lathesim.live.watching.value_course import CoursePoint, Expected, ValueCourse, expected_values
 from lathesim.record import FloatArray
 
 SETTLE = 2.0
@@ -33,7 +33,7 @@ _NOISE = "in its noise"
 
 
 @dataclass(frozen=True)
-class Alarm:
+class ReportedChange:
     """A change that was told: ``time`` [s] it was told, ``begun`` [s] since when, the ``channel``, in which ``state``, whether it is a
     ``drift``, and how many usual deviations of a block (``size``) it measures."""
 
@@ -101,7 +101,7 @@ class Watch:
         self._course: ValueCourse | None = None
         self._reference_values: dict[str, float] = {}
         self._new = np.zeros(len(residuals.parameters))
-        self.points: deque[Point] = deque(maxlen=_REMEMBERED)
+        self.points: deque[CoursePoint] = deque(maxlen=_REMEMBERED)
         self._paused = False
         self._names = direction_names(residuals.drive)
         self.blocks = 0
@@ -147,7 +147,7 @@ class Watch:
         deviations = np.ones(len(self._sensitive)) if found is None else found.deviations
         return float(np.square(deviations) @ self._sensitive[:, self.residuals.compare.index(channel)])
 
-    def take(self, stretch: Stretch) -> list[Alarm]:
+    def take(self, stretch: Stretch) -> list[ReportedChange]:
         """Return the alarms of a stretch."""
         if stretch.fresh:
             self.residuals.restart()
@@ -167,7 +167,7 @@ class Watch:
                 alarms.append(alarm)
         return alarms
 
-    def _block(self, values: FloatArray) -> Alarm | None:
+    def _block(self, values: FloatArray) -> ReportedChange | None:
         residual = self.residuals.take(values)
         plain = None if self._plain is None else self._plain.take(values)
         self._time += self._block_time
@@ -192,7 +192,7 @@ class Watch:
             return None
         return self._judge(mean, quick)
 
-    def _resize(self, point: Point) -> None:
+    def _resize(self, point: CoursePoint) -> None:
         """Go on with the sizes of known effects as a whole segment shows them; no shorter time tells them surely enough."""
         sure = np.abs(point.values - self.residuals.nominal) > FOLLOWING.telling * point.deviations
         if (self.residuals.free & sure).any():
@@ -255,7 +255,7 @@ class Watch:
         if np.any(by):
             self._settled_at = self._time + _GETTING_THERE
 
-    def _judge(self, residual: Residual, quick: FloatArray) -> Alarm | None:
+    def _judge(self, residual: Residual, quick: FloatArray) -> ReportedChange | None:
         assert self._usual is not None
         assert self._test is not None
         assert self._noise is not None
@@ -274,7 +274,7 @@ class Watch:
             self._follow(found)
         return None
 
-    def _follow(self, found: Found) -> None:
+    def _follow(self, found: FoundChange) -> None:
         """Take the uncertain values that explain the newest blocks; what was before their last step is not looked at any more."""
         assert self._test is not None
         stepped = found.moved > self._step_limit
@@ -296,12 +296,12 @@ class Watch:
             self._move()
             self._test.forget_before(self._time)
 
-    def _changed(self, found: Found) -> Alarm:
+    def _changed(self, found: FoundChange) -> ReportedChange:
         begun = self._chain.begun(found.begun)
         return self._told(found.channel, begun, self._names[found.direction], self._time - begun > CHANGE.slow, found.size)
 
-    def _told(self, channel: int, begun: float, state: str, drift: bool, size: float) -> Alarm:
-        told = Alarm(self._time, begun, self.residuals.compare[channel], state, drift, size)
+    def _told(self, channel: int, begun: float, state: str, drift: bool, size: float) -> ReportedChange:
+        told = ReportedChange(self._time, begun, self.residuals.compare[channel], state, drift, size)
         self._sound = self._sound or [(time, theta) for time, theta in self._before if time <= begun - _BETWEEN]
         if self._held is None:
             self._first_sound = self._sound

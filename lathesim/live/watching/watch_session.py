@@ -16,13 +16,13 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.file_source import FileSource
 from lathesim.live.sample_clock import SampleClock, Stretch
-from lathesim.live.samples import Block, LiveError, Signal, Source
-from lathesim.live.watching.background_diagnosis import Before, Verdict, Window, Windows, diagnose_window, free_number, known_before
-from lathesim.live.watching.event import NAMING, Event, told_verdict
+from lathesim.live.samples import LiveError, SampleBlock, Signal, Source
+from lathesim.live.watching.background_diagnosis import BeforeChange, Verdict, Window, Windows, diagnose_window, free_number, known_before
+from lathesim.live.watching.event import NAMING, WatchEvent, told_verdict
 from lathesim.live.watching.following import Following
 from lathesim.live.watching.known_effects import KnownEffects, followed_sizes, scales, with_named
 from lathesim.live.watching.residual_stream import ResidualStream
-from lathesim.live.watching.watch import Alarm, Watch
+from lathesim.live.watching.watch import ReportedChange, Watch
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray
 
@@ -59,7 +59,7 @@ class WatchSession:
     """
 
     def __init__(
-        self, prepared: Prepared, registry: Registry, source: Source, settings: WatchSettings, tell: Callable[[Event], None]
+        self, prepared: Prepared, registry: Registry, source: Source, settings: WatchSettings, tell: Callable[[WatchEvent], None]
     ) -> None:
         self._prepared, self._registry, self._source, self._settings, self._tell = prepared, registry, source, settings, tell
         self._first = prepared
@@ -77,7 +77,7 @@ class WatchSession:
         self._windows: list[_Pending] = []
         self._tasks: set[asyncio.Task[None]] = set()
         self._following: Following | None = None
-        self._drifting: Alarm | None = None
+        self._drifting: ReportedChange | None = None
         self._learnt = False
         self._end = 0.0
         self.alarms = 0
@@ -86,7 +86,7 @@ class WatchSession:
         """Watch until the source ends or ``stop`` is set."""
         blocks = self._source.blocks()
         ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
-        waiting: list[Block] = []
+        waiting: list[SampleBlock] = []
         try:
             while not stop.is_set():
                 following = asyncio.ensure_future(_next(blocks))
@@ -120,7 +120,7 @@ class WatchSession:
     def _waits(self) -> bool:
         return self._settings.waits and bool(self._tasks)
 
-    def _take(self, block: Block, waiting: list[Block]) -> list[Block]:
+    def _take(self, block: SampleBlock, waiting: list[SampleBlock]) -> list[SampleBlock]:
         """Take a block; the first ones wait until the sample period is known."""
         if self._watch is None:
             waiting = [*waiting, block]
@@ -174,14 +174,14 @@ class WatchSession:
         sizes = followed_sizes(self._prepared, self._registry)
         self._following = Following(self._watch, sizes, self._known, self._settings.tolerance, self._following)
 
-    def _judge(self, block: Block) -> None:
+    def _judge(self, block: SampleBlock) -> None:
         assert self._clock is not None
         assert self._watch is not None
-        stretches = self._clock.take(Block(block.time, block.values[self._rows], block.notes, block.fresh))
+        stretches = self._clock.take(SampleBlock(block.time, block.values[self._rows], block.notes, block.fresh))
         for fault in self._clock.told():
             many = f"{fault.samples} sample{'s' if fault.samples != 1 else ''} " if fault.samples else ""
             sentence = f"t = {fault.time:.3f} s: the recording: {many}{fault.kind}."
-            self._tell(Event("recording", fault.time, sentence, {"fault": fault.kind, "samples": fault.samples}))
+            self._tell(WatchEvent("recording", fault.time, sentence, {"fault": fault.kind, "samples": fault.samples}))
         for stretch in stretches:
             self._keep(stretch)
             for alarm in self._watch.take(stretch):
@@ -199,7 +199,7 @@ class WatchSession:
         while len(self._raw) > 1 and self._raw[1][0] < stretch.begin + stretch.values.shape[1] * self._clock.period - room:
             self._raw.popleft()
 
-    def _alarm(self, alarm: Alarm) -> None:
+    def _alarm(self, alarm: ReportedChange) -> None:
         assert self._watch is not None
         assert self._following is not None
         self._learnt = False
@@ -210,7 +210,7 @@ class WatchSession:
                 f"by {alarm.size:.1f} usual deviations or more."
             )
             data = {"since_s": goes_on.begun, "channel": alarm.channel, "state": alarm.state, "deviations": alarm.size, "grown": []}
-            self._tell(Event("growth", alarm.time, sentence, data))
+            self._tell(WatchEvent("growth", alarm.time, sentence, data))
         else:
             self.alarms += 1
             when = "has drifted" if alarm.drift else "has changed"
@@ -219,7 +219,7 @@ class WatchSession:
                 f"by {alarm.size:.1f} usual deviations or more."
             )
             data = {"since_s": alarm.begun, "channel": alarm.channel, "state": alarm.state, "deviations": alarm.size}
-            self._tell(Event(alarm.kind, alarm.time, sentence, data))
+            self._tell(WatchEvent(alarm.kind, alarm.time, sentence, data))
             self._drifting = alarm if alarm.drift else None
         self._following.alarmed(alarm.drift)
         if self._settings.diagnose:
@@ -237,7 +237,7 @@ class WatchSession:
             self._sound = self._sound or self._newest_window()
             off = ", ".join(f"{name} {value:+.1f}" for name, value in self._watch.values.items())
             sentence = f"t = {self._end:.1f} s: what is usual is learnt; uncertain values are off by {off} standard deviations."
-            self._tell(Event("learnt", self._end, sentence, {"values": self._watch.values}))
+            self._tell(WatchEvent("learnt", self._end, sentence, {"values": self._watch.values}))
         for pending in [item for item in self._windows if self._end >= item.end]:
             self._windows.remove(pending)
             self._diagnose(pending)
@@ -271,7 +271,7 @@ class WatchSession:
         whole = values[:, max(0, at[0]) : max(0, at[1])]
         if whole.shape[1] < _LEAST:
             sentence = f"t = {pending.begin:.1f} s: only {whole.shape[1]} samples follow, too few for a diagnosis."
-            self._tell(Event("verdict", pending.begin, sentence, {"verdict": "too_short"}))
+            self._tell(WatchEvent("verdict", pending.begin, sentence, {"verdict": "too_short"}))
             self._go_on(None)
             return
         further = values[:, at[1] : at[2]]
@@ -284,7 +284,7 @@ class WatchSession:
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _verdict(self, pending: _Pending, before: Before, windows: Windows) -> None:
+    async def _verdict(self, pending: _Pending, before: BeforeChange, windows: Windows) -> None:
         folder, window = self._settings.folder, windows.asked
         number = 0
         try:
@@ -307,7 +307,7 @@ class WatchSession:
         try:
             return with_named(self._prepared, verdict.answer, self._known, self._registry, place)
         except (LatheSimError, OSError) as error:
-            self._tell(Event("continued", self._end, f"What was named cannot be put into the lesson: {error}", {"lesson": None}))
+            self._tell(WatchEvent("continued", self._end, f"What was named cannot be put into the lesson: {error}", {"lesson": None}))
             return None
 
     def _go_on(self, changed: Prepared | None) -> None:
@@ -321,7 +321,9 @@ class WatchSession:
             self._sound = None
         if changed is None:
             self._watch.go_on(as_changed=not (self._drifting or self._known.drift))
-            self._tell(Event("continued", self._end, f"t = {self._end:.1f} s: watching goes on from the changed state.", {"lesson": None}))
+            self._tell(
+                WatchEvent("continued", self._end, f"t = {self._end:.1f} s: watching goes on from the changed state.", {"lesson": None})
+            )
             return
         self._prepared = changed
         residuals, plain = self._simulations(self._watch.residuals.compare, self._clock.period)
@@ -329,7 +331,7 @@ class WatchSession:
         self._follow()
         place = changed.case.lesson.path
         sentence = f"t = {self._end:.1f} s: watching goes on with that in the simulation ({place})."
-        self._tell(Event("continued", self._end, sentence, {"lesson": str(place)}))
+        self._tell(WatchEvent("continued", self._end, sentence, {"lesson": str(place)}))
 
     def _where(self, time: float) -> str:
         """Return in which of several recordings a time lies, as a part of a sentence."""
@@ -349,7 +351,7 @@ class WatchSession:
                 "effect": effect.effect, "at": effect.at, "since_s": effect.since, "until_s": effect.until,
                 "sizes": {name: {"from": size.was, "to": size.now, "unit": size.unit} for name, size in effect.sizes.items()},
             })  # fmt: skip
-        self._tell(Event("end", self._end, sentence, {"alarms": self.alarms, "faults": counts, "found": found}))
+        self._tell(WatchEvent("end", self._end, sentence, {"alarms": self.alarms, "faults": counts, "found": found}))
 
 
 @dataclass(frozen=True)
@@ -359,13 +361,13 @@ class _Pending:
     begin: float
     end: float
     since: float
-    alarm: Alarm
+    alarm: ReportedChange
 
 
-def diagnosis_begin(alarm: Alarm, window: float) -> float:
+def diagnosis_begin(alarm: ReportedChange, window: float) -> float:
     """Return where the window of a diagnosis begins [s]: with a change; of a drift as late as still gives an answer within a minute."""
     return alarm.time + max(0.0, _ANSWER - window) if alarm.drift else alarm.begun
 
 
-async def _next(blocks: AsyncIterator[Block]) -> Block | None:
+async def _next(blocks: AsyncIterator[SampleBlock]) -> SampleBlock | None:
     return await anext(blocks, None)

@@ -47,14 +47,14 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Line:
+class PlotLine:
     """Points of any two quantities, both in the units of their axes; ``title`` names the line."""
 
     x: FloatArray
     y: FloatArray
     title: str
 
-    def within(self, low: float, high: float) -> Line:
+    def within(self, low: float, high: float) -> PlotLine:
         """Return the part from the first to the last point that lies between two ends of the axis along, and a point on either side."""
         inside = np.flatnonzero((self.x >= low) & (self.x <= high))
         if not len(inside):

@@ -136,7 +136,7 @@ class LatheScene:
 
 
 @dataclass(frozen=True)
-class Motion:
+class ToolMotion:
     """What was recorded of the tool up to a sample: actual and reference radius and place [m], each (samples,)."""
 
     x: FloatArray
@@ -145,7 +145,7 @@ class Motion:
     z_reference: FloatArray
 
     @classmethod
-    def of(cls, record: Record) -> Motion | None:
+    def of(cls, record: Record) -> ToolMotion | None:
         """Return the motion in a record, or None where it has no two axes."""
         stock = RawStock.of(record)
         x = stock.x if stock is not None else find_channel(record, "x_axis.position", "x_position")
@@ -183,7 +183,7 @@ def scene_of_case(case: Prepared) -> LatheScene:
 
 def scene_of_record(record: Record) -> LatheScene:
     """Return the scene of a record: the stock it names and the reference it followed."""
-    motion = Motion.of(record)
+    motion = ToolMotion.of(record)
     if motion is None:
         has_waves = find_channel(record, "wave") is not None and find_channel(record, "angle") is not None
         return LatheScene(None, np.empty(0), np.empty(0), record if has_waves else None)
@@ -216,7 +216,7 @@ class View:
 
 
 @dataclass(frozen=True)
-class Picture:
+class LathePicture:
     """Characters (rows, columns), what each belongs to, where there is material, and the size of a dot [m]."""
 
     text: Cells
@@ -230,7 +230,7 @@ class Picture:
         return "\n".join("".join(row).rstrip() for row in shown)
 
 
-def draw(scene: LatheScene, motion: Motion | None, until: int, columns: int, rows: int, view: View | None = None) -> Picture:
+def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int, rows: int, view: View | None = None) -> LathePicture:
     """Return the picture after ``until`` samples, ``columns`` by ``rows`` characters; a dot is as wide as it is high.
 
     With a gain above 1 the actual path is drawn at reference + gain x (actual - reference); the stock stays as it is.
@@ -258,7 +258,7 @@ def draw(scene: LatheScene, motion: Motion | None, until: int, columns: int, row
         layer[there] = number
         material |= there & (height >= 0.5)
     _label(text, layer, frame, rows, view)
-    return Picture(text, layer, material, frame.dot)
+    return LathePicture(text, layer, material, frame.dot)
 
 
 @dataclass(frozen=True)
@@ -273,7 +273,7 @@ class _Frame:
         return (np.asarray(z) - self.z) / self.dot, (np.asarray(x) - self.x) / self.dot
 
 
-def _frame(scene: LatheScene, motion: Motion | None, until: int, columns: int, rows: int, view: View) -> _Frame:
+def _frame(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int, rows: int, view: View) -> _Frame:
     wide, high = 2.0 * columns, 4.0 * rows
     if view.zoom > 0.0 and motion is not None and until:
         return _near_the_tip(motion, until - 1, wide, high, view)
@@ -285,7 +285,7 @@ def _frame(scene: LatheScene, motion: Motion | None, until: int, columns: int, r
     return _Frame(z_low - 0.5 * (wide * dot - (z_high - z_low)), x_low, dot)
 
 
-def _near_the_tip(motion: Motion, sample: int, wide: float, high: float, view: View) -> _Frame:
+def _near_the_tip(motion: ToolMotion, sample: int, wide: float, high: float, view: View) -> _Frame:
     """Return a frame about the tip as it is drawn and its reference, as wide as the zoom or as both need."""
     here, there = (float(motion.z[sample]), float(motion.x[sample])), (float(motion.z_reference[sample]), float(motion.x_reference[sample]))
     if view.gain == 1.0 or not all(map(math.isfinite, there)):
@@ -296,7 +296,7 @@ def _near_the_tip(motion: Motion, sample: int, wide: float, high: float, view: V
     return _Frame(z - 0.5 * dot * wide, x - 0.5 * dot * high, dot)
 
 
-def _material(scene: LatheScene, motion: Motion | None, until: int, frame: _Frame, columns: int, rows: int) -> tuple[Cells, Cells]:
+def _material(scene: LatheScene, motion: ToolMotion | None, until: int, frame: _Frame, columns: int, rows: int) -> tuple[Cells, Cells]:
     """Return where material fills a character wholly, and how high it stands in each (0 to 1)."""
     if scene.carved is None:
         return np.zeros((rows, columns), dtype=bool), np.zeros((rows, columns))
@@ -362,7 +362,7 @@ _LARGEST = 0.09
 _DOTS_A_MICROMETRE = 2.0
 
 
-def draw_waves(waves: Waves, columns: int, rows: int) -> Picture:
+def draw_waves(waves: Waves, columns: int, rows: int) -> LathePicture:
     """Return the end of the part, ``columns`` by ``rows`` characters; ``dot`` is the height of a wave that moves the line by a dot [m]."""
     height, width = 4 * rows, 2 * columns
     size = min(height, width)
@@ -386,4 +386,4 @@ def draw_waves(waves: Waves, columns: int, rows: int) -> Picture:
         begin = (columns - len(words)) // 2
         text[rows // 2, begin : begin + len(words)] = list(words)
         layer[rows // 2, begin : begin + len(words)] = LABEL
-    return Picture(text, layer, np.zeros((rows, columns), dtype=np.bool_), 1.0 / gain if gain > 0.0 else 0.0)
+    return LathePicture(text, layer, np.zeros((rows, columns), dtype=np.bool_), 1.0 / gain if gain > 0.0 else 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.record import FloatArray, Record
-from lathesim.tui.drawing.curves import Line
+from lathesim.tui.drawing.curves import PlotLine
 from lathesim.units import in_unit
 
 
@@ -32,22 +32,22 @@ def _case(record: Record) -> str:
     return " ".join(word for word in (f"case {variant}" if variant else "", f"({changes})" if changes else "") if word)
 
 
-def path_lines(runs: list[tuple[str, Record]]) -> list[Line]:
+def path_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
     """Return the reference path and the path of the tool tip of each run: Z and X as a radius [mm]."""
-    from lathesim.tui.drawing.lathe_picture import Motion
+    from lathesim.tui.drawing.lathe_picture import ToolMotion
 
-    lines: list[Line] = []
+    lines: list[PlotLine] = []
     for title, record in runs:
-        motion = Motion.of(record)
+        motion = ToolMotion.of(record)
         if motion is None:
             continue
         if not lines:
-            lines.append(Line(motion.z_reference * 1e3, motion.x_reference * 1e3, "reference"))
-        lines.append(Line(motion.z * 1e3, motion.x * 1e3, title))
+            lines.append(PlotLine(motion.z_reference * 1e3, motion.x_reference * 1e3, "reference"))
+        lines.append(PlotLine(motion.z * 1e3, motion.x * 1e3, title))
     return lines
 
 
-def wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
+def wave_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
     """Return the waves that the last turn of each run left around the part: angle [deg] and height [um]."""
     from lathesim.analysis.turned_part import waves_on_part
 
@@ -57,11 +57,11 @@ def wave_lines(runs: list[tuple[str, Record]]) -> list[Line]:
             waves = waves_on_part(record, turns=1)
         except LatheSimError:
             continue
-        lines.append(Line(np.degrees(waves.angle), 1e6 * waves.height[-1], f"{title}, R_a {in_unit(waves.roughness, 'um', '.3g')}"))
+        lines.append(PlotLine(np.degrees(waves.angle), 1e6 * waves.height[-1], f"{title}, R_a {in_unit(waves.roughness, 'um', '.3g')}"))
     return lines
 
 
-def surface_lines(runs: list[tuple[str, Record]]) -> list[Line]:
+def surface_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
     """Return the roughness along the part of each run: Z [mm] and R_a [um]."""
     from lathesim.analysis.turned_part import roughness_along
 
@@ -72,7 +72,7 @@ def surface_lines(runs: list[tuple[str, Record]]) -> list[Line]:
         except LatheSimError:
             continue
         if len(surface.z):
-            lines.append(Line(np.asarray(surface.z) * 1e3, np.asarray(surface.roughness) * 1e6, title))
+            lines.append(PlotLine(np.asarray(surface.z) * 1e3, np.asarray(surface.roughness) * 1e6, title))
     return lines
 
 

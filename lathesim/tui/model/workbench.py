@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lathesim.tui.model.setup import Setup
 
 
-class History:
+class UndoHistory:
     """The setup on the bench, with those before it and those undone."""
 
     def __init__(self, setup: Setup) -> None:
@@ -91,7 +91,7 @@ class Workbench:
     def __init__(self, load_registry: Callable[[], Registry]) -> None:
         self._load_registry = load_registry
         self._registry: Registry | None = None
-        self.history: History | None = None
+        self.history: UndoHistory | None = None
         self.runs: list[BenchRun] = []
         self.shown: BenchRun | None = None
         self.pace = 0.0
@@ -143,7 +143,7 @@ class Workbench:
         chosen = variant if variant is not None else next(iter(found.variants), None)
         setup = Setup(found, chosen)
         if self.history is None:
-            self.history = History(setup)
+            self.history = UndoHistory(setup)
         else:
             self.history.change(setup)
         self.shown = self.shown if self.live is not None else None

@@ -19,7 +19,7 @@ from lathesim.analysis.metric import CONTOUR_ERROR, find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve
-from lathesim.tui.drawing.lathe_picture import LatheScene, Motion, scene_of_case, scene_of_record
+from lathesim.tui.drawing.lathe_picture import LatheScene, ToolMotion, scene_of_case, scene_of_record
 from lathesim.tui.model.workbench import RUN, RUNS, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.controls import Slider
@@ -66,7 +66,7 @@ class BenchScreen(WorkbenchScreen):
         super().__init__()
         self._scene: LatheScene | None = None
         self._record: Record | None = None
-        self._motion: Motion | None = None
+        self._motion: ToolMotion | None = None
         self._sample = 0
         self._channels: tuple[str, ...] = ()
         self._playing = 0
@@ -159,7 +159,7 @@ class BenchScreen(WorkbenchScreen):
     def _follow(self, record: Record) -> None:
         """Take what was simulated by now and stand at its end."""
         self._record = record if record.status != "running" or self.workbench.live is not None else record.with_meta(status="not kept")
-        self._motion = Motion.of(record)
+        self._motion = ToolMotion.of(record)
         self._sample = len(record)
         if not self._channels or not any(name in record for name in self._channels):
             first = find_channel(record, *_FIRST_CHANNELS) or next(iter(record), None)

@@ -23,7 +23,7 @@ from lathesim.stability.lesson_cut import cut_of
 from lathesim.stability.lobes import stability_map
 from lathesim.stability.tap_lesson import tap_lesson
 from lathesim.stability.tool_point import FrequencyResponse
-from lathesim.tui.drawing.curves import Line
+from lathesim.tui.drawing.curves import PlotLine
 from lathesim.tui.widgets.time_plot import TimePlot
 from lathesim.units import in_unit
 
@@ -147,9 +147,9 @@ class LobesView(ModalScreen[None]):
     def _draw(self) -> None:
         bound = _HIGHEST * 1e3 * self._smallest.width
         shown = np.minimum(self._widths, bound) if math.isfinite(bound) else self._widths
-        lines = [Line(self._speeds, shown, "limit: above it the cut chatters")]
+        lines = [PlotLine(self._speeds, shown, "limit: above it the cut chatters")]
         if math.isfinite(bound):
-            lines.append(Line(self._speeds[[0, -1]], np.full(2, bound / _HIGHEST), "stable at every speed below"))
+            lines.append(PlotLine(self._speeds[[0, -1]], np.full(2, bound / _HIGHEST), "stable at every speed below"))
         self.query_one(TimePlot).show_lines(lines, "spindle speed / rpm", "chip width / mm")
 
     def _words(self) -> str:
@@ -209,7 +209,7 @@ class ToolPointView(ModalScreen[None]):
         if isinstance(found, str):
             words.update(found)
             return
-        lines = [Line(found.frequency, 1e6 * found.real, "response"), Line(found.frequency, 1e6 * found.fitted, "fitted modes")]
+        lines = [PlotLine(found.frequency, 1e6 * found.real, "response"), PlotLine(found.frequency, 1e6 * found.fitted, "fitted modes")]
         self.query_one(TimePlot).show_lines(lines, "frequency / Hz", "real part / (um/N)")
         words.update(f"{found.words}\nThe same: {found.command}")
 

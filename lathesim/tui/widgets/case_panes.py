@@ -15,7 +15,7 @@ from textual.widgets import RichLog, Select, Static
 
 from lathesim.analysis.display_unit import display_unit
 from lathesim.record import FloatArray
-from lathesim.tui.drawing.curves import Line
+from lathesim.tui.drawing.curves import PlotLine
 from lathesim.tui.model.case_file import CaseFile, comparison_text, diagnosis_text, judged_guess
 from lathesim.tui.widgets.time_plot import TimePlot
 
@@ -124,10 +124,10 @@ class ComparePane(Vertical):
         for item in case.comparison.channels:
             if item.channel == name:
                 unit, (recorded, simulated) = scaled(item.unit, item.recorded, item.simulated)
-                lines = [Line(item.time, recorded, "recorded"), Line(item.time, simulated, "simulated")]
+                lines = [PlotLine(item.time, recorded, "recorded"), PlotLine(item.time, simulated, "simulated")]
                 self.query_one("#both", TimePlot).show_lines(lines, "t / s", unit)
                 unit, (residual,) = scaled(item.unit, item.residual)
-                self.query_one("#residual", TimePlot).show_lines([Line(item.time, residual, "recorded - simulated")], "t / s", unit)
+                self.query_one("#residual", TimePlot).show_lines([PlotLine(item.time, residual, "recorded - simulated")], "t / s", unit)
 
 
 _GAIN = "Gain: by how much the logarithm of the probability of held-out data rises; in brackets, what is promised and not judged yet."
@@ -186,5 +186,5 @@ class DiagnosisPane(Vertical):
         if traces:
             trace = traces[0]
             unit, (before, after) = scaled(trace.unit, trace.recorded - trace.before, trace.recorded - trace.after)
-            lines = [Line(trace.time, before, f"error of {trace.channel} before"), Line(trace.time, after, "after")]
+            lines = [PlotLine(trace.time, before, f"error of {trace.channel} before"), PlotLine(trace.time, after, "after")]
             self.call_after_refresh(better.show_lines, lines, "t / s", unit)

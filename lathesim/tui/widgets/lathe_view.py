@@ -10,7 +10,19 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from lathesim.errors import LatheSimError
-from lathesim.tui.drawing.lathe_picture import ACTUAL, EDGE, LABEL, NOTHING, REFERENCE, TOOL, LatheScene, Motion, Picture, View, draw
+from lathesim.tui.drawing.lathe_picture import (
+    ACTUAL,
+    EDGE,
+    LABEL,
+    NOTHING,
+    REFERENCE,
+    TOOL,
+    LathePicture,
+    LatheScene,
+    ToolMotion,
+    View,
+    draw,
+)
 from lathesim.units import in_unit
 
 _CLASSES = {
@@ -47,10 +59,10 @@ class LatheView(Widget):
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self._scene = LatheScene(None, np.empty(0), np.empty(0))
-        self._motion: Motion | None = None
+        self._motion: ToolMotion | None = None
         self._until = 0
         self._view = View()
-        self._picture: Picture | None = None
+        self._picture: LathePicture | None = None
 
     @property
     def view(self) -> View:
@@ -63,7 +75,7 @@ class LatheView(Widget):
         self._draw_anew()
 
     @property
-    def picture(self) -> Picture | None:
+    def picture(self) -> LathePicture | None:
         """The picture as it was last drawn; None where there is no room for one."""
         if self._picture is None and self.size.width > 0 and self.size.height > 0:
             if self._scene.is_empty:
@@ -72,7 +84,7 @@ class LatheView(Widget):
             self._picture = draw(self._scene, self._motion, self._until, self.size.width, self.size.height, self._view)
         return self._picture
 
-    def _waves(self) -> Picture | None:
+    def _waves(self) -> LathePicture | None:
         """Return the end of the part with its waves, None where the machine cuts none."""
         if self._scene.record is None:
             return None
@@ -99,7 +111,7 @@ class LatheView(Widget):
         named = (("⠒⠂⠐ reference", REFERENCE), ("⠒⠒⠒ actual", ACTUAL))
         return [(words, self.get_component_styles(_CLASSES[layer]).color.hex) for words, layer in named]
 
-    def show(self, scene: LatheScene, motion: Motion | None = None, until: int | None = None) -> None:
+    def show(self, scene: LatheScene, motion: ToolMotion | None = None, until: int | None = None) -> None:
         """Show a scene with the motion up to a sample, the last where it is left out."""
         self._scene, self._motion = scene, motion
         self._until = len(motion) if motion is not None and until is None else until or 0

@@ -19,7 +19,7 @@ NONE = "-"
 
 
 @dataclass(frozen=True)
-class Reading:
+class ReadOutLine:
     """One line of the read-outs: what is asked for (``wanted``, empty where nothing is) and what is."""
 
     title: str
@@ -27,30 +27,30 @@ class Reading:
     wanted: str = ""
 
 
-def readings(record: Record, sample: int, *, as_diameter: bool = False) -> list[Reading]:
+def readings(record: Record, sample: int, *, as_diameter: bool = False) -> list[ReadOutLine]:
     """Return the read-outs at a sample; quantities the record does not hold are shown as ``-``."""
     values = _At(record, sample)
     factor, sign = (2.0, "Ø") if as_diameter else (1.0, "R")
     speed = values.length("x_axis.velocity", "z_axis.velocity")
     return [
-        Reading("Time", f"{record.time[sample]:.2f} s" if len(record) else NONE),
-        Reading(f"X {sign}", values.shown("m", "x_axis.position", factor=factor), values.shown("m", "x_reference", factor=factor)),
-        Reading("Z", values.shown("m", "z_axis.position"), values.shown("m", "z_reference")),
-        Reading("Error", values.shown("m", *CONTOUR_ERROR) if values.in_cut else "not in cut"),
-        Reading("Spindle", values.shown("rad/s", *SPINDLE_SPEED), values.shown("rad/s", "spindle_reference")),
-        Reading("Feed", _text(speed, "m/s"), values.shown("m/s", "feed_speed")),
-        Reading("Feed/rev", values.shown("m", "cutting.feed"), values.shown("m", ".feed_per_revolution")),
-        Reading("Depth", values.shown("m", "depth_of_cut")),
-        Reading("Force", values.shown("N", "cutting_force")),
-        Reading("Roughness", values.shown("m", "roughness")),
+        ReadOutLine("Time", f"{record.time[sample]:.2f} s" if len(record) else NONE),
+        ReadOutLine(f"X {sign}", values.shown("m", "x_axis.position", factor=factor), values.shown("m", "x_reference", factor=factor)),
+        ReadOutLine("Z", values.shown("m", "z_axis.position"), values.shown("m", "z_reference")),
+        ReadOutLine("Error", values.shown("m", *CONTOUR_ERROR) if values.in_cut else "not in cut"),
+        ReadOutLine("Spindle", values.shown("rad/s", *SPINDLE_SPEED), values.shown("rad/s", "spindle_reference")),
+        ReadOutLine("Feed", _text(speed, "m/s"), values.shown("m/s", "feed_speed")),
+        ReadOutLine("Feed/rev", values.shown("m", "cutting.feed"), values.shown("m", ".feed_per_revolution")),
+        ReadOutLine("Depth", values.shown("m", "depth_of_cut")),
+        ReadOutLine("Force", values.shown("N", "cutting_force")),
+        ReadOutLine("Roughness", values.shown("m", "roughness")),
     ]
 
 
-def blank_readings(*, as_diameter: bool = False) -> list[Reading]:
+def blank_readings(*, as_diameter: bool = False) -> list[ReadOutLine]:
     """Return the read-outs before anything ran."""
     x = "X Ø" if as_diameter else "X R"
     titles = ("Time", x, "Z", "Error", "Spindle", "Feed", "Feed/rev", "Depth", "Force", "Roughness")
-    return [Reading(title, NONE) for title in titles]
+    return [ReadOutLine(title, NONE) for title in titles]
 
 
 def program_line(record: Record, sample: int) -> int | None:
@@ -105,9 +105,9 @@ class ReadOuts(Widget):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.readings: tuple[Reading, ...] = ()
+        self.readings: tuple[ReadOutLine, ...] = ()
 
-    def show(self, readings: Sequence[Reading]) -> None:
+    def show(self, readings: Sequence[ReadOutLine]) -> None:
         """Show read-outs."""
         if tuple(readings) != self.readings:
             self.readings = tuple(readings)
@@ -118,7 +118,7 @@ class ReadOuts(Widget):
         width = self.size.width
         if y > len(self.readings) or not self.readings:
             return Strip.blank(width, self.rich_style)
-        reading = Reading("", "actual", "command") if y == 0 else self.readings[y - 1]
+        reading = ReadOutLine("", "actual", "command") if y == 0 else self.readings[y - 1]
         column = max(0, (width - _TITLE) // 2)
         parts = (
             ("title", reading.title[:_TITLE].ljust(_TITLE)),

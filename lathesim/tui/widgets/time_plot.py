@@ -20,10 +20,10 @@ from textual_plot import HiResMode, PlotWidget
 from textual_plot.axis_formatter import NumericAxisFormatter
 from textual_plot.plot_widget import Legend, LinePlot
 
-from lathesim.analysis.picture_figure import DrawnLine, Picture
+from lathesim.analysis.picture_figure import DrawnLine, PlotPicture
 from lathesim.record import FloatArray
 from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, even_axis, labels_of, trace
-from lathesim.tui.drawing.curves import Curve, Line, Scaled, look_of, power_beside, range_of, said_once, scaled
+from lathesim.tui.drawing.curves import Curve, PlotLine, Scaled, look_of, power_beside, range_of, said_once, scaled
 
 FIGURE_POINTS = 3000
 """Columns to which a curve is thinned in a figure: more than the dots across a page."""
@@ -101,7 +101,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         """Whether the names say the unit; otherwise it stands before them where the plot is low."""
         self._values: tuple[float, float] | None = None
         self._pressed_at: tuple[int, int] | None = None
-        self._drawn: list[Scaled | Line] = []
+        self._drawn: list[Scaled | PlotLine] = []
         self._across, self._up = _Ticks(), _Ticks()
         self.set_x_formatter(self._across)
         self.set_y_formatter(self._up)
@@ -244,7 +244,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             before, names = said_once(labels)
             self._show_names(names, before if names else nothing, says_unit=True)
 
-    def _draw(self, item: Scaled | Line, columns: int) -> None:
+    def _draw(self, item: Scaled | PlotLine, columns: int) -> None:
         self._drawn.append(item)
         self.plot(*item.points(columns), hires_mode=HiResMode.BRAILLE)
 
@@ -252,13 +252,13 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         """Return the limits of the visible parts of all curves drawn so far."""
         return [end for item in self._drawn if isinstance(item, Scaled) for end in (item.low, item.high)]
 
-    def _in_view(self, item: Scaled | Line, columns: int) -> tuple[FloatArray, FloatArray]:
+    def _in_view(self, item: Scaled | PlotLine, columns: int) -> tuple[FloatArray, FloatArray]:
         """Return what is drawn between the ends of the axis along: of a part that is zoomed to, each sample that there is room for."""
         x, y = item.within(self._x_min, self._x_max).points(columns)
         finite = np.isfinite(x) & np.isfinite(y)
         return x[finite], y[finite]
 
-    def picture(self) -> Picture:
+    def picture(self) -> PlotPicture:
         """Return the contents of the plot with its current limits, for a figure."""
         looks = [look_of(place) for place in range(len(self._drawn))]
         before, names = self._names_shown[1], self._names_shown[0]
@@ -268,7 +268,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         ]
         limits = (self._x_min, self._x_max), (self._y_min, self._y_max)
         cursor = next((line.x for line in self._v_lines), None)
-        return Picture(tuple(lines), self._x_label, before or self._y_label, *limits, cursor)
+        return PlotPicture(tuple(lines), self._x_label, before or self._y_label, *limits, cursor)
 
     def show_cursor(self, cursor: float | None) -> None:
         """Move the cursor and leave everything else as it is."""
@@ -277,7 +277,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         if cursor is not None:
             self.add_v_line(cursor, line_style="grey50")
 
-    def show_lines(self, lines: Sequence[Line], x_label: str, y_label: str, *, cursor: float | None = None) -> None:
+    def show_lines(self, lines: Sequence[PlotLine], x_label: str, y_label: str, *, cursor: float | None = None) -> None:
         """Draw lines of any two quantities; the axes fit all of them."""
         if not self.is_mounted:
             return

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.experiments.emulation import Question, emulate
+from lathesim.experiments.emulation import EmulationQuestion, emulate
 from lathesim.experiments.emulation_report import as_json, write_emulation
-from lathesim.experiments.experiment import Wish
+from lathesim.experiments.experiment import DesignWish
 from lathesim.experiments.precision import before_design, design_for_precision, write_precision
 from lathesim.lessons.lesson import Lesson, find_program, load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
@@ -43,7 +43,7 @@ def designed_program(folder: Path, pilot: Path, registry: Registry) -> Path:
     place = folder / "designed"
     if not (place / "program.nc").is_file():
         lesson = load_lesson(pilot / "emulated" / "lesson.yaml")
-        wish = Wish(SECONDS, 24, draws=1, rate=10.0, arcs=False, exchanges=16)
+        wish = DesignWish(SECONDS, 24, draws=1, rate=10.0, arcs=False, exchanges=16)
         before = before_design(pilot / "emulated" / "emulation.json", lesson)
         write_precision(design_for_precision(lesson, ["all"], registry, wish, "V", None, lambda text: None, None, before), place)
     return place / "program.nc"
@@ -80,7 +80,7 @@ def emulated(folder: Path, number: int, fitted: dict[str, Path], registry: Regis
         recorded(folder / f"{name}.csv", program, machine, 100 * seed + 10 * number + place)
         given.append(f"{program}={folder / f'{name}.csv'}")
     used = resource.getrusage(resource.RUSAGE_SELF)
-    found = emulate(load_lesson(lesson), given[: len(fitted)], given[len(fitted) :], registry, Question(importance=False))
+    found = emulate(load_lesson(lesson), given[: len(fitted)], given[len(fitted) :], registry, EmulationQuestion(importance=False))
     now = resource.getrusage(resource.RUSAGE_SELF)
     write_emulation(found, folder / "emulated")
     told = as_json(found)

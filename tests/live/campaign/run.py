@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from lathesim.live.opening import lesson_signals
-from lathesim.live.samples import Block, Signal
-from lathesim.live.watching.event import Event
+from lathesim.live.samples import SampleBlock, Signal
+from lathesim.live.watching.event import WatchEvent
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
@@ -33,11 +33,11 @@ class Streamed:
     def __init__(self, values: FloatArray, signals: tuple[Signal, ...]) -> None:
         self._values, self.signals = values, signals
 
-    async def blocks(self) -> AsyncIterator[Block]:
+    async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return the blocks."""
         for begin in range(0, self._values.shape[1], 2000):
             part = self._values[:, begin : begin + 2000]
-            yield Block((begin + np.arange(part.shape[1])) * PERIOD, part)
+            yield SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)
 
 
 def run_case(case: Case, patience: float) -> dict[str, Any]:
@@ -47,11 +47,11 @@ def run_case(case: Case, patience: float) -> dict[str, Any]:
     floor(case.machine)
     stream = stream_of(case)
     signals = tuple(Signal(name, unit) for name, unit in zip((*drive, *compare), units(case.machine), strict=True))
-    events: list[Event] = []
+    events: list[WatchEvent] = []
     children = [_children()]
     spent: list[float] = []
 
-    def tell(event: Event) -> None:
+    def tell(event: WatchEvent) -> None:
         events.append(event)
         if "verdict" in event.data:
             children.append(_children())

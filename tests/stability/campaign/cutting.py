@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.stability.assembly_file import Assembly, Base, Joint, base_share
+from lathesim.stability.assembly_file import Base, Joint, ToolAssembly, base_share
 from lathesim.stability.beams import Material, cylinder
 from lathesim.stability.choose_modes import find_modes
 from lathesim.stability.frequency_limit import limit_at, smallest_limit
@@ -47,7 +47,7 @@ def measured(group: str, number: int) -> dict[str, Any]:
     wall = Base()
     tool = cylinder(diameter, overhang, steel)
     # what cuts: the machine as it is
-    real = Assembly("machine", (tool, holder), (None, joint), "timoshenko", wall)
+    real = ToolAssembly("machine", (tool, holder), (None, joint), "timoshenko", wall)
     truth = tool_point(real.tip(FREQUENCY)[:, 0, 0])
     if group == "tap":
         settings = TapSettings(rate=25600.0, length=0.5, contact=1.5e-4, double_hits=0.2)
@@ -56,10 +56,10 @@ def measured(group: str, number: int) -> dict[str, Any]:
         predicted = ToolPoint(tuple(item.mode for item in fitted.modes), (1.0,) * len(fitted.modes))
     else:
         artefact = cylinder(diameter, chance.uniform(0.02, 0.04), steel)
-        tip = Assembly("artefact", (artefact, holder), (None, joint), "timoshenko", wall).tip(FREQUENCY)
+        tip = ToolAssembly("artefact", (artefact, holder), (None, joint), "timoshenko", wall).tip(FREQUENCY)
         errors = _MEASURED_WITHIN * (chance.standard_normal(tip.shape) + 1j * chance.standard_normal(tip.shape))
-        base = base_share(Assembly("artefact", (artefact,), (None,), "timoshenko"), FREQUENCY, tip * (1.0 + errors))
-        coupled = Assembly("coupled", (tool,), (None,), "timoshenko", Base(FREQUENCY, base, "measured"))
+        base = base_share(ToolAssembly("artefact", (artefact,), (None,), "timoshenko"), FREQUENCY, tip * (1.0 + errors))
+        coupled = ToolAssembly("coupled", (tool,), (None,), "timoshenko", Base(FREQUENCY, base, "measured"))
         predicted = tool_point(coupled.tip(FREQUENCY)[:, 0, 0])
     lowest = smallest_limit(truth, _STIFFNESS)
     rows = []
