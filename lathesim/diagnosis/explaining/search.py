@@ -126,11 +126,12 @@ def _is_done(study: Study, found: Found) -> bool:
 def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Rounds) -> Found:
     """Return the search with two effects more, where neither is clear without the other; as it was where there are none.
 
-    What one effect leaves makes the gain of the other uncertain. The first explains the larger part of what is left, though not surely.
+    What one effect leaves makes the gain of the other uncertain. The first explains a part of what is left in both recordings, though not
+    surely.
     """
-    larger = study.method.shared.larger_part
-    near = [one for one in trials if min(one.fitted.share, one.predicted.share) > larger and is_clear(one.fitted, study.method)]
-    near = [one for one in near if one.predicted.nats > due(study.method, one.parameters)]
+    least = study.method.share_of_rest
+    near = [one for one in trials if min(one.fitted.share, one.predicted.share) > least and is_plausible(study, one.model)]
+    near = [one for one in near if min(one.fitted.nats, one.predicted.nats) > due(study.method, one.parameters)]
     if not near or len(found.model.candidates) + 2 > study.method.most_effects:
         return found
     first = max(near, key=lambda one: one.predicted.nats)
