@@ -15,13 +15,18 @@ from __future__ import annotations
 
 import ast
 import copy
+import functools
 import hashlib
+import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
+from lathesim.cache_folder import keep_sealed, kept_sealed
 from lathesim.engine.fuse import FusedModule, Writer, flat_name, fuse
 from lathesim.engine.lane_flat import Flattener, calls, functions_of
+from lathesim.engine.law_source import Piece
 from lathesim.engine.law_text import NotInPlaceError, Renamed, read_names, stored_names
 from lathesim.engine.wiring import Plan
 
@@ -93,20 +98,52 @@ class _Keep:
 _Op = _Loop | _Block | _Finish | _Keep
 
 
+_Key = tuple[str, frozenset[str], frozenset[tuple[str, bool]]]
+_WRITTEN: dict[_Key, LaneModule] = {}
+"""Modules by the text of their machine, what varies and what idles."""
+
+
 def lane_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule:
-    """Return the module of a plan for lanes.
+    """Return the module of a plan for lanes; one that was written before is taken from the cache.
 
     ``varied`` are the parameters, states, tables and noises that differ between the lanes, ``idle`` says of parts that idle in all lanes or
     in none which it is. Raises :class:`NotInPlaceError` where nothing would be in vectors.
     """
+    return known_module(plan, varied, idle) or _written(plan, varied, idle)
+
+
+def known_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule | None:
+    """Return the module of a plan for lanes if it was written before."""
     key = fuse(plan).digest, varied, frozenset(idle.items())
-    if key not in _WRITTEN:
-        _WRITTEN[key] = _LaneWriter(plan, varied, idle).module()
-    return _WRITTEN[key]
+    if key not in _WRITTEN and (kept := kept_sealed(_file_name(key))) is not None:
+        told = json.loads(kept)
+        pieces = tuple(Piece(name, text, tuple(uses), digest) for name, text, uses, digest in told["pieces"])
+        _WRITTEN[key] = LaneModule(_fused(told["source"], pieces), told["rows"])
+    return _WRITTEN.get(key)
 
 
-_WRITTEN: dict[tuple[str, frozenset[str], frozenset[tuple[str, bool]]], LaneModule] = {}
-"""Modules by the text of their machine, what varies and what idles."""
+def _written(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule:
+    key = fuse(plan).digest, varied, frozenset(idle.items())
+    made = _WRITTEN[key] = _LaneWriter(plan, varied, idle).module()
+    pieces = [(piece.name, piece.text, piece.uses, piece.digest) for piece in made.fused.pieces]
+    keep_sealed(_file_name(key), json.dumps({"source": made.fused.source, "pieces": pieces, "rows": dict(made.rows)}).encode())
+    return made
+
+
+def _file_name(key: _Key) -> str:
+    """Return the file of a module in the cache, named by all that it is made of."""
+    digest, varied, idle = key
+    return f"lanes_{hashlib.sha256(repr((_writer(), digest, sorted(varied), sorted(idle))).encode()).hexdigest()[:32]}.json"
+
+
+@functools.cache
+def _writer() -> str:
+    """Return the digest of the files that write modules."""
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
+
+
+def _fused(source: str, pieces: tuple[Piece, ...]) -> FusedModule:
+    return FusedModule(source, pieces, hashlib.sha256(source.encode()).hexdigest()[:32])
 
 
 class _LaneWriter:
@@ -220,7 +257,7 @@ class _LaneWriter:
         source = "\n".join([_HEAD, *self.laws.blocks, "", _RUN, *_indented(inside), ""])
         used = self.laws.with_theirs(_read(self.ops))
         pieces = tuple(piece for piece in self.laws.pieces.values() if piece.name in used)
-        return LaneModule(FusedModule(source, pieces, hashlib.sha256(source.encode()).hexdigest()[:32]), self.rows)
+        return LaneModule(_fused(source, pieces), self.rows)
 
     def _drop(self, read: set[str]) -> bool:
         """Take away the assignments in loops that nobody reads; say whether there were any."""

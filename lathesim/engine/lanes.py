@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.fuse import flat_name, fuse, idle_values
-from lathesim.engine.lane_text import LANES, LaneModule, lane_module
+from lathesim.engine.lane_text import LANES, LaneModule, known_module, lane_module
 from lathesim.engine.law_text import NotInPlaceError
 from lathesim.engine.machine_code import CompiledMachine
 from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
@@ -102,13 +102,17 @@ class Choice:
         spent = self._spent
         total = spent.total + ahead * spent.last
         too_long = LANES * samples * len(self.plan.channels) > _LARGEST_RECORD
-        if spent.refused or ahead < LEAST or total < WORTH_A_LOOK or too_long:
+        if spent.refused or ahead < LEAST or too_long:
             return None
         try:
-            module = lane_module(self.plan, self.varied, self.alike)
-            if spent.price is None:  # looked up once: it looks for files
-                spent.price = 0.0 if is_compiled(module.fused) else compile_time(module.fused) / _CAUTION
-            if total >= spent.price:
+            module = (lane_module if total >= WORTH_A_LOOK else known_module)(self.plan, self.varied, self.alike)
+            if module is None:
+                return None
+            if spent.price is None and is_compiled(module.fused):
+                spent.price = 0.0
+            elif spent.price is None and total >= WORTH_A_LOOK:  # looked up once: it looks for files
+                spent.price = compile_time(module.fused) / _CAUTION
+            if spent.price is not None and total >= spent.price:
                 return Lanes(self.plan, module, compiled_machine(module.fused), samples)
         except (NotInPlaceError, SimulationError):  # the machine itself was compiled: it runs as it is
             spent.refused = True

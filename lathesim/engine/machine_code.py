@@ -67,7 +67,8 @@ def _directory(arrays: Any) -> Any:
 
 def is_kept(fused: FusedModule) -> bool:
     """Return whether machine code of the module lies in the cache, without loading the compiler."""
-    return bool(names_kept(f"machine_{fused.digest}.*.code"))
+    started = "llvmlite.binding" in sys.modules
+    return bool(names_kept(_file_name(fused) if started else f"machine_{fused.digest}.*.code"))
 
 
 def load_code(fused: FusedModule) -> CompiledMachine | None:

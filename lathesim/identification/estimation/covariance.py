@@ -63,14 +63,13 @@ def covariance_and_misfit(
         return covariance, np.ones(0)
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
     labels = _blocks(np.sum(np.square(slopes / size), axis=1), lengths)
+    order = np.argsort(labels, kind="stable")
+    ends = np.flatnonzero(np.diff(labels[order])) + 1
     moves, told = [], []
-    for block in range(int(labels.max()) + 1):
-        inside = labels == block
-        if inside.any():
-            rows = slopes[inside]
-            of_block = rows.T @ rows
-            moves.append(covariance_of(information - of_block) @ (rows.T @ residual[inside]))
-            told.append(np.maximum(np.einsum("ij,jk,ki->i", covariance, of_block, covariance), 0.0))
+    for rows, left in zip(np.split(slopes[order], ends), np.split(residual[order], ends), strict=True):
+        of_block = rows.T @ rows
+        moves.append(covariance_of(information - of_block) @ (rows.T @ left))
+        told.append(np.maximum(np.einsum("ij,jk,ki->i", covariance, of_block, covariance), 0.0))
     apart = np.array(moves)
     variance = (len(apart) - 1) / len(apart) * np.sum(apart * apart, axis=0) + np.square(covariance) @ known
     own = np.maximum(np.diag(covariance), 1e-300)

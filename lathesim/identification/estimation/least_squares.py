@@ -119,7 +119,7 @@ def _fitting(
     jacobian = yield from _slopes_at(problem, here, slopes)
     weighting = _Whitened(models, full_band)
     white, beforehand = weighting.white_slopes(jacobian, here.residual), known_beforehand(free)
-    lengths = [2 * len(model.power) for model in models]
+    lengths = [2 * (len(model.power) if full_band else model.bins(full_band=False)) for model in models]
     covariance, misfit = covariance_and_misfit(white, weighting.white(here.residual), beforehand, lengths)
     penalty = problem.penalty(here.values)
     likelihood = log_likelihood(here.residual, models, full_band=full_band)

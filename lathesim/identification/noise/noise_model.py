@@ -119,11 +119,10 @@ class NoiseModel:
     def whiten(self, values: FloatArray, *, full_band: bool = False) -> FloatArray:
         """Return ``values`` (..., samples) as independent numbers of variance one, real parts and then imaginary ones.
 
-        Frequencies above the band of the motion are set to zero, or kept when ``full_band``.
+        Frequencies above the band of the motion are left out, or kept when ``full_band``.
         """
-        scaled = spectrum(values, self.differences, self.window) * self.gain
-        if not full_band:
-            scaled[..., self.band :] = 0.0
+        bins = len(self.power) if full_band else self.bins(full_band=False)
+        scaled = spectrum(values, self.differences, self.window)[..., :bins] * self.gain[:bins]
         parts = np.concatenate([scaled.real, scaled.imag], axis=-1)
         if math.isfinite(self.mean_spread):
             # a constant has no differences; the place of its imaginary part is free

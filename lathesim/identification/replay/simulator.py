@@ -92,6 +92,8 @@ class Simulator:
     output_error: bool = False
     runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
     _with_impulse: Remembered[_ImpulseResponses] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
+    _counting: dict[tuple[int, ...], np.ndarray] = field(default_factory=dict, init=False, repr=False)
+    """By rows of channels the samples at which all of them count."""
     _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
 
     @cached_property
@@ -156,10 +158,16 @@ class Simulator:
 
     def _mean(self, rows: Sequence[int], values: FloatArray) -> float:
         """Return the mean of values (samples,) where the sensors (rows) were recorded and the sample counts."""
-        counts = np.isfinite(self.recorded[list(rows)]).all(axis=0)
-        if self.weights is not None:
-            counts &= self.weights > LARGER_PART
-        return float(np.mean(values[counts])) if counts.any() else 0.0
+        key = tuple(rows)
+        if key not in self._counting:
+            counts = np.isfinite(self.recorded[list(rows)]).all(axis=0)
+            if self.weights is not None:
+                counts &= self.weights > LARGER_PART
+            self._counting[key] = np.flatnonzero(counts)
+        counted = self._counting[key]
+        if len(counted) == len(values):
+            return float(np.mean(values))
+        return float(np.mean(values[counted])) if len(counted) else 0.0
 
     @property
     def samples(self) -> int:
@@ -313,6 +321,11 @@ class Simulator:
     def residual_of(self, output: FloatArray) -> FloatArray:
         """Return recorded minus ``output``; zero where nothing was recorded, very large where the run was lost."""
         bound = LOST * self.seen_floors[:, None]
+        if self._is_whole:
+            with np.errstate(over="ignore", invalid="ignore"):
+                residual = self.seen - output
+                if bool(np.all(np.abs(residual) <= bound)):  # nearly always
+                    return residual
         residual = np.clip(np.nan_to_num(self.seen - output, nan=np.inf, posinf=np.inf, neginf=-np.inf), -bound, bound)
         return np.where(np.isfinite(self.seen), residual, 0.0)
 
