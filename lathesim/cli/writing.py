@@ -1,4 +1,4 @@
-"""How every command writes its result: as JSON for programs, as lines and tables for a person, as CSV for a spreadsheet."""
+"""How every command writes its result: as JSON for programs, as lines and tables for a person, and as a figure."""
 
 from __future__ import annotations
 

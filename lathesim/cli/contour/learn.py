@@ -101,7 +101,7 @@ def learn(chosen: ChosenLesson, method: LearnOptions, laps: int, recording: Path
 
 _LAPS = (
     Heading("lap", 4, "d"), Heading("tracking rms [mm]", 20, ".5g", si=True), Heading("predicted at most", 20, ".5g", missing="-"),
-    Heading("of the lap before", 20, ".3f", missing="-"), Heading("largest distance [mm]", 24, ".5g", si=True),
+    Heading("of the lap before", 20), Heading("largest distance [mm]", 24, ".5g", si=True),
     Heading("its rms [mm]", 16, ".4g", si=True),
 )  # fmt: skip
 
@@ -112,7 +112,10 @@ def _lines(learning: Learning, lasted: float, written: list[Path]) -> Iterator[s
     chosen = learning.filter
     bound = f"predicted contraction of a lap at most {chosen.bound:.3f}, " if math.isfinite(chosen.bound) else ""
     yield f"{bound}{f'low-pass at {chosen.cutoff:.3g} Hz' if chosen.cutoff else 'no low-pass'}\n"
-    most, shares = [math.nan, *(from_si(value, "mm") for value in learning.predicted)], [math.nan, *learning.contractions]
+    most, shares = (
+        [math.nan, *(from_si(value, "mm") for value in learning.predicted)],
+        ["-", *(f"{value:.3f}" for value in learning.contractions)],
+    )
     laps = zip(learning.laps, most, shares, strict=False)
     yield from table(_LAPS, [(number, lap.rms, at, share, lap.largest, lap.rms_contour) for number, (lap, at, share) in enumerate(laps)])
     first, best = learning.laps[0], learning.laps[learning.best]
