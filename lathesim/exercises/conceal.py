@@ -2,27 +2,57 @@
 
 The machine is not the model: its uncertain values are drawn within what the lesson calls uncertain, its sensors have noise, it is run by
 Heun's method with a tenth of the step, and what is logged is rounded. What is written down of it is what a class would be given.
+
+A machine run by another integrator than the engine's: Heun's method with a finer step, for recordings whose truth is not the model's.
+
+    k1 = f(t, x),   k2 = f(t + h, x + h k1),   x <- x + h/2 (k1 + k2)
+
+The laws, their order and the sample instants are those of the fused plan; the stepping between two instants is another. What is of second
+order here and of fourth there differs in the last digits, as two programs of two people would, and a friction that holds a body within
+two steps holds it in other instants. Source: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.1.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.engine.assembly import Assembly, FloatArray
-from lathesim.engine.wiring import Plan
+from lathesim.engine.rk4 import HEUN
+from lathesim.engine.run import run
+from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
 from lathesim.exercises.hidden_effect import HiddenEffect, HiddenWish, drawn_values, place_wishes
 from lathesim.exercises.logger import LoggedColumn
-from lathesim.exercises.reference_run import fine_plan, fine_run
 from lathesim.identification.machine.sensor_noise import with_sensor_noise
 from lathesim.identification.replay.open_loop import drive, seen
 from lathesim.identification.signal.resolution import channel_floor
 from lathesim.record import Record
+
+FINER = 10
+"""Steps of this run for each step of the lesson."""
+
+
+def fine_plan(assembly: Assembly, *, finer: int = FINER) -> Plan:
+    """Return the plan of an assembly that runs by Heun's method with steps ``finer`` times shorter."""
+    return wire(replace(assembly, step=assembly.step / finer), HEUN)
+
+
+def fine_run(
+    plan: Plan,
+    duration: float | None,
+    overrides: Mapping[str, float] | None = None,
+    *,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Record:
+    """Run a plan made by :func:`fine_plan` and give its Record; raises :class:`SimulationError` where a law breaks."""
+    return run(plan, duration=duration, seed=seed, overrides=overrides, progress=progress)
+
 
 SEEN = 5.0
 """Floors by which an effect of drawn size must move a channel."""

@@ -127,7 +127,7 @@ async def _key_answers(keys: int) -> list[float]:
 async def _search_answers(keys: int) -> list[float]:
     """Return for each key the seconds until it is answered, while the diagnosis of a concealed case searches."""
     from lathesim.cli.open_app import make_app
-    from lathesim.exercises.conceal_case import conceal_case
+    from lathesim.exercises.class_folder import conceal_case
     from lathesim.lessons.lesson import load_lesson
     from lathesim.plugins import load_registry
     from lathesim.tui.model.case_file import Guess

@@ -9,11 +9,10 @@ import pytest
 
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.exercises.class_folder import answer_place, publish
-from lathesim.exercises.conceal import Concealed, NotSeenError, Situation, conceal
-from lathesim.exercises.grading import grade, read_guess
+from lathesim.exercises.conceal import Concealed, NotSeenError, Situation, conceal, fine_plan, fine_run
+from lathesim.exercises.graded_diagnosis import grade, read_guess
 from lathesim.exercises.hidden_effect import place_wishes, random_wishes, read_wish
 from lathesim.exercises.logger import LoggedColumn, logged_columns
-from lathesim.exercises.reference_run import fine_plan, fine_run
 from lathesim.exercises.sealed_answer import answer_of, changed_files, digest_of, opened, seal_of
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.lesson import Lesson, load_lesson

@@ -77,8 +77,8 @@ def conceal(
 
 def _hide(lesson: str, hiding: HidingOptions, out: Path, plugin_folders: tuple[Path, ...]) -> None:
     """Hide, record and seal, and say where everything is."""
-    from lathesim.exercises.conceal_case import conceal_case
-    from lathesim.exercises.revealed_text import hidden_lines
+    from lathesim.exercises.class_folder import conceal_case
+    from lathesim.exercises.graded_diagnosis import hidden_lines
     from lathesim.lessons.lesson import load_lesson
 
     registry = open_registry(plugin_folders)

@@ -20,8 +20,7 @@ def reveal(seal: Path, answer: Path, guess: Path | None, within: float, as_json:
 
     With --guess the JSON of 'lathesim diagnose' is graded: names, families, sizes, and whether the intervals hold the truth.
     """
-    from lathesim.exercises.grading import grade, grade_json, read_guess
-    from lathesim.exercises.revealed_text import graded_lines, hidden_lines
+    from lathesim.exercises.graded_diagnosis import grade, grade_json, graded_lines, hidden_lines, read_guess
     from lathesim.exercises.sealed_answer import changed_files, opened
     from lathesim.json_text import written_json
 

@@ -307,7 +307,7 @@ def with_what_was_found(case: CaseFile, setup: Setup) -> Setup:
 
 def conceal(lesson: Lesson, registry: Registry, folder: Path, *, hidden: str, validate: bool, tell: Callable[[str], None]) -> list[str]:
     """Make a case in a folder: ``hidden`` is an effect as ``--effect`` takes it, ``none``, or empty for one drawn at random."""
-    from lathesim.exercises.conceal_case import conceal_case
+    from lathesim.exercises.class_folder import conceal_case
 
     asked = [hidden] if hidden and hidden != "none" else []
     concealed, published = conceal_case(lesson, registry, folder, asked=asked, at_random=not hidden, validate=validate, tell=tell)
@@ -320,8 +320,7 @@ def conceal(lesson: Lesson, registry: Registry, folder: Path, *, hidden: str, va
 def reveal(seal: Path, answer: Path, case: CaseFile | None) -> list[str]:
     """Return the sealed answer in lines, and how diagnosis and guess stand beside it; raises :class:`RecordingError`."""
     from lathesim.diagnosis.records.diagnosis import as_json
-    from lathesim.exercises.grading import grade
-    from lathesim.exercises.revealed_text import graded_lines, hidden_lines
+    from lathesim.exercises.graded_diagnosis import grade, graded_lines, hidden_lines
     from lathesim.exercises.sealed_answer import changed_files, opened
 
     truth = opened(seal, answer)
