@@ -83,8 +83,11 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
 
 
 def _study(prepared: Prepared, progress: Progress) -> Study:
-    """Return the recordings of a question as a search takes them."""
-    return with_possible_sizes(Study(prepared.experiment, prepared.validation, prepared.question.method, progress, prepared.before))
+    """Return the recordings of a question as a search takes them; what judges itself asks more of each value."""
+    study = Study(prepared.experiment, prepared.validation, prepared.question.method, progress, prepared.before)
+    if study.judges_itself:
+        study = replace(study, method=study.method.judged_by_itself(len(prepared.experiment.record)))
+    return with_possible_sizes(study)
 
 
 def _with_signs(prepared: Prepared, study: Study, found: Found) -> tuple[Prepared, Study, Found]:
@@ -125,7 +128,12 @@ def _with_the_motion(prepared: Prepared, study: Study, found: Found) -> tuple[Pr
     Such forces would have to be about as large as those that act: what is missing has passed for their noise. The error of the simulation
     then takes the place of that of its equations, for all that follows.
     """
-    if not found.complete or prepared.before is not None or explains_the_motion(study, found.model):
+    if (
+        not found.complete
+        or prepared.before is not None
+        or study.estimation.machine.output_error
+        or explains_the_motion(study, found.model)
+    ):
         return prepared, study, found
     study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
     simulated = prepared.by_output_error()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from lathesim.diagnosis.explaining.chance import due, is_clear, unresolved
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -52,12 +54,18 @@ def moves(study: Study, before: Model, after: Model) -> bool:
     validation = study.validation
     for row in range(len(validation.machine.compare)):
         reading = root_mean_square(before.validation_fit.residual[row] - after.validation_fit.residual[row])
-        if reading < validation.sensed.seen_floors[row]:
+        if reading < max(validation.sensed.seen_floors[row], _least_reading(study, row)):
             continue
         first, second = lacking(validation, before.validation_fit, row), lacking(validation, after.validation_fit, row)
         if not first.is_force or root_mean_square(first.values - second.values) > least_size(study, after, row):
             return True
     return False
+
+
+def _least_reading(study: Study, row: int) -> float:
+    """Return by how much errors of laws change a reading, one root mean square, where the error of the simulation judges."""
+    validation = study.validation
+    return study.method.verdict.within_laws * float(np.nanstd(validation.sensed.seen[row])) if validation.machine.output_error else 0.0
 
 
 def least_size(study: Study, model: Model, row: int) -> float:

@@ -120,7 +120,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
 
 def _is_done(study: Study, found: Found) -> bool:
     """Return whether a search by the error of the simulation has found what explains the motion."""
-    return study.estimation.machine.output_error and explains_the_motion(study, found.model)
+    return study.estimation.machine.output_error and not study.judges_itself and explains_the_motion(study, found.model)
 
 
 def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Rounds) -> Found:

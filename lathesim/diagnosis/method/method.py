@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
@@ -68,6 +69,13 @@ class Method:
     def beside_earlier(self) -> bool:
         """Whether a recording from before a change stands beside: what the lesson's errors look like, it shows."""
         return self.without_earlier is not None
+
+    def judged_by_itself(self, samples: int) -> Method:
+        """Return the limits of one recording that judges what was fitted to it: each value is due half the logarithm of the samples.
+
+        Source: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6 (1978).
+        """
+        return replace(self, per_parameter=max(self.per_parameter, 0.5 * math.log(samples)))
 
     def beside_an_earlier_recording(self) -> Method:
         """Return the limits where a recording from before a change is held beside: what is new needs no share of the error."""

@@ -240,6 +240,11 @@ class Diagnosis:
     """On which side of a spring the recordings show a sensor to sit, where the lesson does not say it."""
 
     @property
+    def is_one_stroke(self) -> bool:
+        """Whether one stroke alone was recorded, so that what was fitted to all of it was judged on all of it."""
+        return self.judges_itself and self.validation == self.recording
+
+    @property
     def names(self) -> bool:
         """Whether the effects are what was left out; else they only explain part of what is missing."""
         return self.verdict in NAMING

@@ -189,6 +189,8 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     least = min((effect.probability for effect in finds), default=math.nan)
     probable = f"Each is {probability_text(least)} probable or more" if len(finds) > 1 else f"{probability_text(least)} probable"
     said = [f"{probable} among all that was compared."]
+    if diagnosis.is_one_stroke:
+        said = ["Less than the gains say: one stroke cannot judge itself, and there is no second one."]
     tied = [f"{effect.effect} from {listed(list(effect.tied_with))}" for effect in finds if effect.tied_with]
     if tied:
         return [*said, f"This recording cannot tell {', nor '.join(tied)}."]
@@ -237,7 +239,9 @@ def _competitors(diagnosis: Diagnosis) -> list[str]:
     competed += ["smooth functions without a name"] if any(one.kind == "flexible" for one in diagnosis.explanations) else []
     judged = diagnosis.validation or "the recording that judges"
     fitted = f"Each was fitted to {diagnosis.recording} and judged by {judged}."
-    if diagnosis.judges_itself:
+    if diagnosis.is_one_stroke:
+        fitted = f"{diagnosis.recording} holds one stroke, whose halves show other things: it was fitted whole and judges itself."
+    elif diagnosis.judges_itself:
         part = judged.removeprefix(f"{diagnosis.recording}, ")
         fitted = f"{diagnosis.recording} judges itself: each was fitted to one part of it and judged by the other ({part})."
     return [f"with {listed(competed)}.", fitted] if competed else []

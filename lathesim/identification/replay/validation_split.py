@@ -7,6 +7,9 @@ around each switch, so that both see every part of the transient. Such a judge k
 entry would look the same it cannot know, and slow noise is alike in neighbours. A recording that shows a motion is halved all the same: an
 error of a position carries over from each stretch into the next, and the judge would be no other one. Source: Bergmeir, Benitez, On the
 use of cross-validation for time series predictor evaluation, Information Sciences 191 (2012) (blocked splits).
+
+One stroke alone, which speeds up in one half and slows down in the other, has no part that could judge: neither half tells a friction from
+a mass, as the acceleration hardly changes in it. The whole is fitted then and judges itself, by the error of its simulation.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ import numpy.typing as npt
 from lathesim.effects.effect import Effect
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.replay.measured_motion import recorded_motion
+from lathesim.identification.signal.rounding import LARGER_PART
 from lathesim.record import FloatArray, Record
 
 _STRETCHES = 100
@@ -39,9 +43,35 @@ def parted(machine: Machine, name: str, record: Record, effects: Iterable[type[E
         to_fit, to_judge = dealt_out(whole.record, machine.drive)
         judge = replace(whole, weights=to_judge, name=f"{name}, every other stretch of one run")
         return replace(whole, weights=to_fit), judge, whole
+    if is_one_stroke(machine, record):
+        whole = build_experiments(machine, [(name, record)], effects)[0].by_output_error()
+        return whole, whole, whole
     first, second = halves(record)
     fitted, judge, whole = build_experiments(machine, [(name, first), (f"{name}, second half", second), (name, record)], effects)
     return fitted, judge, whole
+
+
+def is_one_stroke(machine: Machine, record: Record) -> bool:
+    """Return whether all that moves moves once, and slows down in the half in which it does not speed up."""
+    motion = recorded_motion(machine.assembly, {name: record[name] for name in machine.compare if np.isfinite(record[name]).all()})
+    flows = {f"{part.name}.{part.component.ports['flow']}" for part in machine.assembly.parts if "flow" in part.component.ports}
+    speeds = [motion[name] for name in motion if name in flows and np.any(motion[name])]
+    return bool(speeds) and all(_is_stroke(speed) for speed in speeds)
+
+
+def _is_stroke(speed: FloatArray) -> bool:
+    """Return whether a speed (samples,) is above half its largest once, between slower ends, and rises there for another share of the first
+    half of the recording than of the second, larger by more than a half."""
+    size = np.abs(speed)
+    fast = size > LARGER_PART * size.max()
+    if fast[0] or fast[-1] or np.count_nonzero(fast[1:] & ~fast[:-1]) != 1:
+        return False
+    rises = _smoothed(np.gradient(size), max(1, len(size) // _STRETCHES) | 1) > 0.0
+    parts = [slice(0, len(size) // 2), slice(len(size) // 2, None)]
+    if not all(fast[part].any() for part in parts):
+        return True
+    first, second = (float(np.mean(rises[part][fast[part]])) for part in parts)
+    return first - second > LARGER_PART
 
 
 def _shows_a_motion(machine: Machine, record: Record) -> bool:

@@ -19,7 +19,10 @@ def real() -> list[Case]:
     late = Hidden(("ChannelTimeShift",), ("spindle", "spindle_encoder")), Hidden(("SensorFilter",), ("spindle",))
     teeth = Hidden(("Cogging", "TorqueRipple"), ("spindle",), (Size("amplitude", 4.65e-3, "N*m"), Size("period", 0.0872665, "rad")))
     kuka = Hidden(("ChannelTimeShift",), ("second_encoder",), (Size("shift", 3.07e-3, "s"),)), _dry("spindle", Size("level", 506.0, "N*m"))
-    stroke = Hidden(("ChannelTimeShift", "TransportDelay"), ("x_axis",), (Size("shift", 5.7e-3, "s"), Size("delay", 5.7e-3, "s")))
+    stroke = Hidden(
+        ("ChannelTimeShift", "TransportDelay", "SensorFilter"), ("x_axis",),
+        (Size("shift", 5.7e-3, "s"), Size("delay", 5.7e-3, "s"), Size("time_constant", 5.7e-3, "s")),
+    )  # fmt: skip
     return [
         Case(
             "laas_fast", "real/laas_bldc", "acc.yaml", "acc_a.csv", "acc_b.csv", "dry friction 2.05 mN m; speed 1.8 ms late",
@@ -35,7 +38,7 @@ def real() -> list[Case]:
         ),
         Case(
             "rack", "real/rack_pinion", "rack.yaml", "merged.csv", "", "dry friction 15.3 N; speed 5.7 ms late",
-            (_dry("x_axis", Size("level", 15.3, "N")),), (stroke,), Deciding("fit", "x_axis.velocity", "m/s", 0.112),
+            (_dry("x_axis", Size("level", 15.3, "N")),), (stroke,), Deciding("fit", "x_axis.velocity", "m/s", 2.5e-3),
         ),
         Case(
             "flexible", "real/flexible_link", "slfr_cad.yaml", "swept1-0-10hz.txt", "swept2-0-10hz.txt", "two masses, 2.53 Hz",

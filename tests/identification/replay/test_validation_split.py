@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from lathesim.identification.replay.validation_split import dealt_out, halves, halves_miss_a_switch, parted, switches
+from lathesim.identification.replay.validation_split import dealt_out, halves, halves_miss_a_switch, is_one_stroke, parted, switches
+from lathesim.record import Record
 from tests.diagnosis.one_cut import CUT, DEPTH, cut_machine, cut_record
 from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, machine, recording
 
@@ -49,3 +50,19 @@ def test_one_cut_is_dealt_out_and_a_motion_is_halved() -> None:
     pushed = np.where(np.arange(2000) < 700, 0.0, 40.0)
     record = as_record({FORCE: ("N", pushed), POSITION: ("m", np.cumsum(np.cumsum(pushed)) * 1e-9)})
     assert parted(machine(), "push.csv", record, ())[1].name == "push.csv, second half"
+
+
+def moving_at(speed: np.ndarray) -> Record:
+    """Return a recording of a table that moves at a speed [m/s], one value every millisecond."""
+    return as_record({FORCE: ("N", np.gradient(speed) * 1e3), POSITION: ("m", np.cumsum(speed) * 1e-3)})
+
+
+def test_one_stroke_is_fitted_whole_and_judges_itself_and_a_second_one_is_not() -> None:
+    rest, stroke = np.zeros(100), np.concatenate([np.linspace(0.0, 0.6, 400), np.linspace(0.6, 0.0, 400)])
+    alone = moving_at(np.concatenate([rest, stroke, rest]))
+    fitted, judge, whole = parted(machine(), "stroke.csv", alone, ())
+    assert fitted is judge is whole
+    assert (judge.name, judge.machine.output_error, len(judge.record)) == ("stroke.csv", True, 1000)
+    plateau = [np.linspace(0.0, 0.6, 100), np.full(600, 0.6), np.linspace(0.6, 0.0, 100), rest]
+    for other in ([stroke, rest, stroke, rest], [stroke, -stroke, rest], [np.linspace(0.0, 0.6, 1000)], plateau):
+        assert not is_one_stroke(machine(), moving_at(np.concatenate([rest, *other])))
