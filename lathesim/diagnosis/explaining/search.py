@@ -278,7 +278,7 @@ def _has_one_size(candidate: Candidate) -> bool:
 
 def _better(study: Study, model: Model, best: Tried, worth: Tried) -> bool:
     """Return whether a rival predicts better than the effect in whose place it is, or as well with fewer values."""
-    return best.parameters < worth.parameters or not as_good(model, best, study)
+    return (best.parameters < worth.parameters and as_good(best.model, worth, study)) or not as_good(model, best, study)
 
 
 def _is_the_other_sensor(rival: Candidate, candidate: Candidate) -> bool:
