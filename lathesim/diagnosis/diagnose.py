@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from lathesim.diagnosis.answer import describe, recording_fault
-from lathesim.diagnosis.explaining.chance import is_clear
+from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.plausible import with_possible_sizes
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
@@ -104,7 +104,7 @@ def _with_signs(prepared: Prepared, study: Study, found: Found) -> tuple[Prepare
         study_of_turned = _study(turned, study.progress)
         other = explain(study_of_turned)
         fitted, predicted = over(study, other.model, found.model)
-        if other.complete and is_clear(fitted, study.method) and is_clear(predicted, study.method):
+        if other.complete and fitted.nats > due(study.method) and is_clear(predicted, study.method):
             why = f"{channel} with the other sign predicts better by {predicted.nats:.0f} nats"
             step = Step("other sign", (), (), fitted.nats, predicted.nats, why)
             prepared, study = turned, study_of_turned
