@@ -48,6 +48,7 @@ from lathesim.diagnosis.verdict.deciding_channel import deciding_channel
 from lathesim.diagnosis.verdict.decision import decided
 from lathesim.diagnosis.verdict.doubt import Doubt, doubts
 from lathesim.diagnosis.verdict.ranking import ranked, removed_share
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
     Estimate,
@@ -192,7 +193,7 @@ def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequen
     if found.controller and not effects:
         location = replace(location, components=(found.controller.name.partition(".")[0],))
     if outcome.unnamed and not outcome.names:
-        parts = [left.at.partition(".")[0] for left in outcome.unnamed]
+        parts = [Place.of(left.at).part for left in outcome.unnamed]
         location = replace(location, components=tuple(dict.fromkeys([*parts, *location.components])))
     if outcome.laws and not outcome.names:
         location = replace(location, components=tuple(law.controller for law in outcome.laws))

@@ -10,7 +10,7 @@ from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.records.ranked_effect import RankedEffect
-from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral, is_there, products_of
+from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral, is_there
 from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.units import product_unit
@@ -60,14 +60,14 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
 def _products(candidate: Candidate, values: Estimates, experiment: Experiment) -> dict[str, Interval]:
     """Return the products of two parameters that the recordings determine, where they determine no more."""
     found = {}
-    for pair in products_of(candidate):
-        product = values.products.get(pair)
-        if product is not None and is_there(product):
-            unit = product_unit(*(declared_in(experiment, name).unit for name in pair))
-            half = CONFIDENCE * product.error
-            found[" x ".join(name.partition(".")[2] for name in pair)] = Interval(
-                product.value, unit, product.value - half, product.value + half
-            )
+    for size, others in candidate.effect.identification.products.items():
+        for other in others:
+            pair = (f"{candidate.part}.{size}", f"{candidate.part}.{other}")
+            product = values.products.get(pair)
+            if product is not None and is_there(product):
+                unit = product_unit(*(declared_in(experiment, name).unit for name in pair))
+                half = CONFIDENCE * product.error
+                found[f"{size} x {other}"] = Interval(product.value, unit, product.value - half, product.value + half)
     return found
 
 

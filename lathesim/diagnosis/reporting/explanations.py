@@ -56,7 +56,8 @@ def explanations_of(study: Study, found: Found, moved: Gain, doubted: Sequence[D
 
 def faults_as_explanations(faults: Sequence[Finding]) -> tuple[Explanation, ...]:
     """Return the findings of checks that decided, as explanations."""
-    return tuple(Explanation(one.kind, one.channel, "fault", math.nan, math.nan, math.nan, True, one.fact) for one in faults)
+    rows = (Explanation(one.kind, one.channel, "fault", math.nan, math.nan, math.nan, True, one.fact) for one in faults)
+    return tuple(dict.fromkeys(rows))
 
 
 def _row(what: tuple[str, str, Kind], gain: Gain, method: Method, *, kept: bool, why: str, parameters: int = 0) -> Explanation:
@@ -126,10 +127,19 @@ def _why_not(study: Study, found: Found, one: Tried) -> str:
     if not is_clear(one.predicted, method, one.parameters):
         return "gains no more than chance may"
     if not significant(one, study):
-        return f"explains {percent(max(0.0, min(one.predicted.share, one.fitted.share)))} of what is left: no more than errors of laws may"
+        return _too_small(one, method)
     if not is_plausible(study, one.model):
         return "needs a size that machines do not have"
     return _why_another(study, found, one)
+
+
+def _too_small(one: Tried, method: Method) -> str:
+    """Return why a clear gain is too small a find: its share of what is left, else what it changes beside noise and errors of laws."""
+    share = max(0.0, min(one.predicted.share, one.fitted.share))
+    least = method.nearly_all_of_rest if one.candidate.effect.identification.size_of_recording else method.share_of_all
+    if share <= least:
+        return f"explains {percent(share)} of what is left, less than {percent(least)}"
+    return "changes readings less than their noise, or forces less than errors of laws"
 
 
 def _why_another(study: Study, found: Found, one: Tried) -> str:
@@ -165,7 +175,8 @@ def explanation_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[s
     """Return the table of a decision as lines of text; effects that were not fitted are counted."""
     shown, more = _judged(diagnosis.explanations)
     rows = [tuple(plain(cell) for cell in row) for row in map(explanation_row, shown)]
-    return ["", "How it was decided:", *text_table([HEAD, *rows]), *more, *legend(method)]
+    gained = any(math.isfinite(one.gain) for one in diagnosis.explanations)
+    return ["", "How it was decided:", *text_table([HEAD, *rows]), *more, *(legend(method) if gained else ())]
 
 
 def explanation_rows(diagnosis: Diagnosis, most: int) -> tuple[list[tuple[str, ...]], list[str]]:

@@ -27,7 +27,8 @@ def next_step(diagnosis: Diagnosis, worse: Sequence[str]) -> str:
 def _after_names(diagnosis: Diagnosis) -> str:
     if diagnosis.is_one_stroke:
         return "Record the stroke a second time, and give that recording with --validate."
-    open_ = next((effect for effect in diagnosis.effects if effect.separating_experiment), None)
+    ordered = sorted(diagnosis.effects, key=lambda effect: effect.may_be_zero)
+    open_ = next((effect for effect in ordered if effect.separating_experiment), None)
     if open_ is not None and open_.tied_with:
         return f"To tell {open_.effect} from {listed(list(open_.tied_with))}: {open_.separating_experiment}"
     if open_ is not None:

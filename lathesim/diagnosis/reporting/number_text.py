@@ -45,7 +45,7 @@ def number(value: float, decimals: int | None = None, digits: int = 4) -> str:
         return "0"
     size = math.floor(math.log10(abs(value)))
     if not _SMALLEST_PLAIN <= size < _LARGEST_PLAIN and (decimals is None or size < 0):
-        mantissa, _, power = f"{value:.{3 if decimals is None else max(0, decimals + size)}e}".partition("e")
+        mantissa, _, power = f"{value:.{digits - 1 if decimals is None else max(0, decimals + size)}e}".partition("e")
         mantissa = mantissa.rstrip("0").rstrip(".") if decimals is None and "." in mantissa else mantissa
         return f"{mantissa}e{int(power)}".replace("-", MINUS)
     places = max(0, digits - 1 - size) if decimals is None else max(0, decimals)

@@ -16,6 +16,7 @@ from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagno
 from lathesim.diagnosis.reporting.next_step import next_step
 from lathesim.diagnosis.reporting.number_text import interval_texts, percent, probability_text, quantity_text
 from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.recordings.finding import counted
 
 OF_RECORDING = "recording"
 """The family of effects that are faults of a recording and not of a machine."""
@@ -132,7 +133,11 @@ def _size(diagnosis: Diagnosis, method: Method) -> str:
     """Return the sizes with their intervals: of effects and values that moved, and of what has no name."""
     sentences = []
     if diagnosis.names:
-        sentences.append(f"{'; '.join(f'{effect.effect} {_size_text(effect)}' for effect in diagnosis.effects)}.")
+        finds = found_effects(diagnosis)
+        sentences.append(f"{'; '.join(f'{effect.effect} {_size_text(effect)}' for effect in finds or diagnosis.effects)}.")
+        doubtful = [effect.effect for effect in diagnosis.effects if finds and effect.may_be_zero]
+        if doubtful:
+            sentences.append(f"{listed(doubtful)} help{'' if len(doubtful) > 1 else 's'} to predict too, of a size that may be zero.")
         if diagnosis.removed_share > 0.0:
             sentences.append(f"Where each part gets its recorded inputs, this explains {percent(diagnosis.removed_share)} of the error.")
     elif diagnosis.verdict == "parameters_only" and (moved := moved_values(diagnosis)):
@@ -204,7 +209,7 @@ def _certainly_missing(diagnosis: Diagnosis) -> list[str]:
         return [f"{diagnosis.rule[0].upper()}{diagnosis.rule[1:]}."] if diagnosis.rule else []
     best = max(kept, key=lambda one: one.gain)
     level = f"its gain is {best.gain:.0f}, and {best.chance:.0f} may be chance"
-    return [f"A smooth function without a name predicts {best.place} clearly better: {level}."]
+    return [f"A smooth function of the motion, which has no name, predicts {best.place} clearly better: {level}."]
 
 
 def _nothing_else(diagnosis: Diagnosis) -> list[str]:
@@ -234,9 +239,9 @@ def _competitors(diagnosis: Diagnosis) -> list[str]:
     """Return what was compared, and what judged it."""
     effects = [one for one in diagnosis.explanations if one.kind == "effect"]
     values, names = len(diagnosis.baseline), len({one.name for one in effects})
-    competed = [f"other values of the lesson ({values})"] if values else []
+    competed = [f"other values of {counted(values, 'uncertain parameter')} of the lesson"] if values else []
     competed += [f"{names} effects at {len(effects)} places" if names > 1 else f"{effects[0].text}"] if effects else []
-    competed += ["smooth functions without a name"] if any(one.kind == "flexible" for one in diagnosis.explanations) else []
+    competed += ["smooth functions of the motion"] if any(one.kind == "flexible" for one in diagnosis.explanations) else []
     judged = diagnosis.validation or "the recording that judges"
     fitted = f"Each was fitted to {diagnosis.recording} and judged by {judged}."
     if diagnosis.is_one_stroke:

@@ -15,7 +15,7 @@ from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.reporting.figures import WHOLE, missing_svg, trace_svg
 from lathesim.diagnosis.reporting.number_text import plain
-from lathesim.diagnosis.reporting.summary import summary_lines
+from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from lathesim.identification.replay.loading import load_case
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             place.write_text(picture(case, answer), encoding="utf-8")
             text = CHAPTER.read_text(encoding="utf-8")
             CHAPTER.write_text(with_answer(text, case.name, answer_block(answer, place)), encoding="utf-8")
-            print(f"{case.name}: {answer.sentence} {answer.wall_time:.0f} s", flush=True)
+            print(f"{case.name}: {headline(answer)} {answer.wall_time:.0f} s", flush=True)
     return 0
 
 
