@@ -79,7 +79,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
     sentence, findings = " ".join((*prepared.turned, answer.sentence)), (*prepared.findings, *prepared.turned)
     answer = replace(answer, sentence=sentence, validation=prepared.validation_name, findings=findings, untried=_untried(prepared, found))
-    return replace(answer, wall_time=spent, complete=complete, judges_itself=question.validation is None)
+    return replace(answer, turned=prepared.turned, wall_time=spent, complete=complete, judges_itself=question.validation is None)
 
 
 def _study(prepared: Prepared, progress: Progress) -> Study:

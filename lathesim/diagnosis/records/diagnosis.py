@@ -211,6 +211,8 @@ class Diagnosis:
     """What this recording could not tell, and which experiment would, one sentence each."""
     findings: tuple[str, ...] = ()
     """What was found in the recording itself, and what was done about it."""
+    turned: tuple[str, ...] = ()
+    """Which channels were recorded with the other sign, one sentence each."""
     discovered: str = ""
     """The formula of a candidate that was discovered, with its unit; empty where none was."""
     report: str = ""

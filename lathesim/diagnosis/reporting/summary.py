@@ -37,7 +37,7 @@ def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
 def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     """Return what is missing, and beside it what stays unexplained."""
     if diagnosis.names:
-        return " ".join([_named(diagnosis), *_left_over(diagnosis)])
+        return " ".join([*diagnosis.turned, _named(diagnosis), *_left_over(diagnosis)])
     if diagnosis.verdict == "recording_fault" or diagnosis.sentence != VERDICTS[diagnosis.verdict]:
         return diagnosis.sentence
     if diagnosis.verdict == "unknown":
