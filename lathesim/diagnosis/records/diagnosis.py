@@ -211,8 +211,6 @@ class Diagnosis:
     """What this recording could not tell, and which experiment would, one sentence each."""
     findings: tuple[str, ...] = ()
     """What was found in the recording itself, and what was done about it."""
-    turned: tuple[str, ...] = ()
-    """Which channels were recorded with the other sign, one sentence each."""
     discovered: str = ""
     """The formula of a candidate that was discovered, with its unit; empty where none was."""
     report: str = ""
@@ -240,6 +238,8 @@ class Diagnosis:
     """Every explanation that was tried, with what it predicts of held-out data."""
     side: Mapping[str, str] = field(default_factory=dict)
     """On which side of a spring the recordings show a sensor to sit, where the lesson does not say it."""
+    turned: tuple[str, ...] = ()
+    """Which channels were recorded with the other sign, one sentence each."""
 
     @property
     def is_one_stroke(self) -> bool:
