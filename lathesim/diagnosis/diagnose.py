@@ -21,6 +21,7 @@ from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import against
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.reporting.summary import headline
 from lathesim.diagnosis.verdict.added_signals import agrees, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
@@ -77,9 +78,9 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
     answer = with_added_signals(answer, prepared.added)
     spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
-    sentence, findings = " ".join((*prepared.turned, answer.sentence)), (*prepared.findings, *prepared.turned)
-    answer = replace(answer, sentence=sentence, validation=prepared.validation_name, findings=findings, untried=_untried(prepared, found))
-    return replace(answer, turned=prepared.turned, wall_time=spent, complete=complete, judges_itself=question.validation is None)
+    answer = replace(answer, turned=prepared.turned, validation=prepared.validation_name, untried=_untried(prepared, found))
+    answer = replace(answer, sentence=headline(answer, question.method), findings=(*prepared.findings, *prepared.turned))
+    return replace(answer, wall_time=spent, complete=complete, judges_itself=question.validation is None)
 
 
 def _study(prepared: Prepared, progress: Progress) -> Study:

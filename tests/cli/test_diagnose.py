@@ -70,7 +70,7 @@ def test_json_is_json_and_nothing_else(rubbing: tuple[Path, Path, Path], capsys:
     assert answer["fit"][POSITION]["recording"] == "check.csv"
     assert set(answer["baseline"]["x_axis.viscous"]) >= {"unit", "given", "refit_without", "refit_with"}
     assert (answer["summary"][0], answer["sentence"]) == ("The simulation left out CoulombFriction at x_axis.",) * 2
-    kept = [one for one in answer["explanations"] if one["kept"]]
+    kept = [one for one in answer["explanations"] if one["kept"] and one["kind"] == "effect"]
     assert [(one["name"], one["place"], one["kind"]) for one in kept] == [("CoulombFriction", "x_axis", "effect")]
     assert kept[0]["gain"] > kept[0]["chance"] + 5.0 * kept[0]["standard_error"] > 0.0
     assert all(one["reason"] for one in answer["explanations"])
@@ -96,9 +96,10 @@ def test_a_person_reads_what_where_and_how_sure(answered: tuple[Said, Path]) -> 
     assert (folder / "report.html").is_file()
     assert said.out.startswith("The simulation left out CoulombFriction at x_axis.\n")
     decided = said.out.partition("\nHow it was decided:\n")[2].splitlines()
-    assert decided[0].split() == ["explanation", "kind", "gain", "error", "chance", "kept", "why"]
-    assert decided[2].startswith("CoulombFriction at x_axis ")
-    assert any(line.startswith("the lesson, its uncertain values refitted") for line in decided)
+    assert decided[0].split() == ["explanation", "gain", "error", "chance", "level", "kept", "why"]
+    assert decided[2].startswith("the lesson, its uncertain values fitted")
+    (named,) = (line.split() for line in decided if line.startswith("CoulombFriction at x_axis "))
+    assert named[6] == "yes"
 
 
 def test_the_lesson_it_writes_explains_the_recording(
@@ -135,7 +136,7 @@ def test_the_lesson_it_writes_runs_where_it_stands(
 def test_a_sound_machine_needs_no_new_lesson(sound: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = diagnosed(capsys, sound, "--out", tmp_path, "--json", tmp_path / "answer.json")
     assert said.code == 0, said.err
-    assert "The simulation explains the recording as it is." in said.out
+    assert "No physics is missing: the lesson explains the recording." in said.out
     assert not (tmp_path / "table_explained.yaml").exists()
     answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
     assert (answer["verdict"], answer["insert"]) == ("no_mismatch", [])
@@ -275,7 +276,7 @@ def test_beside_a_recording_from_before_only_what_changed_is_named(
         for earlier in (sound[1], rubbing[2])
     )
     assert [effect["effect"] for effect in changed["effects"]] == ["CoulombFriction"]
-    assert changed["sentence"] == "New since the recording from before: CoulombFriction at x_axis."
+    assert changed["sentence"] == "New since fit.csv: CoulombFriction at x_axis."
     assert unchanged["effects"] == []
     assert any("from before the change" in line for line in unchanged["left"])
 

@@ -69,7 +69,7 @@ def tied() -> Diagnosis:
 @pytest.fixture
 def few_programs(monkeypatch: pytest.MonkeyPatch) -> Lesson:
     """Lesson 12, for which few and short programs are tried."""
-    monkeypatch.setattr(sequence, "Wish", lambda: DesignWish(at_most=5.0, candidates=4, draws=1))
+    monkeypatch.setattr(sequence, "DesignWish", lambda: DesignWish(at_most=5.0, candidates=4, draws=1))
     return load_lesson(LESSON)
 
 

@@ -69,7 +69,7 @@ def test_the_answer_names_the_value_and_no_physics(controlled: tuple[Machine, Re
     question = ask("An axis", lesson, (Recorded("fit.csv", record, ()), Recorded("check.csv", record, ())), ())
     found = diagnose(question)
     assert (found.verdict, found.effects) == ("parameters_only", ())
-    assert "x_controller.velocity_gain is further off than the lesson holds possible" in found.sentence
+    assert "x_controller.velocity_gain is further off than the lesson declares possible" in found.sentence
     told = found.baseline["x_controller.velocity_gain"]
     assert told.refit_with == pytest.approx(true, rel=1e-3)
     assert told.low < told.refit_with < told.high
