@@ -28,28 +28,21 @@ def size(answer, effect, parameter):
     return by_name(answer)[effect]["parameters"][parameter]["value"]
 
 
-def test_coulomb_friction_left_out_of_the_emps_axis_is_found(capsys, tmp_path):
+def test_the_friction_left_out_of_the_emps_axis_is_found_with_its_asymmetry(capsys, tmp_path):
     answer = diagnosed(capsys, tmp_path, "emps.yaml", "emps/DATA_EMPS.mat")
     assert answer["verdict"] in ("named", "tied")
-    assert answer["effects"][0]["effect"] == "CoulombFriction"
-    assert answer["effects"][0]["at"] == "x_axis"
-    assert size(answer, "CoulombFriction", "level") == pytest.approx(20.3935, rel=0.01)
+    (friction,) = answer["effects"]
+    assert (friction["effect"], friction["at"]) == ("AsymmetricFriction", "x_axis")
+    # Janot et al. (2019): mass 95.1089 kg, viscous 203.5034 N s/m, dry friction 20.3935 N
+    assert size(answer, "AsymmetricFriction", "level") == pytest.approx(20.3935, rel=0.01)
     assert answer["baseline"]["x_axis.mass"]["refit_with"] == pytest.approx(95.1089, rel=0.01)
     assert answer["baseline"]["x_axis.viscous"]["refit_with"] == pytest.approx(203.5034, rel=0.01)
-    if "ForceOffset" in by_name(answer):
-        pull = size(answer, "ForceOffset", "offset")
-    else:
-        pull = -35.15065 * size(answer, "ConverterOffset", "offset")  # what a voltage adds to the drive acts the other way
-    assert pull == pytest.approx(-3.1648, rel=0.03)
+    slope = friction["parameters"]["viscous_difference"]
+    assert slope["low"] < -37.0 * 0.95
+    assert slope["high"] < 0.0
     force = next(item for item in answer["missing"] if item["at"] == "x_axis.disturbance")
     assert force["share_before"] > 0.16
-    assert force["share_after"] < 0.045
-    # with both in, what is left is an asymmetry: v |v| is no form of it, a slope that differs between the directions is
-    possible = answer["possible"][0]
-    assert (possible["effect"], possible["at"], possible["in_place_of"]) == ("AsymmetricFriction", "x_axis", ["CoulombFriction"])
-    assert possible["share_of_rest"] > 0.75
-    slope = possible["parameters"]["viscous_difference"]
-    assert slope["low"] < -37.0 < slope["high"] < 0.0
+    assert force["share_after"] < 0.02
 
 
 def test_dry_friction_of_a_spin_up_is_named_and_what_one_direction_cannot_tell_is_said(capsys, tmp_path):
@@ -57,37 +50,36 @@ def test_dry_friction_of_a_spin_up_is_named_and_what_one_direction_cannot_tell_i
     assert answer["verdict"] == "tied"
     friction = answer["effects"][0]
     assert friction["effect"] == "CoulombFriction"
-    assert {"ForceOffset", "ConverterOffset"} <= set(friction["tied_with"])
+    assert "AsymmetricFriction" in friction["tied_with"]
     assert "both directions" in friction["separating_experiment"]
     speed = answer["fit"]["spindle.speed"]
     assert speed["after"] < 0.01 * 192.0  # rad/s, root mean square speed of the second half
 
 
-def test_servo_lag_and_dry_friction_show_in_ten_samples_a_second_of_three_digits(capsys, tmp_path):
+def test_dry_friction_shows_in_ten_samples_a_second_of_three_digits(capsys, tmp_path):
     answer = diagnosed(capsys, tmp_path, "umich.yaml", "umich_cnc/experiment_11.csv")
     assert answer["verdict"] == "named"
-    assert answer["adequate"]
-    assert {effect["effect"] for effect in answer["effects"]} == {"CoulombFriction", "ServoLag"}
+    # the position lags by 8 ms: at 0.1 mm a reading and with half the samples at rest that gains 66 +- 26, too little to be sure
+    assert [effect["effect"] for effect in answer["effects"]] == ["CoulombFriction"]
     assert size(answer, "CoulombFriction", "level") == pytest.approx(4.87, rel=0.05)  # A: least squares by hand
-    assert size(answer, "ServoLag", "lag") == pytest.approx(8.1e-3, rel=0.1)  # s: position error over commanded velocity
     assert answer["baseline"]["x_axis.viscous"]["low"] > 0.0
     assert any("stands still in 5" in sentence for sentence in answer["left"])  # where dry friction holds, the current tells nothing
 
 
-def test_entry_build_up_zero_drift_and_the_line_of_the_spindle_show_in_one_turning_cut(capsys, tmp_path):
+def test_entry_build_up_and_the_line_of_the_spindle_show_in_one_turning_cut(capsys, tmp_path):
     answer = diagnosed(capsys, tmp_path, "turning.yaml", "turning_forces/f416_a100.lvm")
     assert answer["verdict"] == "named"
-    assert answer["effects"][0]["effect"] == "EntryBuildUp"
+    assert [effect["effect"] for effect in answer["effects"]] == ["EntryBuildUp"]
     assert 0.03 < size(answer, "EntryBuildUp", "time_constant") < 0.1  # s: about a turn of the spindle
-    drifting = {effect["at"] for effect in answer["effects"] if effect["effect"] == "DynamometerDrift"}
-    assert {"dynamometer.thrust", "dynamometer.feed"} <= drifting
+    # the zeros of thrust and feed drift: each gains about 2.5 standard errors, too little to be sure, and is left without a name
+    assert any("dynamometer.thrust" in sentence and "no name" in sentence for sentence in answer["left"])
     where = {name.partition(" of ")[0] for name in answer["location"]["variables"]}
     assert any(name.startswith("time since entry") for name in answer["location"]["variables"])
     assert {"time out", "spindle angle in the cut"} <= where
     assert any(sentence.startswith("A line once per turn of the spindle") for sentence in answer["left"])
     force = answer["fit"]["dynamometer.main"]
     assert force["recording"] == "f416_a100.lvm, every other stretch of one run"
-    assert force["after"] < 0.55 * force["before"]
+    assert force["after"] < 0.7 * force["before"]
     assert not answer["adequate"]
 
 
