@@ -1,0 +1,22 @@
+"""A finer form takes the place of a simpler one where it predicts better, and stays there."""
+
+from __future__ import annotations
+
+from lathesim.diagnosis.explaining.search import explain
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
+from tests.diagnosis.pushed_table import Hidden, experiments, recording, study
+
+
+def named(hidden: Hidden) -> list[str]:
+    """Return the effects that explain a table best, where dry friction and its finer form may."""
+    both = (recording(hidden, seed=seed) for seed in (1, 2))
+    found = explain(study(*experiments(*both, effects=(CoulombFriction, AsymmetricFriction))))
+    return [candidate.name for candidate in found.model.candidates]
+
+
+def test_a_friction_that_differs_between_the_directions_keeps_its_name() -> None:
+    assert named(Hidden(dry=10.0, law=lambda v, q, t: 2.0 + 10.0 * abs(v))) == ["AsymmetricFriction"]
+
+
+def test_a_friction_alike_in_both_directions_is_the_simpler_one() -> None:
+    assert named(Hidden(dry=10.0)) == ["CoulombFriction"]
