@@ -14,8 +14,6 @@ from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
-from lathesim.diagnosis.location.operating_conditions import resting
-from lathesim.diagnosis.location.spindle_orders import told, turn_lines
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import Prepared, as_measured, other_laws
 from lathesim.diagnosis.question import Question
@@ -102,7 +100,7 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
     before = found.baseline.validation_fit if found.model.candidates else as_measured(validation, found)
     reported_fit = on_validation(validation, found, values.values())
     own = _own_simulation(validation, found, before, reported_fit)
-    evidence = gather(experiment, validation, found, own, method=method)
+    evidence = gather(validation, found, own)
     counts = coarse_counts(prepared.experiments, found.model.candidates, method=method)
     effects_found = _ranked(study, found, counts)
     taken = removed_share(validation, before, reported_fit)
@@ -189,7 +187,8 @@ def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimate
 def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequence[Candidate]) -> Location:
     """Return where the difference is; ``counted`` are the effects whose size was read off a count of the recordings."""
     found = outcome.found
-    location = located(outcome.prepared.validation, found, outcome.evidence, named=outcome.names, method=outcome.method)
+    goes_with = [name for doubt in outcome.doubts if doubt.clear or not outcome.names for name in doubt.variables]
+    location = located(outcome.prepared.validation, found, outcome.evidence, goes_with, named=outcome.names, method=outcome.method)
     if found.controller and not effects:
         location = replace(location, components=(found.controller.name.partition(".")[0],))
     if outcome.unnamed and not outcome.names:
@@ -224,15 +223,11 @@ def _entries(outcome: _Outcome, effects: Sequence[FoundEffect], ranked: Sequence
 def _left(outcome: _Outcome) -> tuple[str, ...]:
     """Return what is left and what speaks against the values, each in a sentence, in the order in which it is reported."""
     found, method = outcome.found, outcome.method
-    experiment, validation = outcome.prepared.experiment, outcome.prepared.validation
+    experiment = outcome.prepared.experiment
     return (
         *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in outcome.laws),
         *(f"{one} explains as much of the recording from before the change." for one in _there_before(found)),
         *map(without_name, outcome.unnamed[1:]),
-        *resting(validation, found.model.validation_fit, method=method),
-        *told(
-            turn_lines(validation, found.model.validation_fit, method=method), {name: item.unit for name, item in outcome.own.fit.items()}
-        ),
         *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=method),
         *value_instead(found.far_off, outcome.baseline, whole=outcome.adequate or outcome.names),
     )

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.records.comparison import Explanation
-from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.diagnosis import (
     VERDICTS,
     BaselineValue,
@@ -19,7 +18,6 @@ from lathesim.diagnosis.records.diagnosis import (
     Location,
     MissingSignal,
     Unnamed,
-    VariableBar,
 )
 
 WIRES = (
@@ -41,18 +39,8 @@ def _evidence() -> Evidence:
     voltage = total / 35.15
     command = ChannelTrace("x_controller.voltage", "V", time, voltage, voltage - friction / 35.15, voltage + 0.01 * noise[1])
     missing = MissingSignal("x_axis.disturbance", "N", time, friction + noise[2], noise[2], total, 0.171, 0.043)
-    bars = (
-        VariableBar("x_controller.voltage", "sign of velocity of x_axis", 0.972, 0.02, kind=Kind.SIGN),
-        VariableBar("x_controller.voltage", "velocity of x_axis", 0.951, 0.03, kind=Kind.VELOCITY),
-        VariableBar("x_controller.voltage", "position and direction of x_axis", 0.93, 0.02),
-        VariableBar("x_encoder.position", "distance since reversal of x_axis", 0.94, 0.11),
-        VariableBar("x_controller.voltage", "x_controller.reference", 0.21, 0.0),
-        VariableBar("x_controller.voltage", "time", 0.08, 0.02, kind=Kind.TIME),
-        VariableBar("x_controller.voltage", "acceleration of x_axis", 0.04, 0.01),
-        VariableBar("x_controller.voltage", "speed of x_axis", 0.01, 0.0, kind=Kind.SPEED),
-    )
     runners_up = (("CoulombFriction at x_axis", "AsymmetricFriction at x_axis", 0.3),)
-    return Evidence(bars, (missing,), (position, command), WIRES, (), runners_up)
+    return Evidence((missing,), (position, command), WIRES, (), runners_up)
 
 
 FIT = {
@@ -167,7 +155,7 @@ FAULT = replace(
     baseline={},
     left=(),
     not_told=("No physics is named from this recording. Mend the unit in the lesson, and diagnose again.",),
-    evidence=Evidence((), (), _evidence().traces[:1], WIRES),
+    evidence=Evidence((), _evidence().traces[:1], WIRES),
     explanations=(Explanation("unit", "x_encoder.position", "fault", math.nan, math.nan, math.nan, True, "25.4 times too small"),),
 )
 
@@ -182,7 +170,7 @@ CLEAN = replace(
     baseline={name: replace(item, refit_without=item.refit_with) for name, item in BASELINE.items()},
     insert=(),
     left=(),
-    evidence=Evidence((), (), tuple(replace(item, before=item.after) for item in _evidence().traces), WIRES),
+    evidence=Evidence((), tuple(replace(item, before=item.after) for item in _evidence().traces), WIRES),
 )
 
 PARAMETERS = replace(
@@ -204,7 +192,7 @@ STOPPED = Diagnosis(
     location=LOCATION,
     complete=False,
     wall_time=4.0,
-    evidence=Evidence(bars=_evidence().bars[:3], wires=WIRES),
+    evidence=Evidence(wires=WIRES),
 )
 
 ALL = {

@@ -5,7 +5,7 @@ import pytest
 
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.diagnose import diagnose
-from lathesim.diagnosis.location.operating_conditions import one_way
+from lathesim.diagnosis.location.direction import one_way
 from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.verdict.ranking import is_told_by_direction
 from lathesim.effects.drive_errors import Cogging

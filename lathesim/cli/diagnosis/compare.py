@@ -32,8 +32,8 @@ def compare(chosen: ChosenLesson, recording: Path, as_json: bool, out: Path | No
     """Hold RECORDING against the simulation of LESSON.
 
     The lesson says in 'recordings:' what the columns mean. Told are the residual of each channel over the floor (what the recording cannot
-    resolve), the parts where the mismatch sits when every part gets what was recorded of its inputs, what the mismatch depends on, and the
-    lines of the residual in Hz and along the way of the parts. Nothing is fitted but the start. Where LESSON was written by 'lathesim
+    resolve), the parts where the mismatch sits when every part gets what was recorded of its inputs, and what the mismatch depends on, with
+    the periods of waves in Hz and along the way of the parts. Nothing is fitted but the start. Where LESSON was written by 'lathesim
     remedy', its promise is held against the result.
     """
     import os

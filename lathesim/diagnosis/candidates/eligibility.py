@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from lathesim.diagnosis.location.operating_conditions import one_way
+from lathesim.diagnosis.location.direction import one_way
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.effects.effect import Effect
 from lathesim.identification.machine.roles import has_dry_friction

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import next_fast_len, rfft, rfftfreq
 
+from lathesim.diagnosis.location.direction import direction_of
 from lathesim.diagnosis.location.missing_force import missing_signal
-from lathesim.diagnosis.location.operating_conditions import direction_of
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.machine.roles import acting

@@ -1,14 +1,14 @@
-"""``compare``: a recording held against the simulation of a lesson, without a search: how far off, where, on what it depends, which lines.
+"""``compare``: a recording held against the simulation of a lesson, without a search: how far off, where, on what it depends.
 
 Three views side by side. The lesson's own simulation, in which only the driven inputs are recorded: what a user sees, and what a
-controller may hide. The replay, in which every part gets what was recorded of its inputs: where the mismatch sits. And the residual's
-spectra against time and against the way of each part. Only the starting values of the replay are fitted.
+controller may hide. The replay, in which every part gets what was recorded of its inputs: where the mismatch sits. And the flexible
+explanation of what is missing there: on what it depends. Only the starting values of the replay are fitted.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,15 +16,13 @@ from typing import Any
 import numpy as np
 
 from lathesim.analysis.display_unit import known_share
-from lathesim.diagnosis.location.dependence import bars
+from lathesim.diagnosis.explanations.conditions import Term
+from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.location.missing_force import missing_signal, places
 from lathesim.diagnosis.location.missing_share import FORCES, missing_share
-from lathesim.diagnosis.location.operating_conditions import direction_of, variables
-from lathesim.diagnosis.location.order_spectrum import Line, Spectrum, lines_of
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import CHECKS_OF_RECORDINGS, found_by
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
-from lathesim.diagnosis.records.condition import Kind
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records.fit import Fitted
@@ -96,20 +94,19 @@ class Replayed:
 
 @dataclass(frozen=True)
 class Dependence:
-    """The share of what is missing behind a channel that a variable explains, learned on one part and scored on the other."""
+    """The share of what is missing behind a channel [``unit``] that a variable explains beside those before it, learned on one part and
+    scored on the other; ``size`` is the root mean square of what it explains. A wave over the variable says its period."""
 
     channel: str
-    variable: str
+    unit: str
+    term: Term
     share: float
+    size: float
 
-
-@dataclass(frozen=True)
-class ChannelLines:
-    """The lines of a channel's residual, the strongest first, and its spectra."""
-
-    channel: str
-    lines: tuple[Line, ...]
-    spectra: tuple[Spectrum, ...]
+    @property
+    def variable(self) -> str:
+        """What it is a function of."""
+        return self.term.variable
 
 
 @dataclass(frozen=True)
@@ -123,7 +120,6 @@ class Comparison:
     channels: tuple[ChannelResidual, ...]
     replayed: tuple[Replayed, ...]
     depends_on: tuple[Dependence, ...]
-    spectra: tuple[ChannelLines, ...]
     findings: tuple[str, ...]
     wires: tuple[tuple[str, str], ...]
     faults: tuple[str, ...] = ()
@@ -152,7 +148,8 @@ class Comparison:
     @property
     def explained_by(self) -> tuple[Dependence, ...]:
         """What the mismatch depends on, where there is one in some part."""
-        return self.depends_on if self.suspects else ()
+        shown = [item for item in self.depends_on if item.share > self.method.reporting.least_bar]
+        return tuple(shown[: self.method.reporting.most_bars]) if self.suspects else ()
 
     @property
     def _off(self) -> list[Replayed]:
@@ -196,8 +193,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = 
         recorded.record.sample_period,
         tuple(sorted(channels, key=lambda item: -item.over_floor)),
         replayed,
-        _depends_on(first, pieces[0], second, pieces[1], method=method),
-        _spectra(experiment, channels, {item.channel: item.parts for item in replayed}, method=method),
+        _depends_on((first, second), pieces, replayed, method),
         tuple(dict.fromkeys(findings)),
         tuple(dict.fromkeys(wires)),
         faults,
@@ -271,52 +267,25 @@ def _replayed(experiment: Experiment, fitted: Fitted, method: Method = STANDARD)
     return tuple(sorted(found, key=lambda item: (item.over_floor <= near, -item.share if math.isfinite(item.share) else 0.0)))
 
 
-def _depends_on(first: Experiment, fitted: Fitted, second: Experiment, judged: Fitted, method: Method = STANDARD) -> tuple[Dependence, ...]:
-    """Return the variables that explain most, each where it explains most, as far as they tell more than the time does there."""
-    tallest: dict[str, Dependence] = {}
-    found = bars(first, fitted, second, judged, method=method)
-    by_time = {bar.channel: bar.share for bar in found if bar.variable == "time"}
-    for bar in found:
-        least = max(
-            method.discovery.worth,
-            method.shared.hardly_more * by_time.get(bar.channel, 0.0) if bar.variable != "time" else 0.0,
-        )
-        if bar.share > least:
-            tallest.setdefault(bar.variable, Dependence(bar.channel, bar.variable, bar.share))
-    return tuple(tallest.values())[: method.reporting.most_bars]
-
-
-def _spectra(
-    experiment: Experiment, channels: Sequence[ChannelResidual], made_by: Mapping[str, Sequence[str]], method: Method = STANDARD
-) -> tuple[ChannelLines, ...]:
-    """Return the lines of each channel, along the ways of the parts that it is ``made_by`` (channel -> parts, the nearest first) before
-    others."""
-    begin = int(SETTLING * experiment.own.samples)
-    ways, motions = _ways(experiment, begin, method=method)
-    ordered = sorted(channels, key=lambda item: -item.over_floor)
-    found = []
-    for item in ordered:
-        residual = item.residual[begin:]
-        if np.isfinite(residual).all():
-            parts = list(made_by.get(item.channel, ()))
-            nearest = sorted(ways, key=lambda way: parts.index(host) if (host := way.partition(" of ")[2]) in parts else len(parts))
-            lines, spectra = lines_of(residual, {"time": ways["time"], **{way: ways[way] for way in nearest}}, motions, method)
-            found.append(ChannelLines(item.channel, tuple(lines), tuple(spectra)))
-    return tuple(found)
-
-
-def _ways(experiment: Experiment, begin: int, method: Method = STANDARD) -> tuple[dict[str, tuple[str, FloatArray]], list[FloatArray]]:
-    """Return what lines are looked for against (time, position or angle of each part) and the motions whose rhythm is none."""
-    ways = {"time": ("s", experiment.record.time[begin:])}
-    motions = []
-    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
-    for name, variable in variables(experiment, method=method).items():
-        if variable.kind is Kind.POSITION:
-            ports = parts[variable.host].ports
-            ways[name] = (parts[variable.host].declarations[ports["displacement"]].unit, variable.values[0][begin:])
-        if variable.kind is Kind.VELOCITY:
-            motions += [variable.values[0][begin:], direction_of(variable.values[0], method=method)[begin:]]
-    return ways, motions
+def _depends_on(
+    experiments: tuple[Experiment, Experiment], fits: Sequence[Fitted], replayed: Sequence[Replayed], method: Method
+) -> tuple[Dependence, ...]:
+    """Return what the flexible explanation makes of what is missing behind each channel that is off, the largest share first."""
+    if any(item.over_floor >= LOST for item in replayed):
+        return ()  # numbers without bound depend on nothing
+    off = [item.channel for item in replayed if item.over_floor > method.reporting.near_floor]
+    try:
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            made = of_channels(experiments[0], fits[0], experiments[1], fits[1], off)
+    except np.linalg.LinAlgError:  # damaged numbers, 1e-300 beside 1e300, explain nothing
+        return ()
+    found = [
+        Dependence(channel, lacking.unit, part.term, part.share, part.size)
+        for channel, (lacking, flexible) in made.items()
+        for part in flexible.parts
+        if math.isfinite(part.share)
+    ]
+    return tuple(sorted(found, key=lambda item: -item.share))
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
@@ -345,9 +314,10 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
             {"channel": item.channel, "variable": item.variable, "share": _number(item.share)} for item in comparison.depends_on
         ],
         "lines": [
-            {"channel": item.channel, "against": line.variable, "frequency": _number(line.frequency), "unit": f"1/{line.unit}",
-             "amplitude": _number(line.amplitude), "share": _number(line.share)}
-            for item in comparison.spectra for line in item.lines
+            {"channel": item.channel, "against": f"{item.term.on} of {wave.of}" if wave.of else "time",
+             "frequency": _number(1.0 / wave.period), "unit": f"1/{wave.unit}",
+             "amplitude": _number(math.sqrt(2.0) * item.size), "share": _number(item.share)}
+            for item in comparison.depends_on if (wave := item.term.wave)
         ],
         "recording_findings": list(comparison.findings),
         "recording_faults": list(comparison.faults),

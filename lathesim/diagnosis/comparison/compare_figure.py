@@ -1,8 +1,7 @@
-"""The figure of a comparison: the worst channels with their residuals, what the mismatch depends on, and the residual's spectra."""
+"""The figure of a comparison: the worst channels with their residuals, and what the mismatch depends on."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,7 +9,6 @@ import numpy as np
 
 from lathesim.analysis.figure_style import (
     ALERT,
-    GRID,
     INK,
     MATERIAL,
     MEASURED,
@@ -24,26 +22,20 @@ from lathesim.analysis.figure_style import (
     new_figure,
     thinned,
 )
-from lathesim.diagnosis.comparison.compare import ChannelLines, ChannelResidual, Comparison, Dependence
-from lathesim.diagnosis.comparison.compare_text import line_text
-from lathesim.diagnosis.location.order_spectrum import Spectrum
+from lathesim.diagnosis.comparison.compare import ChannelResidual, Comparison, Dependence
 
-_MOST = {"channels": 3, "spectra": 2, "bars": 6}
-_HEIGHTS = {"titles": 1.0, "channel": 2.3, "spectrum": 1.7, "bar": 0.34, "frame": 1.0}
+_MOST = {"channels": 3, "bars": 6}
+_HEIGHTS = {"titles": 1.0, "channel": 2.3, "bar": 0.34, "frame": 1.0}
 """Heights of what is drawn [inch]; the bars have a frame around them."""
 
 
 def compare_figure(comparison: Comparison) -> Any:
     """Draw a comparison on one page: channels at the left, what explains them at the right."""
     shown = comparison.channels[: _MOST["channels"]]
-    # the channel that lines tell most of; where there is none, that which is off most
-    worst = max(comparison.spectra, key=lambda item: max((line.share for line in item.lines), default=0.0), default=None)
-    spectra = _chosen(worst) if worst is not None else []
     bars = comparison.explained_by[: _MOST["bars"]]
-    heights = [_HEIGHTS["frame"] + _HEIGHTS["bar"] * len(bars)] * bool(bars) + [_HEIGHTS["spectrum"]] * len(spectra)
-    right = len(heights)
-    figure = new_figure(11.0 if right else 8.0, _HEIGHTS["titles"] + max(_HEIGHTS["channel"] * len(shown), sum(heights)))
-    if right:
+    right = _HEIGHTS["frame"] + _HEIGHTS["bar"] * len(bars) if bars else 0.0
+    figure = new_figure(11.0 if bars else 8.0, _HEIGHTS["titles"] + max(_HEIGHTS["channel"] * len(shown), right))
+    if bars:
         left_part, right_part = figure.subfigures(1, 2, width_ratios=[1.55, 1.0])
     else:
         left_part, right_part = figure, None
@@ -53,21 +45,9 @@ def compare_figure(comparison: Comparison) -> Any:
     panels[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
     title = f"{comparison.lesson} against {comparison.recording}"
     figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")
-    if right_part is not None and worst is not None:
-        drawn = list(np.atleast_1d(right_part.subplots(right, 1, gridspec_kw={"height_ratios": heights})))
-        if bars:
-            _draw_bars(drawn.pop(0), bars)
-        for panel, spectrum in zip(drawn, spectra, strict=True):
-            _draw_spectrum(panel, spectrum, worst, next(item.unit for item in comparison.channels if item.channel == worst.channel))
+    if right_part is not None:
+        _draw_bars(right_part.subplots(), bars)
     return figure
-
-
-def _chosen(worst: ChannelLines) -> list[Spectrum]:
-    """Return the spectra to draw: in time, and against the way that holds the strongest line (or the first one)."""
-    against = [line.variable for line in worst.lines if line.variable != "time"]
-    ways = [item for item in worst.spectra if item.variable != "time"]
-    ways.sort(key=lambda item: item.variable not in against[:1])
-    return [item for item in worst.spectra if item.variable == "time"] + ways[: _MOST["spectra"] - 1]
 
 
 def _draw_channel(upper: Any, lower: Any, item: ChannelResidual, off: float) -> None:
@@ -97,27 +77,3 @@ def _draw_bars(panel: Any, chosen: Sequence[Dependence]) -> None:
     dress(panel, "", "share of what is missing [%]", "Depends on")
     panel.grid(False, axis="y")
     panel.set_yticks([])
-
-
-def _draw_spectrum(panel: Any, spectrum: Spectrum, worst: ChannelLines, amplitude_unit: str) -> None:
-    scale, unit, quantity = axis_of(spectrum.variable, spectrum.unit)
-    inside = spectrum.frequency > 0.0
-    panel.loglog(spectrum.frequency[inside] * scale, np.maximum(spectrum.amplitude[inside], 1e-300), color=RESIDUAL, linewidth=0.8)
-    top = float(spectrum.amplitude[inside].max(initial=1e-300))
-    panel.set_ylim(top * 1e-4, top * 30.0)
-    own = [line for line in worst.lines if line.variable == spectrum.variable]
-    for place, line in enumerate(sorted(own, key=lambda line: line.frequency)):
-        where, height = line.frequency * scale, top * 12.0 / 3.5 ** (place % 3)
-        panel.axvline(where, color=ALERT, linewidth=1.0, alpha=0.35)
-        panel.annotate(line_text(line), (where, height), (3, 0), textcoords="offset points", fontsize=8, color=ALERT, va="center")
-    dress(panel, label("amplitude", amplitude_unit), label(quantity, unit), f"Spectrum, {worst.channel}")
-    panel.grid(True, which="major", color=GRID, linewidth=0.7)
-
-
-def axis_of(variable: str, unit: str) -> tuple[float, str, str]:
-    """Return the factor from cycles per SI unit to what is shown, its unit, and what the axis is called."""
-    if unit == "s":
-        return 1.0, "Hz", "frequency"
-    if unit == "rad":
-        return 2.0 * math.pi, "1/turn", f"orders of {variable.partition(' of ')[2]}"
-    return 1e-3, "1/mm", f"lines along {variable.partition(' of ')[2]}"

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import known_share, shown_with_unit, text_table
 from lathesim.diagnosis.comparison.compare import Comparison
-from lathesim.diagnosis.location.order_spectrum import Line
 
 
 def comparison_lines(comparison: Comparison) -> list[str]:
@@ -24,8 +22,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     if comparison.explained_by:
         lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
         lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.explained_by]
-    found = _line_rows(comparison)
-    return lines + (["", "Lines of the residual:", *text_table(found)] if len(found) > 1 else [])
+    return lines
 
 
 def mismatch_sentences(comparison: Comparison) -> list[str]:
@@ -70,25 +67,5 @@ def _chain(parts: Sequence[str], nearest: int) -> str:
     return f"{shown} <- {more} more" if more > 1 else shown
 
 
-def _line_rows(comparison: Comparison) -> list[tuple[str, ...]]:
-    units = {item.channel: item.unit for item in comparison.channels}
-    rows: list[tuple[str, ...]] = [("channel", "line", "fixed in", "amplitude", "share")]
-    for item in comparison.spectra:
-        for line in item.lines:
-            fixed = "time (Hz)" if line.variable == "time" else line.variable
-            size = shown_with_unit(line.amplitude, units[item.channel], 3)
-            rows.append((item.channel, line_text(line), fixed, size, f"{line.share:.0%}"))
-    return rows
-
-
 def _bar(share: float) -> str:
     return f"{'#' * round(20 * min(1.0, share)):<20}"
-
-
-def line_text(line: Line) -> str:
-    """Return a line as a person reads it: ``"38.3 Hz"``, ``"every 12 mm"``, ``"2 per turn"``."""
-    if line.unit == "s":
-        return f"{line.frequency:.4g} Hz"
-    if line.unit == "rad":
-        return f"{line.frequency * 2.0 * math.pi:.4g} per turn"
-    return f"every {line.period * 1e3:.4g} mm"

@@ -88,6 +88,14 @@ class Term:
     wave: Wave | None = None
     frequency: float = 0.0
 
+    @property
+    def variable(self) -> str:
+        """What it is a function of: "velocity of x_axis", "position of x_axis, every 5 mm"."""
+        name = self.on.removeprefix(PROPORTION) + (f" of {self.of}" if self.of else "")
+        if self.wave is not None:
+            return f"{name}, {self.wave.often}"
+        return f"{name}, swinging at about {self.frequency:.2g} Hz" if self.frequency else name
+
     def __str__(self) -> str:
         """Return what it is, after "it": "depends on sign of velocity of x_axis"."""
         where = f" of {self.of}" if self.of else ""

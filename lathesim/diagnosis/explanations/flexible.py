@@ -28,13 +28,14 @@ from lathesim.engine.assembly import FloatArray
 
 @dataclass(frozen=True)
 class Part:
-    """A term of a flexible explanation: its ``gain`` [nats] beside the terms before it, with its standard error, and its ``size``, the root
-    mean square on the estimation recording [unit of the residual]."""
+    """A term of a flexible explanation: its ``gain`` [nats] beside the terms before it, with its standard error, its ``size``, the root
+    mean square on the estimation recording [unit of the residual], and the ``share`` of the validation recording's power that it takes."""
 
     term: Term
     gain: float
     standard_error: float
     size: float
+    share: float
 
     def __str__(self) -> str:
         """Return what it is, after "it"."""
@@ -92,8 +93,14 @@ def flexible(
     judge = Recording(functions, *held_out, found.recording.colour, found.posterior.terms)
     asked = HeldOut(found, judge, length, every)
     kept = asked.holding()
-    parts = tuple(Part(term, worth.gain, worth.standard_error, found.size_of(term, kept)) for term, worth in asked.ranked(kept))
-    terms = [part.term for part in parts]
+    ranked = asked.ranked(kept)
+    terms = [term for term, _ in ranked]
+    left = np.square([asked.left(terms[:number]) for number in range(len(terms) + 1)])
+    shares = (left[:-1] - left[1:]) / left[0]
+    parts = tuple(
+        Part(term, worth.gain, worth.standard_error, found.size_of(term, kept), float(share))
+        for (term, worth), share in zip(ranked, shares, strict=True)
+    )
     worth = asked.worth_of(terms, ())
     steady = asked.worth_of([term for term in terms if term.on != "time" or not term.wave], ())
     posterior = posterior_of(found.recording, terms)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -49,7 +49,7 @@ def _steady(speed: FloatArray, period: float, longest: float = 0.2, falls: float
 
     Smoothing twice as long, at most ``longest`` [s], takes a usual acceleration down to the share ``falls`` or less where it is noise.
     """
-    before, width = math.inf, 2 * round(1.0 / (period * min(100.0, 0.2 / period))) + 1
+    before, width = math.inf, min(2 * round(1.0 / (period * min(100.0, 0.2 / period))) + 1, 2 * ((len(speed) - 1) // 2) + 1)
     while True:
         velocity, acceleration = (savgol_filter(speed, width, 2, deriv=order, delta=period) for order in (0, 1))
         spread = float(np.median(np.abs(acceleration)))
@@ -64,16 +64,19 @@ def _moved(experiment: Experiment) -> dict[str, FloatArray]:
     return {**experiment.doing, **recorded_motion(experiment.with_candidates, recorded)}
 
 
-def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted) -> dict[str, tuple[Lacking, Flexible]]:
+def of_channels(
+    experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, asked: Collection[str] | None = None
+) -> dict[str, tuple[Lacking, Flexible]]:
     """Return by channel what is lacking behind it (a force where it shows a motion), and the flexible explanation of that.
 
     Commands of controllers are left out: they follow a law exactly. What a wide range of the lesson's uncertain values would explain is no
     finding. Channels that no unknown force reaches are asked for each other too: what is left of both has one cause that nobody recorded.
+    With ``asked`` only those channels are looked at.
     """
     doubted = [one for one in fitted.free if one.name in experiment.machine.uncertain]
     here, there = (_with_doubts(one, fit, doubted) for one, fit in ((experiment, fitted), (validation, judged)))
     recorded, simulated = (tuple(conditions_of(one, simulated=way) for one in (experiment, validation)) for way in (False, True))
-    found, rows = {}, _asked(experiment)
+    found, rows = {}, _asked(experiment, asked)
     left = [{row: [lacking(one, fit, row) for fit in fits] for row in rows} for one, fits in ((experiment, here), (validation, there))]
     for row in rows:
         missing, other = left[0][row][0], left[1][row][0]
@@ -87,10 +90,11 @@ def of_channels(experiment: Experiment, fitted: Fitted, validation: Experiment, 
     return found
 
 
-def _asked(experiment: Experiment) -> dict[int, str]:
-    """Return the rows of the compared channels that no controller gives, with their names."""
+def _asked(experiment: Experiment, asked: Collection[str] | None) -> dict[int, str]:
+    """Return the rows of the compared channels that no controller gives, with their names; with ``asked`` only of those."""
     parts = {part.name: part.component for part in experiment.machine.assembly.parts}
-    return {row: name for row, name in enumerate(experiment.machine.compare) if not decides(parts[Place.of(name).part])}
+    compared = [(row, name) for row, name in enumerate(experiment.machine.compare) if asked is None or name in asked]
+    return {row: name for row, name in compared if not decides(parts[Place.of(name).part])}
 
 
 def _beside(moved: Conditions, left: Mapping[int, Sequence[Lacking]], row: int, others: Mapping[str, int]) -> Conditions:

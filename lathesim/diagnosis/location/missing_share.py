@@ -6,10 +6,7 @@ import math
 
 import numpy as np
 
-from lathesim.diagnosis.location.dependence import beyond
 from lathesim.diagnosis.location.missing_force import missing_signal
-from lathesim.diagnosis.location.operating_conditions import held_by_friction
-from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import (
     MissingSignal,
 )
@@ -39,7 +36,7 @@ def missing_share(experiment: Experiment, fitted: Fitted, row: int) -> tuple[flo
     return (left / size if size > 0.0 else math.inf if left > 0.0 else math.nan), total
 
 
-def missing_signals(validation: Experiment, before: Model, after: Model, method: Method = STANDARD) -> tuple[MissingSignal, ...]:
+def missing_signals(validation: Experiment, before: Model, after: Model) -> tuple[MissingSignal, ...]:
     """Return what is missing behind each channel on the validation recording, before and after."""
     result: list[MissingSignal] = []
     for row in range(len(validation.machine.compare)):
@@ -48,10 +45,7 @@ def missing_signals(validation: Experiment, before: Model, after: Model, method:
         share_before, total = missing_share(validation, before.validation_fit, row)
         share_after, _ = missing_share(validation, after.validation_fit, row)
         time = validation.record.time
-        unheld = beyond(second.values, held_by_friction(validation, after.validation_fit, row, method=method))
-        left = float(np.sqrt(np.mean(np.square(second.values))))
-        counted = share_after * float(np.sqrt(np.mean(np.square(unheld)))) / left if left > 0.0 else share_after
-        result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after, counted))
+        result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after))
     return tuple(result)
 
 

@@ -32,4 +32,3 @@ class SharedLimits:
         "assumed",
         "in the place of 8 and 10",
     )  # fmt: skip
-    dependence: Limit = Limit(0.1, "share of missing force", "a variable that explains less than this is none that the force depends on")

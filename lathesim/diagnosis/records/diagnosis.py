@@ -15,7 +15,6 @@ import numpy as np
 
 from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.records.comparison import Explanation, explanation_as_json
-from lathesim.diagnosis.records.condition import Kind
 from lathesim.diagnosis.records.history import Step
 from lathesim.engine.assembly import FloatArray
 
@@ -122,25 +121,8 @@ class BaselineValue:
 
 
 @dataclass(frozen=True)
-class VariableBar:
-    """How much of a channel's missing signal a variable explains on the validation recording (1 all, 0 nothing), before and after.
-
-    ``within`` is the same as a share of what the variable could explain; NaN where that is all.
-    """
-
-    channel: str
-    variable: str
-    before: float
-    after: float
-    within_before: float = math.nan
-    within_after: float = math.nan
-    kind: Kind = Kind.OTHER
-
-
-@dataclass(frozen=True)
 class MissingSignal:
-    """What is missing at a place [``unit``] over ``time`` [s], before and after; ``share`` is its size as a share of what acts there,
-    ``counted`` that of what is missing after less what dry friction may hold at rest."""
+    """What is missing at a place [``unit``] over ``time`` [s], before and after; ``share`` is its size as a share of what acts there."""
 
     at: str
     unit: str
@@ -150,7 +132,6 @@ class MissingSignal:
     total: FloatArray
     share_before: float
     share_after: float
-    counted: float = math.nan
 
     @property
     def sizes(self) -> tuple[float, float]:
@@ -177,7 +158,6 @@ class ChannelTrace:
 class Evidence:
     """What the report draws."""
 
-    bars: tuple[VariableBar, ...] = ()
     missing: tuple[MissingSignal, ...] = ()
     traces: tuple[ChannelTrace, ...] = ()
     wires: tuple[tuple[str, str], ...] = ()

@@ -1,29 +1,25 @@
-"""What shows the mismatch before and after: residuals in the lesson's own simulation, the missing force, and what it depends on."""
+"""What shows the mismatch before and after: residuals in the lesson's own simulation, and the missing force."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 import numpy as np
 
 from lathesim.diagnosis.location.closed_loop_fit import Compared
-from lathesim.diagnosis.location.dependence import bars
 from lathesim.diagnosis.location.missing_force import places
 from lathesim.diagnosis.location.missing_share import missing_signals
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, VariableBar
+from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location
 from lathesim.diagnosis.records.search import Found, Tried
 from lathesim.diagnosis.reporting.explanations import best_of_each, gains
-from lathesim.identification.records.model import Model
 from lathesim.identification.replay.experiment import Experiment
 
 
-def gather(experiment: Experiment, validation: Experiment, found: Found, own: Compared, method: Method = STANDARD) -> Evidence:
+def gather(validation: Experiment, found: Found, own: Compared) -> Evidence:
     """Return what the report draws, on the validation recording."""
-    before, after = found.baseline, found.model
     return Evidence(
-        bars=tuple(_bars(experiment, validation, before, after, method=method)),
-        missing=missing_signals(validation, before, after, method=method),
+        missing=missing_signals(validation, found.baseline, found.model),
         traces=tuple(_traces(validation, own)),
         wires=_wires(validation),
         tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found)),
@@ -46,18 +42,6 @@ def _beside(trial: Tried) -> set[str]:
     return {candidate.part for candidate in trial.model.candidates if candidate.part != trial.candidate.part}
 
 
-def _bars(experiment: Experiment, validation: Experiment, before: Model, after: Model, method: Method = STANDARD) -> list[VariableBar]:
-    first = {(bar.channel, bar.variable): bar for bar in bars(experiment, before.fitted, validation, before.validation_fit, method=method)}
-    if after is before:
-        second = first
-    else:
-        second = {
-            (bar.channel, bar.variable): bar for bar in bars(experiment, after.fitted, validation, after.validation_fit, method=method)
-        }
-    pairs = ((bar, second[key]) for key, bar in first.items())
-    return [VariableBar(bar.channel, bar.variable, bar.share, other.share, bar.within, other.within, bar.kind) for bar, other in pairs]
-
-
 def _traces(validation: Experiment, own: Compared) -> list[ChannelTrace]:
     return [
         ChannelTrace(name, own.fit[name].unit, validation.record.time, validation.own.recorded[row], own.before[row], own.after[row])
@@ -70,14 +54,18 @@ def _wires(experiment: Experiment) -> tuple[tuple[str, str], ...]:
     return tuple(dict.fromkeys(pairs))
 
 
-def located(validation: Experiment, found: Found, evidence: Evidence, *, named: bool, method: Method = STANDARD) -> Location:
-    """Return where the mismatch sits: the hosts of what is named, else the parts in which the replay finds it."""
+def located(
+    validation: Experiment, found: Found, evidence: Evidence, variables: Iterable[str], *, named: bool, method: Method = STANDARD
+) -> Location:
+    """Return where the mismatch sits, the hosts of what is named or else the parts in which the replay finds it; and on what it depends."""
     worst = places(validation, found.baseline.validation_fit)
     hosts = [candidate.at.partition(".")[0] for candidate in found.model.candidates] if named else []
     channels = [place.channel for place in worst if place.over_floor > 1.0]
     suspects = hosts or suspected(validation, evidence, channels, method=method)
     windows = worst[0].windows if worst else ()
-    return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, strongest_variables(evidence.bars, channels, method=method))
+    return Location(
+        tuple(dict.fromkeys(suspects)), tuple(channels), windows, tuple(dict.fromkeys(variables))[: method.reporting.most_variables]
+    )
 
 
 def suspected(validation: Experiment, evidence: Evidence, off: Collection[str], method: Method = STANDARD) -> list[str]:
@@ -100,31 +88,3 @@ def suspected(validation: Experiment, evidence: Evidence, off: Collection[str], 
         several = sum(at != part and at.partition(".")[0] == part for _, at in shares) > 1
         found += [*reads, part] if several else [part, *reads]
     return found
-
-
-def strongest_variables(
-    bars_: tuple[VariableBar, ...], channels: list[str], *, after: bool = False, method: Method = STANDARD
-) -> tuple[str, ...]:
-    """Return the variables that explain most of what is missing; one that a simpler one nearly replaces is not named.
-
-    One that has a value only now and then (time since entry) is named where it explains much of what is missing there.
-    """
-    kinds = {bar.variable: bar.kind for bar in bars_}
-    shares: dict[str, float] = {}
-    partial: dict[str, float] = {}
-    for bar in bars_:
-        if not channels or bar.channel in channels:
-            share, within = (bar.after, bar.within_after) if after else (bar.before, bar.within_before)
-            if bar.kind.is_partial:
-                # what is small shows only once the large is in
-                within = within if after else max(within, bar.within_after)
-                partial[bar.variable] = max(partial.get(bar.variable, 0.0), within)
-            else:
-                shares[bar.variable] = max(shares.get(bar.variable, 0.0), share)
-    narrow = [name for name in sorted(partial, key=lambda name: -partial[name]) if partial[name] > method.shared.dependence]
-    chosen: list[str] = []
-    for name in sorted(shares, key=lambda name: (kinds[name], -shares[name])):
-        simpler = max((shares[other] for other in chosen), default=0.0)
-        if shares[name] > method.shared.dependence and (kinds[name].is_motion or shares[name] > simpler + method.discovery.worth):
-            chosen.append(name)
-    return tuple([*narrow, *sorted(chosen, key=lambda name: -shares[name])][: method.reporting.most_variables])

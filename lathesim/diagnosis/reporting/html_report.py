@@ -17,7 +17,7 @@ import lathesim
 from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.location.missing_share import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal, VariableBar
+from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal
 from lathesim.diagnosis.reporting.answer_tables import before_text, effect_rows
 from lathesim.diagnosis.reporting.explanations import HEAD, explanation_rows, legend
 from lathesim.diagnosis.reporting.number_text import (
@@ -77,9 +77,6 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
         "suspects": _suspects(diagnosis),
         "strip": _strip(diagnosis),
-        "bars": _bars(diagnosis.evidence.bars, changed, method),
-        "bars_in": max(diagnosis.evidence.bars, key=lambda bar: bar.before).channel if diagnosis.evidence.bars else "",
-        "bars_after": changed,
         "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
         "changed": changed,
         "modelled": modelled,
@@ -160,24 +157,6 @@ def _ticks(begin: float, end: float) -> list[tuple[float, str]]:
     first = math.ceil(begin / step - 1e-9)
     places = [step * (first + count) for count in range(math.floor(end / step + 1e-9) - first + 1)]
     return [(place, f"{place:.10g}" + (" s" if position == len(places) - 1 else "")) for position, place in enumerate(places)]
-
-
-def _bars(bars: Sequence[VariableBar], changed: bool, method: Method) -> list[dict[str, Any]]:
-    tallest: dict[str, VariableBar] = {}
-    for bar in bars:
-        if bar.variable not in tallest or bar.before > tallest[bar.variable].before:
-            tallest[bar.variable] = bar
-    chosen = sorted(tallest.values(), key=lambda bar: -bar.before)[: method.reporting.most_bars]
-    chosen = [bar for bar in chosen if max(bar.before, bar.after) > method.reporting.least_bar]
-    return [
-        {"variable": bar.variable, "channel": "" if bar.channel == chosen[0].channel else bar.channel, "before": _width(bar.before),
-         "after": _width(bar.after) if changed and math.isfinite(bar.after) else None, "text": f"{_width(bar.before):.0f} %"}
-        for bar in chosen
-    ]  # fmt: skip
-
-
-def _width(share: float) -> float:
-    return round(100.0 * min(1.0, max(0.0, share)), 1) if math.isfinite(share) else 0.0
 
 
 def _change(name: str, diagnosis: Diagnosis) -> dict[str, Any]:

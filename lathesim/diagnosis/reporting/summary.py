@@ -124,9 +124,7 @@ def _where(diagnosis: Diagnosis) -> str:
     places = list(diagnosis.location.components) or list(diagnosis.location.channels)[:1]
     if diagnosis.verdict in ("no_mismatch", "parameters_only") or not places:
         return ""
-    on = [] if diagnosis.unnamed and not diagnosis.names else list(diagnosis.location.variables[:2])
-    goes = f" The error that the lesson leaves depends on {listed(on)}." if on else ""
-    return f"{listed(places)}.{goes}"
+    return f"{listed(places)}."
 
 
 def _size(diagnosis: Diagnosis, method: Method) -> str:

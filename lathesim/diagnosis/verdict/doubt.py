@@ -18,7 +18,8 @@ class Doubt:
     """What the flexible explanation makes of what a model leaves behind a channel.
 
     ``gain`` with its ``error`` is what it predicts better [nats]. ``before`` and ``after`` are root mean squares of what is lacking ``at``
-    a port, without and with it [unit]; ``depends_on`` says on what. It is ``clear`` where something is left that an effect should explain.
+    a port, without and with it [unit]; ``depends_on`` says on what, and ``variables`` names it. It is ``clear`` where something is left
+    that an effect should explain.
     """
 
     channel: str
@@ -29,6 +30,7 @@ class Doubt:
     before: float
     after: float
     depends_on: tuple[str, ...]
+    variables: tuple[str, ...]
     clear: bool
 
     @property
@@ -48,6 +50,6 @@ def doubts(study: Study, model: Model) -> tuple[Doubt, ...]:
         size = math.sqrt(max(made.before**2 - made.after**2, 0.0))
         least = least_size(study, model, row) if lacking.is_force else float(validation.sensed.seen_floors[row])
         clear = is_clear(Gain(gain, error), study.method) and size > least
-        on = tuple(map(str, made.parts))
-        found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, made.before, made.after, on, clear))
+        on, variables = tuple(map(str, made.parts)), tuple(term.variable for term in made.terms)
+        found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, made.before, made.after, on, variables, clear))
     return tuple(found)

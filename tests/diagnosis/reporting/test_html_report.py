@@ -82,7 +82,7 @@ def test_no_two_things_on_a_page_have_one_name_and_every_reference_is_there(name
 def test_the_page_of_a_named_effect_says_it_all(pages: dict[str, str]) -> None:
     text = Page(pages["named"]).text
     for said in (
-        "CoulombFriction", "20.41 N", "20.22 to 20.60 N", "97.4 %", "98.3 %", "sign of velocity of x_axis", "27 µm",
+        "CoulombFriction", "20.41 N", "20.22 to 20.60 N", "97.4 %", "98.3 %", "27 µm",
         "0.44 µm",
         "17 %", "4.3 %", "203.5 N·s/m", "410.2 N·s/m", "+102 %", "The closest rival, AsymmetricFriction at x_axis",
         "7871",

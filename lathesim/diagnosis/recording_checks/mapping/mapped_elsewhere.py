@@ -153,12 +153,12 @@ def has_other_sign(recorded: FloatArray, made: FloatArray, method: Method = STAN
 def against_the_machine(experiments: Sequence[Experiment], values: Mapping[str, float], method: Method = STANDARD) -> list[str]:
     """Return the channels that move against the simulated ones on every recording, the clearest first: they may have the other sign.
 
-    r^2 > dependence and r < 0, with r the correlation of both without a straight line. What the lesson left out may do the same.
+    r^2 > little_off and r < 0, with r the correlation of both without a straight line. What the lesson left out may do the same.
     """
     found: dict[str, float] = {}
     for row, name in enumerate(experiments[0].machine.compare):
         alike = [_correlation(experiment, values, row) for experiment in experiments]
-        if max(alike) < -math.sqrt(method.shared.dependence):
+        if max(alike) < -math.sqrt(method.recording_checks.little_off):
             found[name] = max(alike)
     return sorted(found, key=lambda name: found[name])
 
