@@ -123,7 +123,10 @@ class CurrentLimit(Effect):
 class SlewLimit(Effect):
     """A drive that changes no faster than a rate.
 
-    |du_out/dt| <= rate, judged once a sample
+    |du_out/dt| <= rate
+
+    The command is held over a sample, so that what acts climbs or falls towards it in one line from where the last sample left it.
+    Left out: a command that moves within a sample is followed from its value at the sample instant.
     """
 
     catalogue, family, site = 20, "drive range", "drive"
@@ -133,26 +136,30 @@ class SlewLimit(Effect):
         typical_rotary={"rate": (10.0, 10000.0)},
     )
     fingerprint = "Ramps of one slope where the command jumps."
-    confused_with = ("MotorInductance", "CurrentLoopLag")
+    confused_with = ("MotorInductance", "CurrentLoopLag", "TransportDelay")
     experiment = "Steps of two sizes: the slope is the same for a slew limit and grows with the step for a lag."
     source = "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 7. Range assumed."
 
     incoming = Input("{signal}", doc="command")
     outgoing = Output("{signal}", doc="command that acts")
-    held = DiscreteState("{signal}", doc="command that acts at the sample instant")
+    reached = DiscreteState("{signal}", doc="what acts at the sample instant")
+    wanted = DiscreteState("{signal}", doc="command since the sample instant")
+    sampled = DiscreteState("s", doc="time of the sample instant")
     rate = Parameter("({signal})/s", 1e12, low=0.0, doc="fastest change")
 
     @staticmethod
-    def update(incoming: float, held: float, rate: float, sample_period: float, time: float) -> float:
+    def update(
+        incoming: float, reached: float, wanted: float, rate: float, sample_period: float, time: float
+    ) -> tuple[float, float, float]:
         if time > 0.0:
-            return held + _limited(incoming - held, rate * sample_period)
-        return incoming
+            return reached + _limited(wanted - reached, rate * sample_period), incoming, time
+        return incoming, incoming, time
 
     @staticmethod
-    def output(incoming: float, held: float, rate: float) -> float:
+    def output(incoming: float, reached: float, sampled: float, rate: float, time: float) -> float:
         if rate >= 1e12:
             return incoming
-        return held
+        return reached + _limited(incoming - reached, rate * (time - sampled))
 
 
 class TorqueRipple(Effect):

@@ -68,15 +68,16 @@ class Identification:
     """Parameter that is 1 where what the wire carries is held from one sample to the next, and 0 where it moves: set when placed."""
     spacing: str = ""
     """Parameter that shows as the spacing of the recorded values themselves."""
+    starts: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    """Values from which a search begins, the first of each parameter together, where a spread over the typical ranges would pass by what
+    comes in steps only: converters have whole bits."""
     along: str = ""
     """Output that gives the way along which it repeats, where no sensor of the host shows it: the length that was cut."""
     products: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Parameter -> others that show only as their product with it."""
-    minimal_form: tuple[str, ...] = ()
-    """Parameters of its simplest form, where the others may stay at their defaults: tried beside the whole form."""
     extended: tuple[str, ...] = ()
-    """Parameters of an extended shape (harmonics of a wave, how softly a limit sets in). The effect is looked for with their defaults; they
-    are fitted once it was found, where they explain much of what is left."""
+    """Parameters of an extended shape (harmonics of a wave, how softly a limit sets in, a peak at low speed). The effect is looked for with
+    their defaults; they are fitted once it was found, where they explain much of what is left."""
     generalises: tuple[str, ...] = ()
     """Simpler effects that this one contains: it is tried in their place where one of them was found."""
     prerequisites: tuple[str, ...] = ()
@@ -133,7 +134,7 @@ FAMILIES = {
 FORMER_NAMES = {
     "typical": "typical", "typical_rotary": "typical_rotary", "nuisance": "nuisance", "told_of_one": "size_of_recording",
     "remembers": "history", "resonance": "resonance", "late_by": "delay", "in_samples": "whole_samples", "told_if_held": "held_flag",
-    "spacing": "spacing", "along": "along", "only_products": "products", "bare": "minimal_form", "finer_shape": "extended",
+    "spacing": "spacing", "along": "along", "only_products": "products", "finer_shape": "extended",
     "refines": "generalises", "needs": "prerequisites", "needs_both_ways": "needs_both_ways", "between_sensors": "between_sensors",
     "elsewhere": "senses_elsewhere", "from_beside": "senses_beside", "carried": "carried", "of_any_reading": "of_any_reading",
 }  # fmt: skip

@@ -111,7 +111,7 @@ class SpeedDependence(Effect):
     neutral = {"exponent": 0.0, "hump": 0.0}
     identification = Identification(
         typical={"exponent": (-0.4, 0.0), "hump": (-0.3, 0.5), "hump_speed": (0.3, 1.2), "hump_width": (0.1, 0.5)},
-        minimal_form=("exponent",),
+        extended=("hump", "hump_speed", "hump_width"),
     )
     # a hump that is not there bends the law of the exponent, from a speed at which nobody cut
     fingerprint = "The force follows the cutting speed and nothing else."

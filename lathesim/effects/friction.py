@@ -302,7 +302,7 @@ class PreslidingFriction(Effect):
     neutral = {"level": 0.0}
     identification = Identification(
         generalises=("CoulombFriction",),
-        minimal_form=("level", "distance"),
+        extended=("excess", "stribeck_velocity", "bristle_damping"),
         typical={
             "level": (5.0, 100.0),
             "distance": (1e-6, 30e-6),

@@ -72,15 +72,22 @@ class ConverterOffset(Effect):
 class ConverterResolution(Effect):
     """A converter whose steps are coarser than they are said to be.
 
-    u_out = round(u_in / resolution) resolution
+    u_out = (round(u_in / resolution - origin) + origin) resolution
 
+    A converter of N bits over +-V has a level at 0 where its codes are signed (origin 0, step 2 V / 2^N); counted from -V to V none is at 0
+    (origin 1/2, step 2 V / (2^N - 1)).
     Left out: steps that differ in size (integral non-linearity).
     """
 
     catalogue, family, site = 23, "drive range", "drive"
     neutral = {"resolution": 0.0}
     identification = Identification(
-        typical={"resolution": (5e-3, 0.1)},
+        typical={"resolution": (5e-3, 0.1), "origin": (0.0, 0.5)},
+        starts={
+            "resolution": (*(20.0 / 2.0**bits for bits in range(12, 5, -1)), *(20.0 / (2.0**bits - 1.0) for bits in range(12, 5, -1))),
+            "origin": (*(0.0,) * 7, *(0.5,) * 7),
+        },
+        spacing="resolution",
     )
     fingerprint = "A staircase over the command: what acts stays while the command moves by less than a step."
     confused_with = ("AmplifierDeadZone, which is flat only around zero",)
@@ -90,10 +97,11 @@ class ConverterResolution(Effect):
     incoming = Input("{signal}", doc="command before the converter")
     outgoing = Output("{signal}", doc="command that acts")
     resolution = Parameter("{signal}", 0.0, low=0.0, doc="smallest step; 0 for none")
+    origin = Parameter("1", 0.0, low=0.0, high=1.0, doc="level nearest above 0, in steps")
 
     @staticmethod
-    def output(incoming: float, resolution: float) -> float:
-        return math.floor(incoming / resolution + 0.5) * resolution if resolution > 0.0 else incoming
+    def output(incoming: float, resolution: float, origin: float) -> float:
+        return (math.floor(incoming / resolution - origin + 0.5) + origin) * resolution if resolution > 0.0 else incoming
 
 
 class DriveGainError(Effect):

@@ -14,7 +14,9 @@ NUMBERS: list[tuple[str, dict[str, float], float]] = [
     # weight of 100 kg on a bed slanted by 30 degrees
     ("ForceOffset", {"incoming": 0.0, "offset": 100.0 * 9.81 * 0.5}, 490.5),
     ("ConverterOffset", {"incoming": 1.2345, "offset": 0.01}, 1.2445),
-    ("ConverterResolution", {"incoming": 1.2345, "resolution": 0.1}, 1.2),
+    ("ConverterResolution", {"incoming": 1.2345, "resolution": 0.1, "origin": 0.0}, 1.2),
+    # 8 bits from -10 V to 10 V: the two levels nearest to 0 are 39 mV away
+    ("ConverterResolution", {"incoming": 0.03, "resolution": 20.0 / 255.0, "origin": 0.5}, 10.0 / 255.0),
     ("DriveGainError", {"incoming": 2.0, "error": 0.05, "sag": 0.01}, 2.06),
     ("ScaleFactorError", {"incoming": 1.0, "factor": 25.4}, 25.4),
     # class 5: 23 um over 300 mm
@@ -111,6 +113,20 @@ def test_number(name: str, values: dict[str, float], expected: float) -> None:
     effect = stock_effects()[name]
     law = "output" if "output" in effect.laws else "output_outgoing"
     assert call(effect, law, values) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+def test_a_slew_limit_ramps_within_the_sample() -> None:
+    """A step of 1 V at 100 V/s takes 10 ms: with 4 ms samples it is there in the third one."""
+    effect = stock_effects()["SlewLimit"]
+    states = dict.fromkeys(("reached", "wanted", "sampled"), 0.0)
+    values = {"rate": 100.0, "sample_period": 0.004, "incoming": 0.0}
+    states = dict(zip(states, call(effect, "update", values | states | {"time": 0.0}), strict=True))
+    acting = []
+    for sample in range(4):
+        values["incoming"] = 1.0
+        states = dict(zip(states, call(effect, "update", values | states | {"time": 0.004 * (sample + 1)}), strict=True))
+        acting += [call(effect, "output", values | states | {"time": 0.004 * (sample + 1) + late}) for late in (0.0, 0.001)]
+    assert acting == pytest.approx([0.0, 0.1, 0.4, 0.5, 0.8, 0.9, 1.0, 1.0])
 
 
 def test_backlash_follows_behind_by_half_its_width() -> None:

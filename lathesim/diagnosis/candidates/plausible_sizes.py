@@ -1,15 +1,18 @@
 """How large effects could be on this machine: no friction is larger than all that ever acts there.
 
 Usual sizes are those of a small lathe. A press or a rotary table has a hundred times as much of everything, and what is beyond belief on
-the one is usual on the other. The bound is taken from the recording: the largest effort that acts on the host, and that over its largest
-speed for what grows with the speed; the smaller the machine the more a belt may slip for each newton metre.
+the one is usual on the other. The bound is taken from the recording: the largest effort that acts on the host, the whole way and the
+largest speed of its motion, and the effort over that speed for what grows with the speed; the smaller the machine the more a belt may slip
+for each newton metre.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from lathesim.diagnosis.candidates.periodic_starts import PERIODS
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.engine.assembly import Place
 from lathesim.identification.machine.roles import acting
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion
@@ -17,8 +20,8 @@ from lathesim.units import same_dimension
 
 
 def possible_sizes(experiment: Experiment, method: Method = STANDARD) -> dict[str, float]:
-    """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, grow with a speed, or are
-    losses for each effort."""
+    """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, ways or speeds, grow with a
+    speed, or are losses for each effort. A wavelength is read off the recording and has no bound here."""
     found: dict[str, float] = {}
     for host, bounds in _bounds(experiment, method=method).items():
         for candidate in (
@@ -28,15 +31,15 @@ def possible_sizes(experiment: Experiment, method: Method = STANDARD) -> dict[st
         ):
             declarations = experiment.sensed.plan.parts[candidate.part].component.declarations
             for name in candidate.parameters:
-                unit = declarations[name.partition(".")[2]].unit
-                size = next((size for of, size in bounds.items() if same_dimension(of, unit)), None)
-                found |= {name: size} if size is not None else {}
+                item = Place.of(name).port
+                size = next((size for of, size in bounds.items() if same_dimension(of, declarations[item].unit)), None)
+                found |= {name: size} if size is not None and item not in PERIODS else {}
     return found
 
 
 def _bounds(experiment: Experiment, method: Method = STANDARD) -> dict[str, dict[str, float]]:
-    """Return for each part that is pushed the units of an effort, of one over a speed, and of a loss for each effort, with the largest of
-    each: part -> unit -> size."""
+    """Return for each part that is pushed the units of an effort, a way, a speed, an effort over a speed, and a loss for each effort, with
+    the largest of each: part -> unit -> size."""
     channels = experiment.sensed.plan.channels
     motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
     sources = dict(acting(experiment.machine.assembly))
@@ -57,8 +60,11 @@ def _bounds(experiment: Experiment, method: Method = STANDARD) -> dict[str, dict
             continue
         unit, flow = (declarations[ports[role]].unit for role in ("effort", "flow"))
         effort = float(np.max(np.abs(np.nan_to_num(pushing)), initial=0.0))
-        speed = float(np.max(np.abs(motion.get(f"{part.name}.{ports['flow']}", np.zeros(1)))))
-        found[part.name] = {unit: effort}
+        place, velocity = (motion.get(f"{part.name}.{ports.get(role, '')}", np.zeros(1)) for role in ("displacement", "flow"))
+        speed = float(np.max(np.abs(velocity)))
+        found[part.name] = {unit: effort, flow: speed}
+        if "displacement" in ports:
+            found[part.name][declarations[ports["displacement"]].unit] = float(np.ptp(place))
         if speed > 0.0 and effort > 0.0:
             found[part.name] |= {f"({unit})/({flow})": effort / speed, f"({flow})/({unit})": method.candidates.most_lost * speed / effort}
         if effort > 0.0:

@@ -14,7 +14,7 @@ from scipy.fft import rfft
 
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.screened import Screened
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.execution.threads import together
 from lathesim.identification.records.candidate import FAR_BEYOND, Candidate
 from lathesim.identification.records.fit import Fitted
@@ -161,12 +161,18 @@ def _start(candidate: Candidate, item: _Response, method: Method = STANDARD) -> 
     size = float(np.clip(abs(share), 0.02, 20.0))
     if share < 0.0 and bool((candidate.low < 0.0).any()) and not _phases(candidate):
         size = -size
-    away = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
-    scaled = np.where(away, candidate.neutral + (point - candidate.neutral) * size, point)
+    scaled = np.where(in_proportion(candidate), candidate.neutral + (point - candidate.neutral) * size, point)
     if share < 0.0:
         # a wave of negative size is the same wave half a turn on
         scaled[_phases(candidate)] += np.pi
     return np.clip(scaled, candidate.low, candidate.high)
+
+
+def in_proportion(candidate: Candidate) -> np.ndarray:
+    """Return for each parameter whether it is a size in proportion to which the effect acts: a limit and the step of a grid are not."""
+    names = [Place.of(name).port for name in candidate.parameters]
+    sizes = np.array([name in candidate.effect.neutral and name != candidate.effect.identification.spacing for name in names])
+    return np.asarray(sizes & ~is_limit(candidate))
 
 
 def is_limit(candidate: Candidate) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lathesim.diagnosis.candidates.periodic_starts import PERIODS, cycle_of
-from lathesim.diagnosis.candidates.screening import is_limit
+from lathesim.diagnosis.candidates.screening import in_proportion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method.explaining import ExplainingLimits
 from lathesim.diagnosis.records.screened import Screened
@@ -95,10 +95,13 @@ def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> lis
 
 def _rows(candidate: Candidate, item: Screened, points: FloatArray | None, limits: ExplainingLimits) -> FloatArray:
     """Return the values that are tried, shape (starts, parameters)."""
-    sizes = np.array([name.partition(".")[2] in candidate.effect.neutral for name in candidate.parameters]) & ~is_limit(candidate)
     usual = candidate.points if points is None or not len(points) else points
     begun = [*item.starts, *usual[: limits.points]]
-    scaled = [np.where(sizes, candidate.neutral + share * (row - candidate.neutral), row) for row in begun for share in limits.sizes]
+    scaled = [
+        np.where(in_proportion(candidate), candidate.neutral + share * (row - candidate.neutral), row)
+        for row in begun
+        for share in limits.sizes
+    ]
     return np.asarray(np.clip(np.array(scaled), candidate.low, candidate.high))
 
 

@@ -222,7 +222,7 @@ def _candidate(part: str, effect: type[Effect], placed: type[Component], host: s
     """Return the candidate of an effect, in its plain shape or with the values of a finer one free too."""
     declared, extended, ranges = placed.declared(Parameter), effect.identification.extended, _ranges(effect, placed)
     names = [name for name in declared if name in ranges and (shaped or name not in extended)]
-    points = _points_of_orders(names, ranges) if "order" in names else _spread([ranges[name] for name in names])
+    points = _points(names, effect.identification.starts, ranges)
     values = {**effect.neutral, **({name: declared[name].default for name in extended} if shaped else {})}
     neutral = np.array([values.get(name, _middle(*ranges[name])) for name in names])
     low, high = (np.array([getattr(declared[name], bound) for name in names]) for bound in ("low", "high"))
@@ -237,6 +237,13 @@ def _ranges(effect: type[Effect], placed: type[Component]) -> Mapping[str, tuple
     rotary = any(item.unit in _ROTARY_UNITS for item in placed.declared(Input).values())
     declared = effect.identification
     return declared.typical_rotary if rotary and declared.typical_rotary else declared.typical
+
+
+def _points(names: list[str], starts: Mapping[str, Sequence[float]], ranges: Mapping[str, tuple[float, float]]) -> FloatArray:
+    """Return where a search for some parameters begins, shape (points, names)."""
+    if starts:
+        return np.array([starts[name] for name in names]).T
+    return _points_of_orders(names, ranges) if "order" in names else _spread([ranges[name] for name in names])
 
 
 def _points_of_orders(names: list[str], ranges: Mapping[str, tuple[float, float]]) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -66,18 +66,6 @@ class Candidate:
     def acts_elsewhere(self) -> bool:
         """Return whether the effect acts in several places, by a size in each."""
         return any(name in self.effect.neutral for name in self.effect.identification.extended)
-
-    @property
-    def bare(self) -> Candidate | None:
-        """The candidate in its simplest form, none where it has no other."""
-        kept = [name for name in self.parameters if Place.of(name).port in self.effect.identification.minimal_form]
-        return self.keeping(kept) if kept and len(kept) < len(self.parameters) else None
-
-    def keeping(self, names: Collection[str]) -> Candidate:
-        """Return the candidate with these of its free values."""
-        kept = [place for place, name in enumerate(self.parameters) if name in names]
-        arrays = {name: getattr(self, name)[kept] for name in ("neutral", "low", "high", "least", "usual")}
-        return replace(self, parameters=tuple(self.parameters[place] for place in kept), points=self.points[:, kept], **arrays)
 
     @property
     def spare(self) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.plausible import of_usual_size
 from lathesim.diagnosis.method import Method
 from lathesim.effects.force_law import WearForceGrowth
+from lathesim.effects.friction import PreslidingFriction, StribeckFriction
 from lathesim.identification.catalogue.placement import insert_candidates
 from tests.diagnosis.one_cut import cut_machine
 from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, experiments, recording
@@ -21,6 +22,13 @@ def test_a_friction_may_be_as_large_as_what_pushes() -> None:
     assert sizes[level] == pytest.approx(float(np.max(np.abs(experiment.record[FORCE]))))
     assert not any("period" in name or "phase" in name for name in sizes)
     assert POSITION in experiment.machine.compare
+
+
+def test_a_friction_may_rise_over_the_whole_way() -> None:
+    (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(PreslidingFriction, StribeckFriction))
+    sizes = {name.partition("friction.")[2]: size for name, size in possible_sizes(experiment).items()}
+    assert sizes["distance"] == pytest.approx(float(np.ptp(experiment.record[POSITION])), rel=0.01)
+    assert 0.0 < sizes["stribeck_velocity"] < 1.0
 
 
 @pytest.mark.parametrize(("possible", "believed"), [(0.0, False), (1e5, True)], ids=["a small machine", "a large one"])

@@ -127,7 +127,9 @@ def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(
     left = replace(told(SURE, NOTHING), left_out=("level",))
     default = experiment.sensed.plan.parts[candidate.part].component.declared(Parameter)["level"].default
     assert ("level" in lesson_entry(left, candidate, found.model.fitted, experiment)) == (default != 0.0)
-    lean = candidate.keeping([name for name in candidate.parameters if not name.endswith(".level")])
+    kept = [place for place, name in enumerate(candidate.parameters) if not name.endswith(".level")]
+    arrays = {name: getattr(candidate, name)[kept] for name in ("neutral", "low", "high", "least", "usual")}
+    lean = replace(candidate, parameters=tuple(candidate.parameters[place] for place in kept), points=candidate.points[:, kept], **arrays)
     spared = replace(told(SURE, NOTHING), parameters={"viscous_difference": NOTHING})
     assert ("level" in lesson_entry(spared, lean, found.model.fitted, experiment)) == (default != 0.0)
 

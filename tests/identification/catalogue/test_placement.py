@@ -13,11 +13,11 @@ from lathesim.effects.encoder_error import LostCounts
 from lathesim.effects.force_law import ChipThicknessExponent, EdgeForce, EntryBuildUp
 from lathesim.effects.friction import CoulombFriction, PreslidingFriction, StribeckFriction
 from lathesim.effects.lag import MotorInductance
-from lathesim.effects.offset_and_gain import ConverterOffset, ForceOffset, ScaleFactorError
+from lathesim.effects.offset_and_gain import ConverterOffset, ConverterResolution, ForceOffset, ScaleFactorError
 from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrift, SensorFilter
 from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.effects.structure import AxialResonance
-from lathesim.engine.assembly import Assembly, Wire
+from lathesim.engine.assembly import Assembly, Place, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.catalogue.placement import insert_candidates
@@ -147,12 +147,18 @@ def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None
 
 def test_the_simplest_form_of_an_effect_has_its_own_values_alone() -> None:
     _, candidates = insert_candidates(machine().assembly, (PreslidingFriction, CoulombFriction))
-    bare = {candidate.name: candidate.bare for candidate in candidates}
-    presliding = bare["PreslidingFriction"]
-    assert presliding is not None
-    assert [name.partition(".")[2] for name in presliding.parameters] == ["level", "distance"]
+    presliding, coulomb = (next(one for one in candidates if one.name == name) for name in ("PreslidingFriction", "CoulombFriction"))
+    assert [Place.of(name).port for name in presliding.parameters] == ["level", "distance"]
     assert presliding.points.shape[1] == len(presliding.low) == 2
-    assert bare["CoulombFriction"] is None
+    assert presliding.shaped is not None
+    assert len(presliding.shaped.parameters) == 5
+    assert coulomb.shaped is None
+
+
+def test_a_converter_is_looked_for_from_whole_bits() -> None:
+    _, (candidate,) = insert_candidates(machine().assembly, (ConverterResolution,))
+    assert [20.0 / 255.0, 0.5] in candidate.points.tolist()
+    assert [20.0 / 4096.0, 0.0] in candidate.points.tolist()
 
 
 def test_neutral_values_are_those_of_the_effect() -> None:

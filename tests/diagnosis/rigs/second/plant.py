@@ -108,14 +108,15 @@ def _given(p: Physics, late: float, slewed: float, h: float) -> float:
 def run(p: Physics, asked: np.ndarray, load: np.ndarray, chance: np.ndarray, fine: int) -> np.ndarray:
     """Return rows of command, converter's voltage, current, encoder and scale at the sample instants.
 
-    ``asked`` is a position [m or rad] or a speed of the load, ``load`` a torque on the shaft, ``chance`` two rows of normal numbers.
+    ``asked`` is a position [m or rad] or a speed of the load, ``load`` a torque on the shaft, ``chance`` two rows of normal numbers. Both
+    position sensors are latched before the converter takes the new command: the shaft is twisted by the torque until then.
     """
     samples, h = len(asked), p.period / fine
     out, now = np.zeros((5, samples)), np.zeros(5)
     line = np.zeros(math.ceil(p.delay / h) + 1)
-    speed, angle, current, behind, given, bent, shown, tick = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
+    speed, angle, current, behind, given, bent, shown, torque, tick = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
     for k in range(samples):
-        place = p.ratio * angle
+        place, twisting = p.ratio * angle, torque - p.viscous * speed
         read = place + p.interpolation * math.sin(2.0 * math.pi * place / p.signal_period)
         read = _rounded(read + p.encoder_noise * chance[0, k], p.encoder)
         command = _wanted(p, asked[k], read, now, k == 0)
@@ -136,7 +137,7 @@ def run(p: Physics, asked: np.ndarray, load: np.ndarray, chance: np.ndarray, fin
                 shown = current if p.current_filter == 0.0 else shown
                 out[COMMAND, k], out[HELD, k], out[ENCODER, k] = command, held, read
                 out[CURRENT, k] = _rounded(shown + p.current_noise * chance[1, k], p.current_step)
-                out[SCALE, k] = _scale(p, time, place, behind, torque - p.viscous * speed)
+                out[SCALE, k] = _scale(p, time, place, behind, twisting)
                 continue
             if p.current_filter > 0.0:
                 shown += h / p.current_filter * (current - shown)
