@@ -24,14 +24,14 @@ from lathesim.identification.records.model import CandidateStanding, Model, Stan
 
 @dataclass
 class Rounds:
-    """The rounds of a search; one on top of the same model is not made twice."""
+    """The rounds of a search; one on top of the same model is not made twice: the same values free, between the same bounds."""
 
     study: Study
-    _made: dict[frozenset[str], list[Tried]] = field(default_factory=dict)
+    _made: dict[frozenset[tuple[str, float, float]], list[Tried]] = field(default_factory=dict)
 
     def on(self, model: Model) -> list[Tried]:
         """Return the most promising candidates, each fitted on top of a model, and those that were nothing there."""
-        key = frozenset(candidate.part for candidate in model.candidates)
+        key = frozenset((one.name, one.low, one.high) for one in model.free)
         if key not in self._made:
             self._made[key] = _round(self.study, model)
         return self._made[key]
