@@ -58,6 +58,7 @@ def insert_candidates(
         placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
         placing["unsaid_side"] = beyond_its_spring(trial, name, host) if effect.beyond else {}
         candidate = _as_sampled(_candidate(name, effect, placed.component, host), assembly.sample_period)
+        candidate = _coarser(candidate, next(part for part in assembly.parts if part.name == Place.of(host).part))
         candidates.append(replace(candidate, **placing, shaped=replace(candidate.shaped, **placing) if candidate.shaped else None))
     return result, candidates
 
@@ -96,6 +97,17 @@ def _as_sampled(candidate: Candidate, period: float) -> Candidate:
     high = np.minimum(candidate.high, [most.get(name, np.inf) for name in candidate.parameters])
     shaped = _as_sampled(candidate.shaped, period) if candidate.shaped else None
     return replace(candidate, high=high, points=np.minimum(candidate.points, high), shaped=shaped)
+
+
+def _coarser(candidate: Candidate, host: Part) -> Candidate:
+    """Return a candidate whose grid, if the effect is one, is a bit coarser than that which its sensor is said to have: a replay leaves the
+    sensor's own rounding out, and would find it again."""
+    spacing, known = f"{candidate.part}.{candidate.effect.identification.spacing}", host.component.ports.get("resolution", "")
+    if spacing not in candidate.parameters or not known:
+        return candidate
+    declared = host.parameters.get(known, host.component.declared(Parameter)[known].default)
+    low = np.where(np.array(candidate.parameters) == spacing, 2.0 * declared, candidate.low)
+    return replace(candidate, low=np.maximum(low, candidate.low), points=np.maximum(candidate.points, low))
 
 
 def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list[dict[str, str]]:

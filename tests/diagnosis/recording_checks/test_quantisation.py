@@ -13,7 +13,7 @@ from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.signal.resolution import grid_spacing
 from lathesim.record import Record
-from tests.diagnosis.pushed_table import FORCE, POSITION, as_record, experiments, recording
+from tests.diagnosis.pushed_table import FORCE, POSITION, RESOLUTION, as_record, experiments, recording
 from tests.diagnosis.test_mistakes import diagnosed
 from tests.shipped_machine import shipped_machine
 
@@ -53,6 +53,7 @@ def rounded(count: float, seed: int = 1) -> Record:
 def read_in_counts(count: float) -> Experiment:
     """Return the rig of such a table."""
     (experiment,) = experiments(rounded(count), effects=(Quantisation,))
+    assert experiment.candidates[0].low[0] > RESOLUTION  # the grid of the lesson's own sensor is no effect
     return experiment
 
 
