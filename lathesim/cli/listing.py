@@ -74,23 +74,29 @@ def schema(kind: str) -> None:
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True), required=False)
 def lessons(folder: Path | None) -> int:
-    """List the lessons that came with lathesim and those in ./lesson_configs, or the lessons in FOLDER."""
-    from lathesim.errors import LatheSimError
-    from lathesim.lessons.lesson import load_lesson
-    from lathesim.lessons.lesson_list import lesson_files
+    """List the course by units: the lessons that came with lathesim and those in ./lesson_configs, or the lessons in FOLDER.
 
-    faults = listed = 0
+    Each line has the name, the minutes, the level, the title and the variants of a lesson.
+    """
+    from lathesim.errors import LatheSimError
+    from lathesim.lessons.lesson import Lesson, load_lesson
+    from lathesim.lessons.lesson_list import by_unit, lesson_files
+
+    faults = 0
+    found: list[Lesson] = []
     for path in lesson_files(folder):
-        listed += 1
         try:
-            lesson = load_lesson(path)
+            found.append(load_lesson(path))
         except LatheSimError as error:
             click.echo(str(error), err=True)
             faults += 1
-            continue
-        variants = f"  [{', '.join(lesson.variants)}]" if lesson.variants else ""
-        click.echo(f"{lesson.name:<32} {lesson.title}{variants}")
-    if not listed:
+    for unit, members in by_unit(found).items():
+        click.echo(unit or "without a unit")
+        for lesson in members:
+            minutes = f"{lesson.settings.minutes} min" if lesson.settings.minutes is not None else ""
+            variants = f"  [{', '.join(lesson.variants)}]" if lesson.variants else ""
+            click.echo(f"  {lesson.name:<34} {minutes:>7}  {lesson.settings.level or '':<12}  {lesson.title}{variants}")
+    if not found and not faults:
         click.echo("There are no lessons here.")
     return 1 if faults else 0
 

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import importlib
 import io
+import re
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -169,9 +171,22 @@ def _start_lightly() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are too small to be shared among cores, which wait for each other
 
 
+def _tell_new_names(arguments: Sequence[str]) -> None:
+    """Print the present names of lessons that a command line calls by their former ones."""
+    numbered = [text.removeprefix("sim:") for text in arguments if re.fullmatch(r"(sim:)?\d\d_\w+", text)]
+    if not numbered:
+        return
+    from lathesim.lessons.lesson_list import former_names
+
+    for name in dict.fromkeys(numbered):
+        if name in former_names() and not Path("lesson_configs", f"{name}.yaml").is_file():
+            click.echo(f"The lesson '{name}' is now called '{former_names()[name]}'.", err=True)
+
+
 def run_command_line(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and give its exit code; every fault is told on the error stream in one message."""
     try:
+        _tell_new_names(sys.argv[1:] if arguments is None else arguments)
         result: Any = group.main(args=None if arguments is None else list(arguments), prog_name="lathesim", standalone_mode=False)
     except click.exceptions.Exit as leaving:
         return leaving.exit_code

@@ -14,7 +14,7 @@ from lathesim.experiments.room import DesignedMove, FreeAxis, Room, Turning
 _SLOWEST = 2e-4
 """Slowest speed of a program [m/s]; assumed."""
 _SHORTEST = 6.0
-"""Programs shorter than this [s] leave a diagnosis too little to judge on; measured on lesson 12."""
+"""Programs shorter than this [s] leave a diagnosis too little to judge on; measured on lesson 22."""
 _SMALLEST = 2e-6
 """Shortest stroke of a program [m]; assumed."""
 

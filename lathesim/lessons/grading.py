@@ -26,6 +26,7 @@ from lathesim.engine.assembly import Assembly, Place
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson, find_lesson
+from lathesim.lessons.lesson_list import present_name
 from lathesim.lessons.part_values import no_item, placed_at, si_value
 from lathesim.lessons.schema import DrivingSignal, Goal, LessonSettings, RecordedSignal
 from lathesim.lessons.validation import validated
@@ -320,8 +321,8 @@ def _yardstick(name: str, source: YamlFile, registry: Registry) -> Yardstick:
 
 
 def _is_of(record: Record, lesson: Yardstick) -> bool:
-    """Return whether a record was made with a lesson or with a copy of it: name or title agree."""
-    return record.meta.get("lesson_name") == lesson.name or lesson_title(record) == lesson.title
+    """Return whether a record was made with a lesson, under its present or a former name, or with a copy of it: name or title agree."""
+    return present_name(str(record.meta.get("lesson_name"))) == lesson.name or lesson_title(record) == lesson.title
 
 
 def lesson_title(record: Record) -> str:
@@ -337,6 +338,10 @@ def _settings_in(record: Record) -> LessonSettings | None:
         return None
 
 
+_FOR_READERS = ("lesson", "text", "try_", "published", "unit", "after", "minutes", "level", "learn")
+"""Keys of a lesson that change neither a run nor what is asked of it."""
+
+
 def _differences(record: Record, lesson: Yardstick) -> list[str]:
     """Return in what the run differs from the lesson as it stands, as far as the record tells."""
     notes = []
@@ -348,7 +353,7 @@ def _differences(record: Record, lesson: Yardstick) -> list[str]:
     changed = [
         field.alias or name
         for name, field in LessonSettings.model_fields.items()
-        if name not in ("lesson", "text", "try_", "published") and getattr(own, name) != getattr(lesson.settings, name)
+        if name not in _FOR_READERS and getattr(own, name) != getattr(lesson.settings, name)
     ]
     if changed:
         notes.append(f"Its copy of the lesson differs in {', '.join(changed)}.")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.errors import LessonError, nearest
+from lathesim.lessons.lesson_list import present_name
 from lathesim.lessons.schema import LessonSettings, MachineSettings
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import YamlFile, read_source, source_of
@@ -76,15 +77,20 @@ def load_machine(path: Path) -> MachineTemplate:
 
 
 def find_lesson(path_or_name: str | Path) -> Path:
-    """Return the file of a lesson: a path, or the name of one in ``./lesson_configs`` or of a shipped one, in this order."""
+    """Return the file of a lesson: a path, or the name of one in ``./lesson_configs`` or of a shipped one, in this order.
+
+    A former name of a shipped lesson is as good as its present one.
+    """
     given = Path(path_or_name)
     if given.is_file():
         return given
     own = sorted(Path("lesson_configs").glob("*.y*ml"))
     known = {path.stem: path for path in (*shipped_files("lesson_configs", "*.yaml"), *own)}
     name = given.stem if given.suffix in (".yaml", ".yml") else given.name
-    if str(given.parent) in (".", "lesson_configs") and name in known:
-        return known[name]
+    if str(given.parent) in (".", "lesson_configs"):
+        for found in (name, present_name(name)):
+            if found in known:
+                return known[found]
     if given.suffix in (".yaml", ".yml") and str(given.parent) != ".":
         there = {path.name for path in given.parent.glob("*.y*ml")} if given.parent.is_dir() else set()
         remedy = nearest(given.name, there) or ("" if given.parent.is_dir() else f"There is no folder '{given.parent}' either.")

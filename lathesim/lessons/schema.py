@@ -46,6 +46,8 @@ Unit = Annotated[str, PlainValidator(_unit), WithJsonSchema({"anyOf": [{"type": 
 """A unit, as 'mm/s'; 1 for a pure number."""
 Count = Annotated[int, Field(strict=True, ge=1)]
 Side = Literal["motor", "load"]
+CourseUnit = Literal["basics", "contour", "cutting and force", "part programs", "chatter", "detective", "advanced"]
+"""The units of the course, in their order."""
 
 
 def _there(*keys: str) -> dict[str, Any]:
@@ -353,6 +355,11 @@ class LessonSettings(Changes):
     lesson: Text = Field(description="title")
     text: Text = Field(default="", description="what it is about, in Markdown")
     try_: list[Text] = Field(default_factory=list, alias="try", description="what to try")
+    unit: CourseUnit | None = Field(default=None, description="unit of the course")
+    after: list[Text] = Field(default_factory=list, description="names of the lessons that must come before")
+    minutes: Count | None = Field(default=None, description="about how long the lesson takes")
+    level: Literal["beginner", "intermediate", "advanced"] | None = None
+    learn: Text = Field(default="", description="one or two sentences about what is learnt")
     machine: Text = Field(description="name or path of a machine template")
     dialect: Text = "paper"
     tools: dict[Annotated[int, Field(ge=1)], ToolEntry] = Field(

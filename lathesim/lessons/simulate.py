@@ -21,8 +21,8 @@ from lathesim.lessons.assemble import assemble_case
 from lathesim.lessons.case import Case, case_of
 from lathesim.lessons.grading import check_promises
 from lathesim.lessons.insertion import Machinery
-from lathesim.lessons.lesson import Lesson, MachineTemplate
-from lathesim.lessons.part_values import seconds
+from lathesim.lessons.lesson import Lesson, MachineTemplate, find_lesson
+from lathesim.lessons.part_values import placed_at, seconds
 from lathesim.lessons.program_path import expected_time, raw_stock
 from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
@@ -207,8 +207,13 @@ def _described(record: Record, prepared: Prepared) -> Record:
 def check_lesson(lesson: Lesson, registry: Registry) -> dict[str, type[Component]]:
     """Return the parts of all cases by name.
 
-    Raises :class:`LessonError` if a case cannot be prepared, or if an overridden entry of the lesson itself is faulty.
+    Raises :class:`LessonError` if a case cannot be prepared, if an overridden entry of the lesson itself is faulty, or if a name in
+    ``after`` leads to no lesson.
     """
+    for position, name in enumerate(lesson.settings.after):
+        if not (lesson.path.parent / f"{name}.yaml").is_file():
+            with placed_at(lesson.source.place(("after", position))):
+                find_lesson(name)
     itself = case_of(lesson)
     prepared = [prepare(lesson, registry, variant) for variant in lesson.variants or (None,)]
     for case in (itself, *(item.case for item in prepared)):

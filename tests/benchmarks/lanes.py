@@ -154,7 +154,7 @@ def _lathe_works(quick: bool) -> list[Work]:
 def _command_works(quick: bool) -> list[Work]:
     share = 10 if quick else 1
     sweeps = (
-        ("12_what_is_wrong_with_this_machine", "x_controller.position_gain", "max_x_voltage"),
+        ("22_what_is_wrong_with_this_machine", "x_controller.position_gain", "max_x_voltage"),
         ("01_contour_error", "x_controller.proportional", "max_contour_error"),
     )
     found = [_sweep(*given, _in_lanes(1000 // share)) for given in sweeps]
@@ -185,14 +185,14 @@ def _sweep(lesson: str, name: str, metric: str, runs: int) -> Work:
 
 
 def _emulation(runs: int) -> Work:
-    """Return runs of the staircase G1 of lesson 16, 25 s, read ten times a second."""
+    """Return runs of the staircase G1 of lesson 27, 25 s, read ten times a second."""
     from lathesim.experiments.free_values import free_values
     from lathesim.experiments.replica import Replica, Setting
     from lathesim.lessons.lesson import load_lesson
     from lathesim.lessons.simulate import prepare
     from lathesim.plugins import load_registry
 
-    lesson = load_lesson("16_a_controller_that_tells_nothing")
+    lesson = load_lesson("27_a_controller_that_tells_nothing")
     prepared = prepare(lesson, load_registry(installed=False), "staircase")
     names = [item.name for item in free_values(lesson, prepared.plan, (), 4.0)]
     replica = Replica([Setting("G1", prepared.machinery, ("x_axis.position", "y_axis.position"), np.arange(0.0, 25.0, 0.1))], names)

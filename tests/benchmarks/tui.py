@@ -20,7 +20,7 @@ SIZE = (120, 36)
 """Columns and rows of the terminal."""
 POINTS = 4000
 """Samples of the curve and of the path that are drawn."""
-_CASE = "12_what_is_wrong_with_this_machine"
+_CASE = "22_what_is_wrong_with_this_machine"
 RATE = 10.0
 """Pictures a second."""
 _FIRST_PAINT = """\

@@ -125,7 +125,7 @@ def test_a_recorded_drive_moves_a_lesson_that_has_none(case: Path, tmp_path: Pat
 @pytest.mark.slow
 def test_the_shipped_lesson_conceals_at_random(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ("--random", "--validate", "--seed", "5")
-    said = call(capsys, "conceal", "12_what_is_wrong_with_this_machine", "--out", tmp_path / "case", *arguments)
+    said = call(capsys, "conceal", "22_what_is_wrong_with_this_machine", "--out", tmp_path / "case", *arguments)
     assert said.code == 0, said.err
     assert "The answer, to be kept: " in said.out
     first, second = ((tmp_path / "case" / name).read_text() for name in ("recording.csv", "validate.csv"))

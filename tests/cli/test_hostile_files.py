@@ -80,7 +80,7 @@ def test_escape_codes_are_shown_and_not_sent(tmp_path: Path, capsys: Capture) ->
     assert "'\\x1b[2J'" in said.err
 
 
-@pytest.mark.parametrize("command", [("reveal", "deep", "deep"), ("remedy", "21_mend_this_machine", "deep", "--out", "o")])
+@pytest.mark.parametrize("command", [("reveal", "deep", "deep"), ("remedy", "23_mend_this_machine", "deep", "--out", "o")])
 def test_deeply_nested_json_is_one_sentence(
     command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:

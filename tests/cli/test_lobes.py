@@ -9,7 +9,7 @@ import pytest
 
 from tests.cli.command import call
 
-LESSON = "15_stability_lobes"
+LESSON = "18_stability_lobes"
 TEXT = (
     "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\ntool_point: {cutting_stiffness: 700 N/mm^2, interrupted: 0.5, modes: [%s]}\n"
 )

@@ -80,7 +80,7 @@ def test_files_that_belong_together_come_all_or_none(tmp_path: Path) -> None:
 
 def test_a_diagnosis_looks_first_and_tells_before_it_writes(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    lesson = ROOT / "lesson_configs" / "12_what_is_wrong_with_this_machine.yaml"
+    lesson = ROOT / "lesson_configs" / "22_what_is_wrong_with_this_machine.yaml"
     assert call(capsys, "conceal", lesson, "--effect", "none", "--seed", "1", "--out", "case").code == 0
     (tmp_path / "report.html").mkdir()
     searched = []
@@ -97,7 +97,7 @@ def test_a_diagnosis_looks_first_and_tells_before_it_writes(capsys: Capture, tmp
 
 def test_a_case_is_published_whole_or_not_at_all(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    lesson = ROOT / "lesson_configs" / "12_what_is_wrong_with_this_machine.yaml"
+    lesson = ROOT / "lesson_configs" / "22_what_is_wrong_with_this_machine.yaml"
 
     def full(whole: WholeFiles, path: Path, text: str) -> Path:
         if path.name == "seal.json":

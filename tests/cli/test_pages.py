@@ -1,11 +1,13 @@
 """The commands that tell what there is: lessons, components, effects, plug-ins, wiring, schema; and check and init."""
 
 import json
+import typing
 from pathlib import Path
 
 import pytest
 
 from lathesim.cli.main import run_command_line
+from lathesim.lessons.schema import CourseUnit
 from tests.cli.command import ROOT, call
 
 Capture = pytest.CaptureFixture[str]
@@ -16,10 +18,26 @@ def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_lessons_names_title_and_variants(capsys: Capture) -> None:
+def test_lessons_names_unit_minutes_level_title_and_variants(capsys: Capture) -> None:
     said = call(capsys, "lessons")
     assert said.code == 0
-    assert said.out.splitlines()[0] == "01_contour_error                 Servo control and contour error  [I, II, III, IV, V, VI]"
+    lines = said.out.splitlines()
+    assert lines[:2] == [
+        "basics",
+        "  01_contour_error                    40 min  beginner      Servo control and contour error  [I, II, III, IV, V, VI]",
+    ]
+    assert [line for line in lines if not line.startswith(" ")] == list(typing.get_args(CourseUnit))
+
+
+def test_a_former_name_of_a_lesson_is_as_good_and_the_new_one_is_said(capsys: Capture) -> None:
+    said = call(capsys, "wiring", "05_integral_windup")
+    assert said.code == 0
+    assert said.err == "The lesson '05_integral_windup' is now called '03_integral_windup'.\n"
+    Path("lesson_configs").mkdir()
+    Path("lesson_configs/05_integral_windup.yaml").write_text(
+        "lesson: Mine\nmachine: turning_with_chatter\nduration: 1 s\n", encoding="utf-8"
+    )
+    assert call(capsys, "wiring", "05_integral_windup").err == ""
 
 
 def test_lessons_tells_a_lesson_at_fault_and_goes_on(capsys: Capture) -> None:
@@ -28,7 +46,7 @@ def test_lessons_tells_a_lesson_at_fault_and_goes_on(capsys: Capture) -> None:
     said = call(capsys, "lessons")
     assert said.code == 1
     assert said.err == "lesson_configs/00_mine.yaml:2:1: there is no key 'machin' here. Did you mean 'machine'?\n"
-    assert said.out.startswith("01_contour_error ")
+    assert said.out.startswith("basics\n  01_contour_error ")
 
 
 def test_components_lists_every_stock_part_in_one_line_each(capsys: Capture) -> None:
@@ -240,8 +258,8 @@ def test_init_copies_everything_and_never_overwrites(capsys: Capture) -> None:
 
 def test_init_copies_solutions_for_a_teacher_only(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     solutions = {
-        "lesson_configs/03_lathe_design_solution.md",
-        "lesson_configs/03_lathe_design_search.py",
+        "lesson_configs/14_lathe_design_solution.md",
+        "lesson_configs/14_lathe_design_search.py",
         "part_programs/axis_next_designed.nc",
         "part_programs/axis_two_suspects_designed.nc",
     }
@@ -250,7 +268,7 @@ def test_init_copies_solutions_for_a_teacher_only(capsys: Capture, monkeypatch: 
     student, staff = ({str(path.relative_to(top)) for path in Path(top).rglob("*") if path.is_file()} for top in ("student", "staff"))
     assert staff - student == solutions
     monkeypatch.chdir("student")
-    assert call(capsys, "check", "lesson_configs/31_which_program_next.yaml", "lesson_configs/32_two_suspects_one_run.yaml").code == 0
+    assert call(capsys, "check", "lesson_configs/25_which_program_next.yaml", "lesson_configs/26_two_suspects_one_run.yaml").code == 0
 
 
 PLUGIN = """\

@@ -108,11 +108,11 @@ def test_a_lesson_changed_in_the_workspace_is_the_one_that_its_name_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert "cutting_force: NonlinearForce" in call(capsys, "wiring", "08_feed_and_roughness").out
+    assert "cutting_force: NonlinearForce" in call(capsys, "wiring", "10_feed_and_roughness").out
     Path("lesson_configs").mkdir()
     changed = "lesson: Mine\nmachine: two_axis_lathe\nprogram: one_pass.nc\nreplace: {cutting_force: LinearForce}\n"
-    Path("lesson_configs/08_feed_and_roughness.yaml").write_text(changed, encoding="utf-8")
-    assert "cutting_force: LinearForce" in call(capsys, "wiring", "08_feed_and_roughness").out
+    Path("lesson_configs/10_feed_and_roughness.yaml").write_text(changed, encoding="utf-8")
+    assert "cutting_force: LinearForce" in call(capsys, "wiring", "10_feed_and_roughness").out
 
 
 @pytest.mark.slow

@@ -125,7 +125,7 @@ IN_THE_AIR = re.compile(
 
 def test_a_program_that_never_meets_the_stock_is_told_and_reaches_no_goal_of_cutting(capsys: pytest.CaptureFixture[str]) -> None:
     Path("air.nc").write_text(AIR, encoding="utf-8")
-    asked = ("run", "08_feed_and_roughness", "--program", "air.nc", "--plain", "--no-plots")
+    asked = ("run", "10_feed_and_roughness", "--program", "air.nc", "--plain", "--no-plots")
     said = call(capsys, *asked, "--variant", "start", "--out", "air.h5")
     assert (said.code, said.err) == (0, "")
     assert len(IN_THE_AIR.findall(said.out)) == 1
@@ -140,10 +140,10 @@ def test_a_program_that_never_meets_the_stock_is_told_and_reaches_no_goal_of_cut
     assert IN_THE_AIR.fullmatch(result["nothing_cut"].removeprefix("n"))
     for name, unit in (("max_surface_roughness", "m"), ("max_cutting_force", "N"), ("removed_volume", "m^3"), ("max_contour_error", "m")):
         assert result["metrics"][name] == {"value": None, "unit": unit, "reason": "no value: nothing was cut"}
-    graded = call(capsys, "grade", "08_feed_and_roughness", "air.h5")
+    graded = call(capsys, "grade", "10_feed_and_roughness", "air.h5")
     assert len(IN_THE_AIR.findall(graded.out)) == 1
     assert "1 of 3 goals met: missed." in graded.out
-    (told,) = json.loads(call(capsys, "grade", "08_feed_and_roughness", "air.h5", "--json").out)["records"]
+    (told,) = json.loads(call(capsys, "grade", "10_feed_and_roughness", "air.h5", "--json").out)["records"]
     goal = told["goals"][0]
     assert (goal["met"], goal["value"], goal["missed_by"], goal["reason"]) == (False, None, None, "no value: nothing was cut")
     all_cases = call(capsys, *asked)

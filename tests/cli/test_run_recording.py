@@ -92,7 +92,7 @@ REFUSED = {
     ),
     "nothing that ends it": (("still.yaml",), "the run has no end. Give a duration, or name the output that ends it."),
     "no such file": (("slide.yaml", "--recording", "pull.csv"), "pull.csv: there is no such file."),
-    "no mapping": (("08_feed_and_roughness", "--variant", "start", "--recording", "push.csv"), "the lesson does not say what the columns"),
+    "no mapping": (("10_feed_and_roughness", "--variant", "start", "--recording", "push.csv"), "the lesson does not say what the columns"),
     "nothing driven": (
         ("still.yaml", "--recording", "push.csv"),
         "still.yaml:5:1: the recording drives nothing in this lesson. "

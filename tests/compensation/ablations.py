@@ -23,7 +23,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
 
-AXIS = "12_what_is_wrong_with_this_machine"
+AXIS = "22_what_is_wrong_with_this_machine"
 HIDDEN = "CoulombFriction:level=20 N@x_axis"
 
 
@@ -58,13 +58,13 @@ def left(folder: Path, found: dict[str, object], *options: str, change: tuple[st
 
 def largest(variant: str) -> float:
     """Return the largest distance from the butterfly [mm] with the coupling of a variant."""
-    record = simulate(load_lesson("18_contour_control"), load_registry(), variant)
+    record = simulate(load_lesson("08_contour_control"), load_registry(), variant)
     return 1e3 * float(stock_metrics()["max_path_error"].measure(record))
 
 
 def learned(filtered: bool) -> float:
     """Return the tracking error of the last lap over that of the first, on a machine that is a sample later than its model."""
-    lesson, registry = load_lesson("20_learning"), load_registry()
+    lesson, registry = load_lesson("09_learning"), load_registry()
     course, model = (course_of(prepare(lesson, registry, variant), "voltage") for variant in ("late", "fine"))
     laps = learn(course, learning_filter(model, filtered=filtered), 20).laps
     return laps[-1].rms / laps[0].rms

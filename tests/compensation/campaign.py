@@ -1,7 +1,7 @@
 """Concealed machines diagnosed, remedied and recorded again: ``python -m tests.compensation.campaign --machines 100 --out DIR``.
 
 A hundred machines are planned: 20 sound ones, 48 with one effect, 32 with a pair, every row of the table of remedies in turn, in an order
-drawn once, so that the first n of them are a fair share. The axis of lesson 12 and a two-axis lathe take their turns. A machine is drawn
+drawn once, so that the first n of them are a fair share. The axis of lesson 22 and a two-axis lathe take their turns. A machine is drawn
 with ranges of its own, and with nothing of the program's generator. Each takes a minute or more, nearly all of it for the diagnosis; what
 DIR has already is not run again. ``--anew`` keeps the diagnoses and repeats what follows from them.
 
@@ -80,7 +80,7 @@ AXIS: tuple[tuple[Kind, ...], ...] = (
         ("ClockSkew", "x_scale", {"skew": (5e-5, 3e-4, "")}),
     ),
 )
-"""Rows of the table of remedies on the axis of lesson 12; the last has no remedy in software."""
+"""Rows of the table of remedies on the axis of lesson 22; the last has no remedy in software."""
 LATHE: tuple[tuple[Kind, ...], ...] = (
     (("CoulombFriction", "x_axis", {"level": (60.0, 300.0, "N")}), ("CoulombFriction", "z_axis", {"level": (60.0, 300.0, "N")})),
     (("ForceOffset", "x_axis", {"offset": (100.0, 400.0, "N")}),),
@@ -105,7 +105,7 @@ LATHE: tuple[tuple[Kind, ...], ...] = (
     ),
 )
 """The same on a two-axis lathe, and what the spindle has; the last has no remedy in software."""
-LESSONS = {"axis": "12_what_is_wrong_with_this_machine", "lathe": str(Path(__file__).with_name("concealed_lathe.yaml"))}
+LESSONS = {"axis": "22_what_is_wrong_with_this_machine", "lathe": str(Path(__file__).with_name("concealed_lathe.yaml"))}
 ROWS = {"axis": AXIS, "lathe": LATHE}
 
 

@@ -20,21 +20,21 @@ RADIAL_MM = {"P": -0.42203, "2P": -0.07672, "PI": 2.24443, "velocity": 0.12114, 
 
 @pytest.mark.parametrize("variant", RADIAL_MM)
 def test_the_radial_error_is_that_of_the_z_plane(variant: str) -> None:
-    record = simulate(load_lesson("17_circular_test"), load_registry(), variant)
+    record = simulate(load_lesson("07_circular_test"), load_registry(), variant)
     circle = circles(record)[-1]
     assert 1e3 * circle.radial == pytest.approx(RADIAL_MM[variant], abs=1e-4)
 
 
 @pytest.mark.parametrize(("variant", "spread"), [("unequal", 0.45567), ("unequal_coupled", 0.23439)])
 def test_unequal_gains_make_an_ellipse(variant: str, spread: float) -> None:
-    record = simulate(load_lesson("17_circular_test"), load_registry(), variant)
+    record = simulate(load_lesson("07_circular_test"), load_registry(), variant)
     assert 1e3 * np.ptp(circles(record)[-1].radial) == pytest.approx(spread, abs=1e-4)
 
 
 def test_friction_feedforward_takes_the_spikes_and_twice_of_it_brings_them_back() -> None:
     spread = {}
     for variant in ("friction", "friction_compensated", "12_bits", "8_bits", "twice_too_strong"):
-        record = simulate(load_lesson("17_circular_test"), load_registry(), variant)
+        record = simulate(load_lesson("07_circular_test"), load_registry(), variant)
         spread[variant] = 1e3 * float(np.ptp(circles(record)[-1].radial))
     assert spread["friction"] == pytest.approx(0.0730, rel=0.05)
     assert spread["twice_too_strong"] == pytest.approx(0.0734, rel=0.05)
@@ -64,7 +64,7 @@ def test_an_ellipse_is_no_reversal_and_a_spike_is() -> None:
 
 
 def test_unequal_gains_are_told_as_an_ellipse_that_turns_with_the_direction(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["circle", "17_circular_test", "--variant", "unequal", "--json"]) == 0
+    assert run_command_line(["circle", "07_circular_test", "--variant", "unequal", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     sizes, longest = zip(*(item.values() for item in told["ellipses"].values()), strict=True)
     assert sizes == pytest.approx([0.4557e-3, 0.4557e-3], rel=0.02)
@@ -83,7 +83,7 @@ def test_rounding_is_no_deviation_and_never_negative(capsys: pytest.CaptureFixtu
     assert circular_deviation(rounding) == 0.0
     assert hysteresis(rounding, of(rounding.radial + 1e-12, -1.0)) == 0.0
     assert circular_deviation(of(-0.4e-3 + 1e-10 * np.cos(2.0 * angle))) == pytest.approx(2e-10, rel=1e-3)
-    assert run_command_line(["circle", "17_circular_test"]) == 0
+    assert run_command_line(["circle", "07_circular_test"]) == 0
     told = capsys.readouterr().out
     assert "circular deviation G   0 mm\nhysteresis H           0 mm\n" in told
     assert "+X 0 mm, +Z 0 mm, -X 0 mm, -Z 0 mm" in told
@@ -91,7 +91,7 @@ def test_rounding_is_no_deviation_and_never_negative(capsys: pytest.CaptureFixtu
 
 def test_the_command_tells_both_directions_and_what_each_effect_adds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     figure = tmp_path / "circle.png"
-    assert run_command_line(["circle", "17_circular_test", "--variant", "friction", "--json", "--save", str(figure)]) == 0
+    assert run_command_line(["circle", "07_circular_test", "--variant", "friction", "--json", "--save", str(figure)]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["schema"] == "lathesim-circle/1"
     assert told["circular_deviation_m"] == pytest.approx(73.0e-6, rel=0.01)
@@ -101,5 +101,5 @@ def test_the_command_tells_both_directions_and_what_each_effect_adds(tmp_path: P
 
 
 def test_a_lesson_without_a_circle_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["circle", "20_learning", "--variant", "fine"]) == 1
+    assert run_command_line(["circle", "09_learning", "--variant", "fine"]) == 1
     assert "no whole turn of a circle is run." in capsys.readouterr().err

@@ -105,7 +105,7 @@ def test_at_an_outer_corner_the_foot_point_is_the_corner() -> None:
 
 @pytest.mark.slow
 def test_cross_coupling_on_the_foot_point_halves_what_the_tangent_leaves() -> None:
-    lesson, registry = load_lesson("18_contour_control"), load_registry()
+    lesson, registry = load_lesson("08_contour_control"), load_registry()
     largest = {}
     for variant in ("tangent", "circle", "two_circles", "foot_point"):
         record = simulate(lesson, registry, variant)

@@ -67,7 +67,7 @@ def turns(feedforward: float, bits: int, start: float = 0.0, count: int = 3) -> 
 @pytest.mark.parametrize("variant", ROWS)
 def test_a_turn_with_friction_is_the_exact_one(variant: str) -> None:
     feedforward, bits, _ = ROWS[variant]
-    record = simulate(load_lesson("17_circular_test"), load_registry(), variant)
+    record = simulate(load_lesson("07_circular_test"), load_registry(), variant)
     spread = 1e3 * float(np.ptp(circles(record)[-1].radial))
     # what a step of 0.5 ms is off; at 0.02 ms it is 0.5 %
     assert spread == pytest.approx(turns(feedforward, bits)[-1], rel=0.055)

@@ -20,7 +20,7 @@ PROGRAM = "N10 G90 G94 G71\nN20 M03 G01 X17.0 Z12.0 F180 S1000\nN30 Z16.0\nN40 M
 
 def references(kind: int, tmp_path: Path) -> tuple[FloatArray, FloatArray]:
     """Return the reference of an axis [m] before and after the shaper, from rest to rest."""
-    source = load_lesson("20_learning")
+    source = load_lesson("09_learning")
     (tmp_path / "part.nc").write_text(PROGRAM, encoding="utf-8")
     entry = f"{{remedy: InputShaper, at: x_controller.reference, name: shaper, frequency: {TUNED} Hz, kind: {kind}}}"
     text = source.text.partition("variants:")[0].replace("../part_programs/liu_landers_2004_feed_path.nc", "part.nc")

@@ -20,7 +20,7 @@ EXACT = {0: 414.2, 1: 140.5, 2: 86.40, 4: 50.15, 10: 23.52}
 
 
 def course(tmp_path: Path, further: str = "") -> Course:
-    source = load_lesson("20_learning")
+    source = load_lesson("09_learning")
     program = "part_programs/liu_landers_2004_feed_path.nc"
     (tmp_path / "part.nc").write_bytes((source.path.parent.parent / program).read_bytes())
     text = source.text.partition("variants:")[0].replace(f"program: ../{program}", "program: part.nc") + further
@@ -78,7 +78,7 @@ def test_remedy_tells_the_largest_gain_of_a_late_loop(tmp_path: Path, capsys: py
     insert = [{"effect": "TransportDelay", "at": "x_dac", "delay": "1 ms"}]
     found = {"schema": "lathesim-diagnosis/1", "verdict": "named", "effects": [named], "insert": insert, "baseline": {}, "adequate": True}
     (tmp_path / "diagnosis.json").write_text(json.dumps(found), encoding="utf-8")
-    lesson = "12_what_is_wrong_with_this_machine"
+    lesson = "22_what_is_wrong_with_this_machine"
     assert run_command_line(["remedy", lesson, str(tmp_path / "diagnosis.json"), "--out", str(tmp_path / "out")]) == 0
     assert "x_controller: the loop gain is" in capsys.readouterr().out
     (told,) = json.loads((tmp_path / "out" / "remedy.json").read_text())["loop_gains_per_s"]

@@ -22,7 +22,7 @@ RMS_MM = (0.578, 0.173, 0.052, 0.016)
 
 
 def learned(variant: str, laps: int, *, model: str | None = None, filtered: bool = True) -> Learning:
-    lesson, registry = load_lesson("20_learning"), load_registry()
+    lesson, registry = load_lesson("09_learning"), load_registry()
     course = course_of(prepare(lesson, registry, variant), "voltage")
     own = course if model is None else course_of(prepare(lesson, registry, model), "voltage")
     return learn(course, learning_filter(own, filtered=filtered), laps)
@@ -53,7 +53,7 @@ def test_without_the_filter_a_machine_that_is_not_its_model_diverges_and_is_stop
 
 def test_axes_that_a_coupling_ties_learn_along_the_path_and_across_it() -> None:
     """Delay, friction and steps besides: the response of both axes together is inverted, and the steps are the floor."""
-    lesson, registry = load_lesson("19_neural_regulator"), load_registry()
+    lesson, registry = load_lesson("28_neural_regulator"), load_registry()
     course = course_of(prepare(lesson, registry, "hard_coupled"), "voltage")
     chosen = learning_filter(course)
     learning = learn(course, chosen, 10)
@@ -82,7 +82,7 @@ def test_friction_and_12_bits_leave_a_fifteenth_in_five_laps() -> None:
 def test_what_was_learned_is_a_lesson(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [
         "learn",
-        "20_learning",
+        "09_learning",
         "--variant",
         "12_bits",
         "--laps",
@@ -104,7 +104,7 @@ def test_what_was_learned_is_a_lesson(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_a_machine_without_a_position_loop_has_nothing_to_learn(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["learn", "19_neural_regulator", "--variant", "R9"]) == 1
+    assert run_command_line(["learn", "28_neural_regulator", "--variant", "R9"]) == 1
     assert "no part of the machine controls the position of an axis." in capsys.readouterr().err
 
 
@@ -122,7 +122,7 @@ recordings:
 
 def recorded(tmp_path: Path, keep: int | None = None) -> tuple[Path, Path]:
     """Write the lesson with a mapping, and a lap of it as a logger would."""
-    source = load_lesson("20_learning")
+    source = load_lesson("09_learning")
     (tmp_path / "lesson.yaml").write_text(source.text + RECORDED, encoding="utf-8")
     return tmp_path / "lesson.yaml", logged(simulate(source, load_registry(), "12_bits"), tmp_path / "lap.csv", keep)
 
@@ -145,7 +145,7 @@ def test_the_next_lap_of_a_recorded_one_is_a_program_that_is_better(tmp_path: Pa
     assert "0.1712 mm rms; the next one's is predicted to be 0.05389 mm, 0.31 of it. No lap is predicted to come below 0.004" in (
         capsys.readouterr().out
     )
-    first = simulate(load_lesson("20_learning"), load_registry(), "12_bits")
+    first = simulate(load_lesson("09_learning"), load_registry(), "12_bits")
     errors = [first["interpolator.z_reference"][:3000] - run["z_axis.position"][:3000] for run in (first, second)]
     assert np.sqrt(np.mean(errors[1] ** 2)) < 0.4 * np.sqrt(np.mean(errors[0] ** 2))
 
@@ -158,7 +158,7 @@ def test_a_lap_of_another_length_is_refused(tmp_path: Path, capsys: pytest.Captu
 
 def test_a_lesson_that_has_learned_goes_on_learning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
-    assert run_command_line(["learn", "20_learning", "--variant", "fine", "--laps", "2", "--out", str(first), "--json"]) == 0
+    assert run_command_line(["learn", "09_learning", "--variant", "fine", "--laps", "2", "--out", str(first), "--json"]) == 0
     before = json.loads(capsys.readouterr().out)["laps"]
     assert run_command_line(["learn", str(first / "lesson.yaml"), "--laps", "2", "--out", str(second), "--json"]) == 0
     after = json.loads(capsys.readouterr().out)["laps"]
@@ -170,7 +170,7 @@ def test_a_lesson_that_has_learned_goes_on_learning(tmp_path: Path, capsys: pyte
 @pytest.mark.parametrize("variant", ["12_bits", "8_bits"])
 @pytest.mark.parametrize("what", ["voltage", "reference"])
 def test_what_is_predicted_holds_down_to_the_floor(variant: str, what: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["learn", "20_learning", "--variant", variant, "--what", what, "--json"]) == 0
+    assert run_command_line(["learn", "09_learning", "--variant", variant, "--what", what, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     reached = [lap["rms_m"] for lap in told["laps"][1:]]
     assert all(found <= most for found, most in zip(reached, told["predicted_at_most_m"], strict=True))

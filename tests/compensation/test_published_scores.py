@@ -79,7 +79,7 @@ def test_a_row_of_the_table_follows_from_its_errors(
 
 def test_the_regulator_of_zeros_has_a_better_factor_than_every_published_one() -> None:
     metrics = stock_metrics()
-    record = simulate(load_lesson("19_neural_regulator"), load_registry(), "R9")
+    record = simulate(load_lesson("28_neural_regulator"), load_registry(), "R9")
     nu = metrics["quality_factor"].measure(record)
     assert nu == pytest.approx(SPEED / metrics["rms_path_error"].measure(record))
     assert nu > max(row[3] for row in PUBLISHED)
@@ -88,7 +88,7 @@ def test_the_regulator_of_zeros_has_a_better_factor_than_every_published_one() -
 
 @pytest.mark.parametrize("radius", [9, 10, 11, 12, 13])
 def test_the_trained_network_of_the_lesson_beats_the_published_one_on_every_circle(radius: int, tmp_path: Path) -> None:
-    source = load_lesson("19_neural_regulator")
+    source = load_lesson("28_neural_regulator")
     weights = source.path.parent / "tables" / "trained_regulator.csv"
     (tmp_path / "trained.csv").write_bytes(weights.read_bytes())
     text = source.text.partition("\nvariants:")[0].replace("tables/zero_regulator.csv", "trained.csv")
@@ -103,7 +103,7 @@ def test_the_trained_network_of_the_lesson_beats_the_published_one_on_every_circ
 def test_on_the_hard_machine_each_knows_more_than_the_one_before() -> None:
     """Delay, steps and friction: no regulator, the uncoupled stand-in, the network, cross-coupling, learning."""
     measure = stock_metrics()["rms_path_error"].measure
-    lesson, registry = load_lesson("19_neural_regulator"), load_registry()
+    lesson, registry = load_lesson("28_neural_regulator"), load_registry()
     order = ("hard", "hard_uncoupled", "hard_network", "hard_coupled", "hard_learned")
     rms = [measure(simulate(lesson, registry, variant)) for variant in order]
     assert rms == sorted(rms, reverse=True)

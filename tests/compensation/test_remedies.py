@@ -19,7 +19,7 @@ from lathesim.lessons.part_values import write_table
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
 
-AXIS = "12_what_is_wrong_with_this_machine"
+AXIS = "22_what_is_wrong_with_this_machine"
 
 
 def diagnosis(*effects: tuple[str, str, dict[str, tuple[float, str]]], verdict: str = "named", **further: Any) -> dict[str, Any]:
@@ -54,7 +54,7 @@ def test_a_remedy_of_which_nothing_acts_leaves_every_bit_as_it_was(name: str, tm
     entry = f"  - {{remedy: {name}, at: x_controller.{port}, name: mend, share: 0"
     entry += ", other: z_encoder.position" if name == "AcrossTable" else ""
     entry += ", spindle_speed: 0 rad/s" if name == "SpindleGrowthModel" else ""
-    source = load_lesson("20_learning")
+    source = load_lesson("09_learning")
     text = source.text.partition("variants:")[0] + f"insert:\n{entry}}}\nduration: 1 s\n"
     tables = getattr(remedy, "example_tables", {})
     for table, rows in tables.items():
@@ -327,7 +327,7 @@ def test_without_the_model_of_the_loop_the_pulse_comes_at_the_wrong_time(tmp_pat
 
 @pytest.mark.slow
 def test_a_circle_is_promised_quadrant_by_quadrant(tmp_path: Path) -> None:
-    lesson = load_lesson("21_mend_this_machine")
+    lesson = load_lesson("23_mend_this_machine")
     own = lesson.text.partition("variants:")[0]
     (tmp_path / "circle.yaml").write_text(own, encoding="utf-8")
     inertia = {"level": (100.0, "N")}

@@ -19,7 +19,7 @@ def along_the_play(times: float, folder: Path) -> tuple[float, float]:
     shift = {"width": times * PLAY, "lag": 5.393e-3, "inner": 10.64e-3, "spread": 5.2e-3}
     line = InsertedRemedy("BacklashShift", "x_controller", "x_controller_backlash_shift", shift)
     effect = {"effect": "Backlash", "at": "x_scale", "name": "x_scale_backlash", "width": f"{PLAY} m"}
-    bench = Diagnosed(load_lesson("12_what_is_wrong_with_this_machine"), load_registry(), (effect,), {}, folder).bench([line])
+    bench = Diagnosed(load_lesson("22_what_is_wrong_with_this_machine"), load_registry(), (effect,), {}, folder).bench([line])
     sound, bare, mended = (bench.table(record)[0] for record in bench.runs([bench.sound, bench.bare, {}], exact=True))
     before, after = bare - sound, mended - sound
     return float(after @ before / (before @ before)), float(np.sqrt(np.mean(after**2) / np.mean(before**2)))

@@ -21,7 +21,7 @@ ZERO = {"R9": 1.1e-4, "R13": 0.8e-4}
 
 
 def question(*variants: str, hidden: int = 0) -> TrainingQuestion:
-    return question_of(load_lesson("19_neural_regulator"), load_registry(), variants, SCORES["seed"], NetworkShape(hidden))
+    return question_of(load_lesson("28_neural_regulator"), load_registry(), variants, SCORES["seed"], NetworkShape(hidden))
 
 
 def test_the_network_of_the_table_is_that_of_the_formula() -> None:
@@ -62,7 +62,7 @@ def test_what_is_trained_on_one_circle_overfits_it() -> None:
 
 
 def test_weights_of_zero_are_no_regulator_at_all() -> None:
-    lesson = load_lesson("19_neural_regulator")
+    lesson = load_lesson("28_neural_regulator")
     record = prepare(lesson, load_registry(), "R9")
     assert {part.name for part in record.machinery.parts} >= {"regulator", "coordinator"}
     scores = question("R9", "R13").scores([np.zeros(8)], exact=True)[0]
@@ -81,7 +81,7 @@ def test_weights_of_zero_are_no_regulator_at_all() -> None:
     ],
 )
 def test_weights_at_fault_are_refused_in_one_sentence(rows: str, fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = load_lesson("19_neural_regulator").text.replace("tables/zero_regulator.csv", "weights.csv")
+    text = load_lesson("28_neural_regulator").text.replace("tables/zero_regulator.csv", "weights.csv")
     (tmp_path / "weights.csv").write_text(rows, encoding="utf-8")
     (tmp_path / "lesson.yaml").write_text(text, encoding="utf-8")
     assert run_command_line(["run", str(tmp_path / "lesson.yaml"), "--variant", "R9"]) == 1
@@ -92,13 +92,13 @@ def test_weights_at_fault_are_refused_in_one_sentence(rows: str, fault: str, tmp
 
 def test_a_network_too_large_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = str(tmp_path / "w.csv")
-    assert run_command_line(["train", "19_neural_regulator", "--variant", "R9", "--hidden", "170000", "--out", out]) == 1
+    assert run_command_line(["train", "28_neural_regulator", "--variant", "R9", "--hidden", "170000", "--out", out]) == 1
     assert "has 1020002 weights, too many" in capsys.readouterr().err
 
 
 def test_a_training_that_diverges_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     fast = "coordinator.radius: 9 m, coordinator.contour_speed: 1e200 m/s,"
-    text = load_lesson("19_neural_regulator").text.replace("coordinator.radius: 9 m,", fast)
+    text = load_lesson("28_neural_regulator").text.replace("coordinator.radius: 9 m,", fast)
     (tmp_path / "l.yaml").write_text(text, encoding="utf-8")
     out = str(tmp_path / "w.csv")
     assert run_command_line(["train", str(tmp_path / "l.yaml"), "--variant", "R9", "--starts", "1", "--rounds", "2", "--out", out]) == 1

@@ -19,7 +19,7 @@ from lathesim.lessons.simulate import prepare, run_prepared, simulate
 from lathesim.plugins import Registry, load_registry
 from lathesim.record import Record
 
-LESSON = "16_a_controller_that_tells_nothing"
+LESSON = "27_a_controller_that_tells_nothing"
 
 
 class LateTank(Component):

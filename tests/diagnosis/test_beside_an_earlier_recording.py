@@ -15,7 +15,7 @@ from tests.live import campaign
 from tests.live.campaign.machines import PERIOD, axis, cut
 
 CUT_LESSON = Path(campaign.__file__).parent / "cut.yaml"
-LESSON = "12_what_is_wrong_with_this_machine"
+LESSON = "22_what_is_wrong_with_this_machine"
 AXIS = {
     "x_controller.reference": "m",
     "x_encoder.position": "m",

@@ -1,12 +1,12 @@
 """Designs against what one would run without them: ``python -m tests.experiments.designs``.
 
-1. The closed controller of lesson 16 at 10 Hz within 22 s: the designed program against 100 undesigned ones.
-2. Three rivals on lesson 12: processor time of a design with 100 programs, all of them runs of one plan.
+1. The closed controller of lesson 27 at 10 Hz within 22 s: the designed program against 100 undesigned ones.
+2. Three rivals on lesson 22: processor time of a design with 100 programs, all of them runs of one plan.
 3. What each step of a design is good for: programs chosen without it, judged with all steps.
 4. Designs for precision over draws and at the given values alone, judged at other values: of a loop, and of a friction that falls with a
    speed known to an order of magnitude.
 5. A force that only shifts readings, with and without the share of a floor that does not average out.
-6. 5000 simulations of the staircase of lesson 16, which took 182 minutes as published.
+6. 5000 simulations of the staircase of lesson 27, which took 182 minutes as published.
 7. Single settings for a friction that falls with a speed known to a factor of three: where the average over draws matters.
 """
 
@@ -35,7 +35,7 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry, load_registry
 
-CLOSED, AXIS = "16_a_controller_that_tells_nothing", "12_what_is_wrong_with_this_machine"
+CLOSED, AXIS = "27_a_controller_that_tells_nothing", "22_what_is_wrong_with_this_machine"
 FRICTION = str(Path(__file__).parent / "uncertain_friction.yaml")
 WITHIN = 22.0
 STAIRCASE = 25.0

@@ -15,7 +15,7 @@ from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
 from tests.cli.command import call
 
-LESSON = "16_a_controller_that_tells_nothing"
+LESSON = "27_a_controller_that_tells_nothing"
 CHANGED = {"x_element_1.gain": 0.03, "x_controller.loop_gain": 24.0, "x_element_3.frequency": 50.0}
 
 

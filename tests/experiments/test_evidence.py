@@ -15,7 +15,7 @@ from lathesim.plugins import load_registry
 from tests.cli.command import call
 from tests.diagnosis.pushed_table import Hidden, write_case
 
-LESSON = "12_what_is_wrong_with_this_machine"
+LESSON = "22_what_is_wrong_with_this_machine"
 ONLY = ("--effect", "CoulombFriction", "--effect", "ForceOffset", "--effect", "TorqueRipple")
 GENERAL = "Constant speeds in both directions."
 ONE_WAY = """\

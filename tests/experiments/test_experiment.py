@@ -15,7 +15,7 @@ from lathesim.plugins import load_registry
 from tests.cli.command import call
 from tests.experiments.separation.alike import written_lesson
 
-LESSON = "12_what_is_wrong_with_this_machine"
+LESSON = "22_what_is_wrong_with_this_machine"
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
 
-LESSON = "26_the_forged_sensor"
+LESSON = "32_the_forged_sensor"
 BEGIN = 5.0
 
 

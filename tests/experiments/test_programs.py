@@ -17,7 +17,7 @@ from lathesim.lessons.simulate import prepare
 from lathesim.path_columns import END_X, END_Z, FEED, FEED_MODE, PER_REVOLUTION, SPINDLE_SPEED
 from lathesim.plugins import Registry, load_registry
 
-AXIS = "12_what_is_wrong_with_this_machine"
+AXIS = "22_what_is_wrong_with_this_machine"
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def room(lesson: str, registry: Registry) -> Room:
 
 
 def test_exchanged_programs_keep_to_time_and_travel(registry: Registry) -> None:
-    closed, random = room("16_a_controller_that_tells_nothing", registry), np.random.default_rng(3)
+    closed, random = room("27_a_controller_that_tells_nothing", registry), np.random.default_rng(3)
     first = strokes_in_turn(closed, 10.0, 4, 1)[0]
     near = neighbours(first, closed, 10.0, random, 12)
     assert len(near) > 6
@@ -39,13 +39,13 @@ def test_exchanged_programs_keep_to_time_and_travel(registry: Registry) -> None:
 
 
 def test_strokes_that_make_values_known_go_at_the_feed_limit(registry: Registry) -> None:
-    closed = room("16_a_controller_that_tells_nothing", registry)
+    closed = room("27_a_controller_that_tells_nothing", registry)
     moves = [move for item in strokes_in_turn(closed, 10.0, 20, 1) for move in item.moves if not move.rest]
     assert np.mean([move.speed == closed.feed for move in moves]) > 0.8
 
 
 def test_cuts_and_spindle_speeds_stay_within_what_the_lesson_does(registry: Registry) -> None:
-    lathe = room("10_spindle_droop", registry)
+    lathe = room("05_spindle_droop", registry)
     assert lathe.turning is not None and lathe.turning.cuts
     found = turned_candidates(lathe, 12.0, 12, np.random.default_rng(1))
     titles = {item.title for item in found}
@@ -64,7 +64,7 @@ def test_axis_without_a_spindle_has_no_cuts(registry: Registry) -> None:
 
 
 def test_sensors_and_converters_are_exact_in_designs(registry: Registry) -> None:
-    counts = counts_of(prepare(load_lesson("10_spindle_droop"), registry).machinery)
+    counts = counts_of(prepare(load_lesson("05_spindle_droop"), registry).machinery)
     assert counts["spindle_dac.bits"] == (12.0, 32.0) and counts["tachometer_adc.bits"] == (12.0, 32.0)
     assert counts["x_encoder.resolution"] == (1e-6, 0.0)
 

@@ -8,7 +8,7 @@ from lathesim.plugins import load_registry
 
 
 def test_values_that_a_change_brings_are_written_in_units_that_a_lesson_takes() -> None:
-    registry, lesson = load_registry(installed=False), load_lesson("16_a_controller_that_tells_nothing")
+    registry, lesson = load_registry(installed=False), load_lesson("27_a_controller_that_tells_nothing")
     changes = possible_changes(prepare(lesson, registry), registry)
     held = changed(lesson, changes)
     brought = {value.name: value for change in changes for value in change.brings}

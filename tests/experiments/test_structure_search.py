@@ -15,7 +15,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 
-LESSON = "16_a_controller_that_tells_nothing"
+LESSON = "27_a_controller_that_tells_nothing"
 
 
 @pytest.mark.slow

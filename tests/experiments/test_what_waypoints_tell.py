@@ -10,7 +10,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry, load_registry
 
-LESSON = "16_a_controller_that_tells_nothing"
+LESSON = "27_a_controller_that_tells_nothing"
 NOISE = 10e-6
 
 

@@ -48,17 +48,17 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
     "init": ("init", "work"),
     "compare": ("compare", "{in}/case/lesson.yaml", "{in}/case/recording.csv", "--out", "."),
-    "conceal": ("conceal", "12_what_is_wrong_with_this_machine", "--effect", "none", "--seed", "1", "--validate", "--out", "case"),
+    "conceal": ("conceal", "22_what_is_wrong_with_this_machine", "--effect", "none", "--seed", "1", "--validate", "--out", "case"),
     "diagnose": ("diagnose", "{in}/case/lesson.yaml", "{in}/case/recording.csv", "--at-most", "5 s", "--out", "d", "--json", "d.json"),
     "fit": ("fit", "{in}/case/lesson.yaml", "{in}/case/recording.csv", "--free", "x_axis.viscous", "--starts", "1", "--out", "f.yaml"),
-    "learn": ("learn", "20_learning", "--laps", "1", "--out", "learned"),
-    "circle": ("circle", "17_circular_test", "--no-contributions", "--save", "circle.png"),
+    "learn": ("learn", "09_learning", "--laps", "1", "--out", "learned"),
+    "circle": ("circle", "07_circular_test", "--no-contributions", "--save", "circle.png"),
     "watermark": ("watermark", "--save", "frontier.png"),
-    "lobes": ("lobes", "15_stability_lobes", "--speed", "1000..3000:20", "--save", "lobes.png"),
-    "tap": ("tap", "24_tap_and_predict", "--out", "tap.csv", "--save", "tap.png"),
+    "lobes": ("lobes", "18_stability_lobes", "--speed", "1000..3000:20", "--save", "lobes.png"),
+    "tap": ("tap", "20_tap_and_predict", "--out", "tap.csv", "--save", "tap.png"),
     "modes": ("modes", "{in}/tap.csv", "--count", "1", "--save", "modes.png"),
     "retime": ("retime", "{in}/line.csv", "--limits", "{in}/limits.yaml", "--out", "s.h5"),
-    "twin": ("twin", "12_what_is_wrong_with_this_machine", "{in}/loop.h5", "--fast", "--plain", "--out", "twin.h5"),
+    "twin": ("twin", "22_what_is_wrong_with_this_machine", "{in}/loop.h5", "--fast", "--plain", "--out", "twin.h5"),
     "warm": ("warm", "{in}/one.yaml"),
 }
 
@@ -79,8 +79,8 @@ def make_inputs(folder: Path, cache: Path) -> None:
     here = {**environment(), "LATHESIM_CACHE": str(cache)}
     for call in (
         ("run", "one.yaml", "--out", "run.h5", "--no-plots"),
-        ("conceal", "12_what_is_wrong_with_this_machine", "--effect", "none", "--seed", "1", "--out", "case"),
+        ("conceal", "22_what_is_wrong_with_this_machine", "--effect", "none", "--seed", "1", "--out", "case"),
         ("run", "case/lesson.yaml", "--out", "loop.h5", "--no-plots"),
-        ("tap", "24_tap_and_predict", "--out", "tap.csv"),
+        ("tap", "20_tap_and_predict", "--out", "tap.csv"),
     ):
         subprocess.run([sys.executable, "-m", "lathesim", *call], cwd=folder, env=here, check=True, capture_output=True)

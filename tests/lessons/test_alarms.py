@@ -67,7 +67,7 @@ def test_an_axis_outside_its_limits_stops_the_run_with_an_alarm(text: str, alarm
 
 def test_an_alarm_of_an_axis_that_follows_a_spindle_names_the_loop_of_the_spindle(registry: Registry) -> None:
     with pytest.raises(SimulationError) as caught:
-        simulate(load_lesson("10_spindle_droop"), registry, "PI", {"spindle_controller.proportional": "-1 V*s/rad"}, engine="plain")
+        simulate(load_lesson("05_spindle_droop"), registry, "PI", {"spindle_controller.proportional": "-1 V*s/rad"}, engine="plain")
     assert "the following error of x_controller is 101.2 mm" in caught.value.fact
     assert "the loop is unstable: the proportional gain -1 V*s/rad of spindle_controller has the wrong sign." in caught.value.fact
 

@@ -27,13 +27,13 @@ def written(place: str) -> Path:
 
 def test_each_lesson_has_a_folder_of_its_own() -> None:
     places = ["mine.yaml", "mine.yml", "case_1/lesson.yaml", "case_2/lesson.yaml", "a/case_1/lesson.yaml", "lesson_configs/lesson.yaml"]
-    places += ["../lesson.yaml", "../case_1/lesson.yaml", "08_feed_and_roughness.yaml", "lathesim_runs/01_contour_error/001.yaml"]
+    places += ["../lesson.yaml", "../case_1/lesson.yaml", "10_feed_and_roughness.yaml", "lathesim_runs/01_contour_error/001.yaml"]
     folders = {place: str(results_folder(load_lesson(written(place)))) for place in places}
-    folders["08"] = str(results_folder(load_lesson(Path(__file__).parents[2] / "lesson_configs/08_feed_and_roughness.yaml")))
+    folders["08"] = str(results_folder(load_lesson(Path(__file__).parents[2] / "lesson_configs/10_feed_and_roughness.yaml")))
     assert len(set(folders.values())) == len(folders)
     assert folders["mine.yaml"] == "lathesim_runs/mine"
     assert folders["case_1/lesson.yaml"] == "lathesim_runs/case_1/lesson"
-    assert folders["08"] == "lathesim_runs/08_feed_and_roughness"
+    assert folders["08"] == "lathesim_runs/10_feed_and_roughness"
     assert folders["lathesim_runs/01_contour_error/001.yaml"] == "lathesim_runs/01_contour_error/001"
 
 

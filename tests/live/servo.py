@@ -17,7 +17,7 @@ from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 
-LESSON = "12_what_is_wrong_with_this_machine"
+LESSON = "22_what_is_wrong_with_this_machine"
 PERIOD = 1e-3
 
 

@@ -95,7 +95,7 @@ def test_the_lesson_is_found_by_the_names_of_the_standard() -> None:
     mapping = recordings_for(ready, [item.name for item in items])
     assert mapping["drive"] == {"x_controller.reference": {"column": "x_controller.reference", "unit": "m"}}
     assert mapping["compare"]["x_scale.position"]["resolution"] == "50 nm"
-    with pytest.raises(LiveError, match="nothing of 12_what_is_wrong_with_this_machine is offered there"):
+    with pytest.raises(LiveError, match="nothing of 22_what_is_wrong_with_this_machine is offered there"):
         map_for(ready, {"Spindle/Speed": "rpm"}, "path")
 
 

@@ -118,7 +118,7 @@ def test_a_spindle_that_is_not_yet_up_to_speed_leaves_the_lead_as_it_is(tmp_path
 
 def test_a_dip_of_the_spindle_under_load_shows_in_the_thread() -> None:
     """The reference follows the angle exactly; the slide lags by what the feed asks for, so where the spindle dips the lead is off."""
-    record = run_prepared(prepare(load_lesson("13_shop_programs"), load_registry(), "thread"))
+    record = run_prepared(prepare(load_lesson("16_shop_programs"), load_registry(), "thread"))
     thread = (record["interpolator.program_line"] == 20) & (record["interpolator.feed_speed"] > 0.0)
     begin = int(np.flatnonzero(thread)[0])
     first = slice(begin + 160, begin + 340)  # the first pass, behind its run-up

@@ -63,7 +63,7 @@ def test_a_record_without_a_cut_in_the_loop_has_no_waves() -> None:
 
 
 async def test_the_app_shows_the_waves_in_the_lathe_view_and_as_the_surface() -> None:
-    async with opened("22_waves_on_the_part") as (app, pilot):
+    async with opened("17_waves_on_the_part") as (app, pilot):
         await run_to_end(app, pilot)
         await until(pilot, lambda: "End of the part" in words_of(app.export_screenshot()), "the end of the part")
         assert "R_a" in words_of(app.export_screenshot())

@@ -198,7 +198,7 @@ async def test_a_wiring_that_is_too_wide_stands_one_below_the_other() -> None:
 
 @pytest.mark.slow
 async def test_the_lobes_of_a_lesson_are_drawn_and_a_lesson_without_them_is_told() -> None:
-    async with opened("15_stability_lobes") as (app, pilot):
+    async with opened("18_stability_lobes") as (app, pilot):
         await pilot.press("f4")
         await pilot.pause()
         await pilot.press("l")
@@ -301,7 +301,7 @@ async def test_the_simulation_is_set_and_loaded_again() -> None:
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I --seed 11"
         await pilot.press("ctrl+o")
         await pilot.pause()
-        app.screen.query_one("#answer", Input).value = "02_process_control"
+        app.screen.query_one("#answer", Input).value = "13_process_control"
         await pilot.press("enter")
         await pilot.pause()
-        assert app.workbench.command().startswith("lathesim run 02_process_control")
+        assert app.workbench.command().startswith("lathesim run 13_process_control")

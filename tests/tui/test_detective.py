@@ -20,7 +20,7 @@ from lathesim.tui.screens.detective import DetectiveScreen
 from lathesim.tui.widgets.case_panes import standing_bars
 from tests.tui.driving import opened, told, until
 
-LESSON = "12_what_is_wrong_with_this_machine"
+LESSON = "22_what_is_wrong_with_this_machine"
 
 
 @pytest.fixture(autouse=True)

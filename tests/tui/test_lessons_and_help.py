@@ -58,25 +58,25 @@ async def test_enter_puts_a_lesson_on_the_bench() -> None:
         await pilot.press("down", "enter")
         await pilot.pause(0.2)
         assert app.workbench.setup is not None
-        assert app.workbench.setup.lesson.name == "02_process_control"
+        assert app.workbench.setup.lesson.name == "02_quantisation"
 
 
 async def test_f5_runs_the_lesson_under_the_cursor_and_the_bench_shows_what_runs() -> None:
     async with opened() as (app, pilot):
-        app.workbench.pace = 1.0
+        app.workbench.pace = 0.1
         await pilot.press("f6")
-        await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 0, "the lessons")
+        await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 1, "the lessons")
         await pilot.press("down", "f5")
         await until(pilot, lambda: app.current_mode == "bench" and app.workbench.live is not None, "the run")
-        assert str(app.screen.query_one("#title", Static).content) == "Process control of the cutting force"
+        assert str(app.screen.query_one("#title", Static).content) == "Quantisation and limit cycles"
         result = app.screen.query_one("#result", Static)
-        assert str(result.content) == "Running 001 none. F5 stops it."
+        assert str(result.content) == "Running 001 8_bits. F5 stops it."
         await pilot.press("f6", "down", "enter")
-        await until(pilot, lambda: str(app.screen.query_one("#title", Static).content) == "Design of a lathe", "another lesson")
-        assert str(result.content) == "Running 001 none of Process control of the cutting force. F5 stops it."
+        await until(pilot, lambda: str(app.screen.query_one("#title", Static).content) == "Integral windup", "another lesson")
+        assert str(result.content) == "Running 001 8_bits of Quantisation and limit cycles. F5 stops it."
         await pilot.press("f5")
-        await until(pilot, lambda: str(result.content).startswith("Stopped, kept as 001 of Process control"), "the end")
-        assert [run.path.parent.name for run in app.workbench.runs] == ["02_process_control"]
+        await until(pilot, lambda: str(result.content).startswith("Stopped, kept as 001 of Quantisation"), "the end")
+        assert [run.path.parent.name for run in app.workbench.runs] == ["02_quantisation"]
 
 
 async def test_f5_in_the_list_keeps_what_was_changed_of_the_lesson() -> None:
@@ -84,7 +84,7 @@ async def test_f5_in_the_list_keeps_what_was_changed_of_the_lesson() -> None:
         assert app.workbench.setup is not None
         app.workbench.change(app.workbench.setup.with_simulation("duration", "0.1 s"))
         await pilot.press("f6")
-        await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 0, "the lessons")
+        await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 1, "the lessons")
         await run_to_end(app, pilot)
         assert app.workbench.runs[0].title == "001 I, duration=0.1 s"
 
@@ -118,7 +118,7 @@ async def test_the_palette_finds_lessons_channels_parameters_components_effects_
     from lathesim.tui.app import WorkbenchProvider
 
     wanted = {
-        "09_constant_surface_speed": "lesson",
+        "11_constant_surface_speed": "lesson",
         "cutting_force.radial_force": "channel",
         "x_controller.proportional": "parameter",
         "PositionController": "component",

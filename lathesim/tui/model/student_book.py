@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from lathesim.errors import WriteError
 from lathesim.json_text import parsed_json
+from lathesim.lessons.lesson_list import present_name
 from lathesim.tui.model.setup import Setup
 from lathesim.whole_file import folder_lock, write_text
 
@@ -96,7 +97,7 @@ class StudentBook:
     def _read(self) -> dict[str, LessonEntry]:
         try:
             data = parsed_json(self.path.read_text(encoding="utf-8"))
-            return {str(name): _entry(entry) for name, entry in data["lessons"].items()}
+            return {present_name(str(name)): _entry(entry) for name, entry in data["lessons"].items()}
         except FileNotFoundError:
             return {}
         except (OSError, ValueError, KeyError, TypeError, AttributeError):

@@ -15,20 +15,28 @@ from textual.widgets.option_list import Option
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import Lesson, load_lesson
-from lathesim.lessons.lesson_list import lesson_files
+from lathesim.lessons.lesson_list import by_unit, lesson_files
 from lathesim.lessons.schema import Goal
 from lathesim.tui.model.student_book import LessonEntry, Suggestion, suggestion
 from lathesim.tui.model.workbench import RUNS, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.controls import BrowseList
 
+_LEVELS = ("beginner", "intermediate", "advanced")
+_NOTHING = "○"
+_WIDE = 110
+"""Columns from which on the app is no longer ``-narrow``."""
+_ROOM = {False: 41, True: 28}
+"""Columns for title, minutes and level: the width of the list without the sign and the scroll bar."""
+_MINUTES = {False: " min", True: "'"}
+
 
 class LessonsScreen(WorkbenchScreen):
-    """The list at the left, the lesson at the right; Enter puts it on the bench, F5 runs it."""
+    """The course at the left, by units; the lesson at the right. Enter puts it on the bench, F5 runs it."""
 
     DEFAULT_CSS = """
-    LessonsScreen #listed { width: 38; }
-    LessonsScreen.-narrow #listed { width: 28; }
+    LessonsScreen #listed { width: 46; }
+    LessonsScreen.-narrow #listed { width: 33; }
     LessonsScreen #lessons { height: 1fr; }
     LessonsScreen #open { width: 1fr; }
     LessonsScreen #page { padding: 0 1; height: 1fr; }
@@ -43,6 +51,9 @@ class LessonsScreen(WorkbenchScreen):
     def __init__(self) -> None:
         super().__init__()
         self._lessons: list[tuple[Path, Lesson | None, str]] = []
+        self._units: list[str] = []
+        self._rows: list[int | None] = []
+        """The place of the lesson in each row of the list; None for the heading of a unit."""
         self._suggestions: list[Suggestion] = []
 
     def compose_body(self) -> Iterable[Widget]:
@@ -59,35 +70,75 @@ class LessonsScreen(WorkbenchScreen):
                 yield OptionList(id="tries")
 
     def on_mount(self) -> None:
-        """Read the lessons."""
+        """Read the lessons; those of a unit stand together."""
         super().on_mount()
+        found: list[tuple[Path, Lesson | None, str]] = []
         for path in lesson_files():
             try:
-                self._lessons.append((path, load_lesson(path), ""))
+                found.append((path, load_lesson(path), ""))
             except LatheSimError as error:
-                self._lessons.append((path, None, str(error)))
+                found.append((path, None, str(error)))
+        place = {lesson.path: (path, lesson, "") for path, lesson, _ in found if lesson is not None}
+        units = by_unit(lesson for _, lesson, _ in found if lesson is not None)
+        for unit, members in units.items():
+            self._rows += [None, *range(len(self._lessons), len(self._lessons) + len(members))]
+            self._lessons += [place[lesson.path] for lesson in members]
+            self._units.append(unit or "without a unit")
+        faulty = [entry for entry in found if entry[1] is None]
+        self._rows += range(len(self._lessons), len(self._lessons) + len(faulty))
+        self._lessons += faulty
 
     def show_changes(self, changed: set[str]) -> None:
         """Mark what was reached, and show the lesson on the bench."""
-        if not changed & {SETUP, RUNS}:
+        if not changed & {SETUP, RUNS} or not self._lessons:
             return
         listed = self.query_one("#lessons", OptionList)
-        chosen = listed.highlighted
+        chosen = self._place(listed.highlighted)
         if chosen is None:
-            setup = self.workbench.setup
-            here = [place for place, (path, _, _) in enumerate(self._lessons) if setup is not None and path.stem == setup.lesson.name]
+            here = [place for place, (_, lesson, _) in enumerate(self._lessons) if lesson is not None and self._is_on_bench(lesson)]
             chosen = here[0] if here else 0
+        units, following = iter(self._units), self._next()
         with self.prevent(OptionList.OptionHighlighted):
             listed.clear_options()
-            for path, lesson, _ in self._lessons:
-                name = lesson.title if lesson is not None else f"{path.name}: at fault"
-                listed.add_option(Option(Text(f"{self._sign(path, lesson)} {name}", no_wrap=True, overflow="ellipsis")))
-            listed.highlighted = chosen if self._lessons else None
-        if self._lessons:
-            self._show(chosen)
-            if self.lathesim.book.fault:
-                self.tell_fault(self.lathesim.book.fault)
-                self.lathesim.book.fault = ""
+            for place in self._rows:
+                if place is None:
+                    listed.add_option(Option(Text(next(units), style="bold underline"), disabled=True))
+                else:
+                    listed.add_option(Option(self._row(place, is_next=place == following)))
+            listed.highlighted = self._rows.index(chosen)
+        self._show(chosen)
+        if self.lathesim.book.fault:
+            self.tell_fault(self.lathesim.book.fault)
+            self.lathesim.book.fault = ""
+
+    def on_resize(self) -> None:
+        """Fit the rows to the width of the list."""
+        self.show_changes({SETUP})
+
+    def _place(self, row: int | None) -> int | None:
+        """Return the place of the lesson in a row of the list."""
+        return self._rows[row] if row is not None and row < len(self._rows) else None
+
+    def _next(self) -> int | None:
+        """Return the place of the first lesson of the course whose goals are not met yet."""
+        for place, (path, lesson, _) in enumerate(self._lessons):
+            if lesson is not None and lesson.settings.unit is not None and self._sign(path, lesson) != "✓":
+                return place
+        return None
+
+    def _row(self, place: int, *, is_next: bool) -> Text:
+        """Return the row of a lesson: its sign, its title, the minutes and a dot for each step of its level."""
+        path, lesson, _ = self._lessons[place]
+        if lesson is None:
+            return Text(f"! {path.name}: at fault", no_wrap=True, overflow="ellipsis")
+        sign = self._sign(path, lesson)
+        minutes = lesson.settings.minutes
+        level = "▪" * (1 + _LEVELS.index(lesson.settings.level)) if lesson.settings.level is not None else ""
+        is_narrow = self.app.size.width < _WIDE
+        end = f" {minutes:>3}{_MINUTES[is_narrow]} {level:<3}" if minutes is not None else ""
+        title = Text(lesson.title)
+        title.truncate(_ROOM[is_narrow] - len(end), overflow="ellipsis", pad=bool(end))
+        return Text.assemble(f"{'→' if is_next and sign == _NOTHING else sign} ", title, (end, "dim"), no_wrap=True, overflow="ellipsis")
 
     def _sign(self, path: Path, lesson: Lesson | None) -> str:
         entry = self.lathesim.book.entry(path.stem)
@@ -95,11 +146,13 @@ class LessonsScreen(WorkbenchScreen):
             return "!"
         if entry.has_met(f"{key} {limit}" for key, limit, _ in _limits(lesson)):
             return "✓"
-        return "•" if entry.tries else " "
+        return "•" if entry.tries else _NOTHING
 
     @on(OptionList.OptionHighlighted, "#lessons")
     def _highlight(self, event: OptionList.OptionHighlighted) -> None:
-        self._show(event.option_index)
+        place = self._place(event.option_index)
+        if place is not None:
+            self._show(place)
 
     def _show(self, place: int) -> None:
         path, lesson, fault = self._lessons[place]
@@ -110,9 +163,7 @@ class LessonsScreen(WorkbenchScreen):
             self.query_one(Markdown).update(f"# {path.name}")
             self.query_one("#goals", Static).update(Text(fault))
             return
-        variants = lesson.settings.variants
-        cases = "".join(f"\n- **{name}** {variant.text}" for name, variant in variants.items())
-        self.query_one(Markdown).update(f"# {lesson.title}\n\n{lesson.settings.text}\n{f'**Cases**{chr(10)}{cases}' if cases else ''}")
+        self.query_one(Markdown).update(_page(lesson))
         self.query_one("#goals", Static).update(_goals_text(lesson, self.lathesim.book.entry(path.stem)))
         self._suggestions = [suggestion(text, lesson.variants) for text in lesson.settings.try_]
         for item in self._suggestions:
@@ -120,8 +171,8 @@ class LessonsScreen(WorkbenchScreen):
         self.show_command()
 
     def _chosen(self) -> Lesson | None:
-        place = self.query_one("#lessons", OptionList).highlighted
-        return self._lessons[place][1] if place is not None and place < len(self._lessons) else None
+        place = self._place(self.query_one("#lessons", OptionList).highlighted)
+        return self._lessons[place][1] if place is not None else None
 
     @on(OptionList.OptionSelected, "#lessons")
     @on(Button.Pressed, "#open")
@@ -168,6 +219,17 @@ class LessonsScreen(WorkbenchScreen):
         if lesson is not None and self._is_on_bench(lesson):
             return self.workbench.command()
         return f"lathesim run {lesson.name}" if lesson is not None else "lathesim lessons"
+
+
+def _page(lesson: Lesson) -> str:
+    """Return the page of a lesson in Markdown: its place in the course, what is learnt, the text and the cases."""
+    settings = lesson.settings
+    words = [settings.unit, f"{settings.minutes} minutes" if settings.minutes is not None else None, settings.level]
+    words.append(f"after {', '.join(settings.after)}" if settings.after else None)
+    course = " · ".join(word for word in words if word)
+    cases = "".join(f"\n- **{name}** {variant.text}" for name, variant in settings.variants.items())
+    blocks = [f"# {lesson.title}", f"*{course}*" if course else "", settings.learn, settings.text, f"**Cases**\n{cases}" if cases else ""]
+    return "\n\n".join(block for block in blocks if block)
 
 
 def _limits(lesson: Lesson) -> list[tuple[str, str, Goal]]:

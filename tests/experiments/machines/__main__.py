@@ -24,7 +24,7 @@ from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
 from tests.experiments.machines.generator import Machine, drawn_machine, waypoints
 
-LESSON = "16_a_controller_that_tells_nothing"
+LESSON = "27_a_controller_that_tells_nothing"
 CHANNELS = ("x_axis.position", "y_axis.position")
 WAYS = ("undesigned", "designed")
 SECONDS = 28.0

@@ -16,7 +16,7 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from tests.experiments.separation.warm_command import command
 
-LESSON = "12_what_is_wrong_with_this_machine"
+LESSON = "22_what_is_wrong_with_this_machine"
 CURRENT, SCALE = "x_drive.current", "x_scale.position"
 
 

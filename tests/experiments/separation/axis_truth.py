@@ -1,4 +1,4 @@
-"""The axis of lesson 12 as another integrator makes it: the rig of the diagnosis' suite, with the lesson's controller and numbers."""
+"""The axis of lesson 22 as another integrator makes it: the rig of the diagnosis' suite, with the lesson's controller and numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.diagnosis.suite.concealed import Hidden, log_uniform
 from tests.diagnosis.suite.hidden_axis import AXIS_EFFECTS
 from tests.diagnosis.suite.references import coloured_noise
 
-LESSON = "12_what_is_wrong_with_this_machine"
+LESSON = "22_what_is_wrong_with_this_machine"
 REFERENCE = "exercise.x_reference"
 GIVEN = AxisPhysics(
     mass=95.1089, viscous=203.5034, effort_constant=35.15065, position_gain=160.18, velocity_gain=243.45, converter_bits=24.0,

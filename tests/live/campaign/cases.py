@@ -19,7 +19,7 @@ from tests.live.campaign.machines import MACHINES, PERIOD
 SEED = 20261124
 SECONDS = 1200.0
 _HERE = Path(__file__).parent
-LESSONS = {"axis": "12_what_is_wrong_with_this_machine", "lathe": str(_HERE / "lathe.yaml"), "cut": str(_HERE / "cut.yaml")}
+LESSONS = {"axis": "22_what_is_wrong_with_this_machine", "lathe": str(_HERE / "lathe.yaml"), "cut": str(_HERE / "cut.yaml")}
 REFERENCE = {"friction": 5.0, "play": 3e-6, "gain": 0.05, "delay": 5e-4, "wear": 0.05, "load": 10.0}
 """A size of each change, from which that of so many floors follows."""
 KINDS = {

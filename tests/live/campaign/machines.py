@@ -144,7 +144,7 @@ def _noise(count: int, seed: int) -> FloatArray:
 
 
 def axis(seconds: float, seed: int, changes: Changes) -> FloatArray:
-    """Return reference, motor, table, voltage and current of the axis of lesson 12, (5, samples)."""
+    """Return reference, motor, table, voltage and current of the axis of lesson 22, (5, samples)."""
     wanted = axis_reference(seconds)
     return np.vstack([wanted, _axis(X, wanted[0], changes, _noise(wanted.shape[1], seed))])
 
