@@ -11,23 +11,46 @@ import numpy as np
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import Method
+from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records.candidate import MOST_DAMPED, Candidate, instants_of
 from lathesim.identification.records.model import Model
 
 
 def is_plausible(study: Study, model: Model) -> bool:
     """Return whether the sizes of all effects of a model are of the kind that is met, delays are a fair part of a sample, events come after
-    the recording has begun, and resonances resonate."""
+    the recording has begun, resonances resonate, and the machine does not run away."""
     values, method = model.fitted.by_name, study.method
     period = study.estimation.machine.assembly.sample_period
     duration = len(study.estimation.record) * period
-    return all(
+    usual = all(
         of_usual_size(candidate, values, method)
         and is_of_a_clock(candidate, values, period, duration, method=method)
         and is_an_event(instants_of(candidate), values, duration, method=method)
         and resonates(candidate, values)
         for candidate in model.candidates
     )
+    return usual and not runs_away(study, model)
+
+
+def runs_away(study: Study, model: Model) -> bool:
+    """Return whether the lesson's own simulation of a model is off by many times the recorded motion, or the error of the lesson alone if
+    that is more: a friction that pushes in one direction can replay a recording, and runs away by itself."""
+    alone, with_it = own_residuals(study, model)
+    own = study.validation.own
+    moved = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
+    with np.errstate(over="ignore"):
+        off, before = (np.sqrt(np.mean(one**2, axis=1)) for one in (with_it, alone))
+    return not bool(np.all(off <= study.method.largest_size * np.maximum(before, moved)))
+
+
+def own_residuals(study: Study, model: Model) -> list[FloatArray]:
+    """Return what the lesson's own simulation leaves of each channel, shape (channels, samples), from where a model begins the validation
+    recording: with the values of the lesson, and with those of the model."""
+    own, begun = study.validation.own, model.validation_fit.by_name
+    starts = {name: begun[name] for name in begun if name in own.plan.states}
+    names = own.settable([*model.fitted.by_name, *starts])
+    values = {**model.fitted.by_name, **starts}
+    return own.residuals(names, np.array([[starts.get(name, own.given(name)) for name in names], [values[name] for name in names]]))
 
 
 def with_possible_sizes(study: Study) -> Study:

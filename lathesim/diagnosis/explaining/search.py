@@ -14,7 +14,7 @@ import numpy as np
 
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.earlier import was_there_before
-from lathesim.diagnosis.explaining.plausible import is_plausible
+from lathesim.diagnosis.explaining.plausible import is_plausible, own_residuals
 from lathesim.diagnosis.explaining.resolution import as_good, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
 from lathesim.diagnosis.explaining.study import Study
@@ -35,9 +35,7 @@ from lathesim.identification.replay.experiment import baseline_free
 def explains_the_motion(study: Study, model: Model) -> bool:
     """Return whether the lesson's own simulation of a model, from the start of the validation recording, leaves less of each channel than
     what is put down to a cause may leave."""
-    own, begun = study.validation.own, model.validation_fit.by_name
-    values = {**model.fitted.by_name, **{name: begun[name] for name in begun if name in own.plan.states}}
-    residual = own.one({name: values[name] for name in own.settable(values)})
+    own, residual = study.validation.own, own_residuals(study, model)[1]
     size = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
     return bool(np.all(np.mean(residual**2, axis=1) < study.method.shared.left_by_cause * size**2))
 

@@ -1,16 +1,21 @@
 """What is beyond belief on a small lathe is usual on a large machine: bounds are taken from what acts there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
-from lathesim.diagnosis.explaining.plausible import of_usual_size
+from lathesim.diagnosis.explaining.plausible import of_usual_size, runs_away
+from lathesim.diagnosis.explaining.starts import candidate_free
+from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.method import Method
 from lathesim.effects.force_law import WearForceGrowth
-from lathesim.effects.friction import PreslidingFriction, StribeckFriction
+from lathesim.effects.friction import AsymmetricFriction, PreslidingFriction, StribeckFriction
 from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.estimation.least_squares import fit
 from tests.diagnosis.one_cut import cut_machine
-from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, experiments, recording
+from tests.diagnosis.pushed_table import FORCE, POSITION, VISCOUS, Hidden, baseline, experiments, recording, study
 
 RUBBING = Hidden(dry=15.0)
 
@@ -51,3 +56,14 @@ def test_of_a_growth_and_a_rate_of_wear_only_the_product_is_judged(growth: float
         for name, value in (("growth", growth), ("rate", rate), ("break_in", 1e-5), ("break_in_time", 30.0))
     }
     assert of_usual_size(candidate, values, Method()) == usual
+
+
+@pytest.mark.parametrize(("share", "away"), [(0.5, False), (4.0, True)], ids=["it brakes less one way", "it pushes one way"])
+def test_a_friction_that_pushes_is_none(share: float, away: bool) -> None:
+    """What the viscous friction has less in one direction than the host has in all drives the table on by itself."""
+    first, second = experiments(recording(), recording(seed=2), effects=(AsymmetricFriction,))
+    asked, (candidate,) = study(first, second), first.candidates
+    values = np.array([1.0, 0.0, -share * VISCOUS])
+    fitted = fit(first.sensed, [*baseline(first), *candidate_free(asked, candidate, values)])
+    model = modelled(asked, (candidate,), replace(fitted, values=np.r_[fitted.values[: -len(values)], values]))
+    assert runs_away(asked, model) == away
