@@ -14,9 +14,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from lathesim.errors import nearest
+from lathesim.live.channel_names import MappedItem
 from lathesim.live.connections import Address
 from lathesim.live.mtconnect_publish import UNITS
-from lathesim.live.name_map import MappedItem
 from lathesim.live.sample_clock import RowAssembly
 from lathesim.live.samples import LiveError, SampleBlock, Signal
 

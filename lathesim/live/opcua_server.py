@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.live.cnc_names import NAMESPACE, POSITION_TYPE, TYPES, UNITS_NAMESPACE, PublishedName, type_of, unit_number
+from lathesim.live.channel_names import NAMESPACE, POSITION_TYPE, TYPES, UNITS_NAMESPACE, PublishedName, type_of, unit_number
 from lathesim.live.publishing import PublishedRow, PublishedRun, Publisher
 from lathesim.live.samples import LiveError
 from lathesim.units import from_si

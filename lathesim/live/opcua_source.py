@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.live.name_map import MappedItem
+from lathesim.live.channel_names import MappedItem
 from lathesim.live.sample_clock import RowAssembly
 from lathesim.live.samples import LiveError, SampleBlock, Signal
 

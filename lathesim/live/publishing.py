@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.lessons.simulate import Prepared, run_prepared
-from lathesim.live.cnc_names import PublishedName
+from lathesim.live.channel_names import PublishedName
 from lathesim.live.samples import LiveError, Signal
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray, Record

@@ -11,9 +11,8 @@ from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
-from lathesim.live.watching.background_diagnosis import Verdict, known_before
-from lathesim.live.watching.event import told_verdict
-from lathesim.live.watching.value_course import expected_values
+from lathesim.live.watching.usual import expected_values
+from lathesim.live.watching.verdict import Verdict, known_before, told_verdict
 from lathesim.plugins import load_registry
 from tests.live.servo import prepared as lesson_machine
 

@@ -11,13 +11,11 @@ import pytest
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.watching.background_diagnosis import Verdict
-from lathesim.live.watching.event import WatchEvent
-from lathesim.live.watching.following import Following
-from lathesim.live.watching.forecast import Growth, GrowthCourse, bend, line_through
+from lathesim.live.watching.forecast import Following, Growth, GrowthCourse, bend, line_through
 from lathesim.live.watching.known_effects import KnownEffects
 from lathesim.live.watching.residual_stream import ResidualStream
-from lathesim.live.watching.value_course import CoursePoint
+from lathesim.live.watching.usual import CoursePoint
+from lathesim.live.watching.verdict import Verdict, WatchEvent
 from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry

@@ -15,12 +15,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lathesim.live.channel_names import map_from
 from lathesim.live.connections import Address
-from lathesim.live.mtconnect_agent import MOST_CONNECTIONS, AgentServer
 from lathesim.live.mtconnect_documents import Agent, DataItem, ObservationBuffer
-from lathesim.live.mtconnect_publish import MOST_AGENTS, Adapter, follow_adapter, read_line, write_line
+from lathesim.live.mtconnect_publish import MOST_AGENTS, MOST_CONNECTIONS, Adapter, AgentServer, follow_adapter, read_line, write_line
 from lathesim.live.mtconnect_source import MTConnectSource
-from lathesim.live.name_map import map_from
 from lathesim.live.recording_run import record
 from lathesim.live.samples import LiveError
 

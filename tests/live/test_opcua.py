@@ -17,8 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.live.cnc_names import NAMESPACE, PublishedName, published_names
-from lathesim.live.name_map import map_from
+from lathesim.live.channel_names import NAMESPACE, PublishedName, map_from, published_names
 from lathesim.live.opcua_server import MOST_SESSIONS, publish_opcua
 from lathesim.live.opcua_source import OpcUaSource, browse
 from lathesim.live.opening import lesson_signals, map_for, recordings_for

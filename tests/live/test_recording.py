@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lathesim.live.name_map import map_from
+from lathesim.live.channel_names import map_from
 from lathesim.live.publishing import Faults, PublishedRun, Publisher
 from lathesim.live.recording_run import Recorder, record
 from lathesim.live.sample_clock import RowAssembly

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lathesim.live.samples import LiveError
 from lathesim.live.set_point_buffer import BufferCount, SetPointBuffer
-from lathesim.live.virtual_stream import Planner, stream_virtually
+from lathesim.live.streaming import Planner, stream_virtually
 from lathesim.record import FloatArray
 from tests.live.servo import Kept
 

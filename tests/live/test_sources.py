@@ -12,7 +12,7 @@ import pytest
 
 from lathesim.live.connections import read_address
 from lathesim.live.feedback_source import FeedbackSource
-from lathesim.live.pipe_source import PipeSource
+from lathesim.live.opening import PipeSource
 from lathesim.live.recording_run import record
 from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.live.servo_session import ServoSettings

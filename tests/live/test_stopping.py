@@ -162,7 +162,7 @@ from pathlib import Path
 from lathesim.cli.main import run_command_line
 from lathesim.errors import LatheSimError
 from lathesim.live.recording_run import record
-from lathesim.live.samples import Block, Signal
+from lathesim.live.samples import SampleBlock, Signal
 import lathesim.live.twin
 
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -171,7 +171,7 @@ class Endless:
     name, signals = "endless", (Signal("part.c0", "V"),)
     async def blocks(self):
         for begin in range(0, 10_000_000, 10_000):
-            yield Block(1e-3 * np.arange(begin, begin + 10_000), np.random.default_rng(begin).normal(size=(1, 10_000)))
+            yield SampleBlock(1e-3 * np.arange(begin, begin + 10_000), np.random.default_rng(begin).normal(size=(1, 10_000)))
 
 code = 0
 resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, resource.RLIM_INFINITY))

@@ -18,12 +18,12 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.sample_clock import SampleClock
 from lathesim.live.samples import SampleBlock, Signal
-from lathesim.live.watching.background_diagnosis import Verdict
-from lathesim.live.watching.event import WatchEvent
+from lathesim.live.watching.change_test import Cusum
 from lathesim.live.watching.forecast import forecast
-from lathesim.live.watching.noise_test import Cusum, mean_run_length
 from lathesim.live.watching.residual_stream import ResidualStream
-from lathesim.live.watching.watch import ReportedChange, Watch
+from lathesim.live.watching.states import ReportedChange
+from lathesim.live.watching.verdict import Verdict, WatchEvent
+from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, FloatArray, Record
@@ -54,6 +54,22 @@ def watched(ready: Prepared, values: FloatArray, learn: float = LEARN, start: fl
         for stretch in clock.take(SampleBlock(start + (begin + np.arange(part.shape[1])) * PERIOD, part)):
             alarms += watch.take(stretch)
     return alarms, watch
+
+
+def mean_run_length(shift: float, k: float, h: float, points: int = 200) -> float:
+    """Return the mean number of samples to an alarm of the one-sided sum at a shift: Page's integral equation by Gauss' rule."""
+    from scipy.stats import norm
+
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    y, w = 0.5 * h * (nodes + 1.0), 0.5 * h * weights
+    kernel = w * norm.pdf(y[None, :] - y[:, None] + k - shift)
+    at_zero = norm.cdf(k - shift - y)
+    matrix = np.eye(points + 1)
+    matrix[:points, :points] -= kernel
+    matrix[:points, points] -= at_zero
+    matrix[points, :points] = -w * norm.pdf(y + k - shift)
+    matrix[points, points] -= norm.cdf(k - shift)
+    return float(np.linalg.solve(matrix, np.ones(points + 1))[points])
 
 
 def test_the_mean_run_lengths_are_those_of_the_tables() -> None:

@@ -55,7 +55,7 @@ def publish(chosen: ChosenLesson, servers: ServerOptions, made: FaultOptions, pl
     Values of one instant belong together and have one time stamp, that of the source. Faults come on demand: gaps, values that are held
     back, a clock that jumps. 'lathesim record' takes it down again.
     """
-    from lathesim.live.cnc_names import published_names
+    from lathesim.live.channel_names import published_names
     from lathesim.live.publishing import Places, publish_all, recorded_lap, simulated_lap
     from lathesim.live.samples import run_until_stopped
 

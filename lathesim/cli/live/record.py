@@ -56,8 +56,7 @@ def record(
     for a data item of MTConnect. With --lesson and without --map the names of OPC 40502 and of the channels are looked for. Times are those
     of the source; gaps, restarts and lost values are kept in the record. Ctrl-C ends it and keeps what came.
     """
-    from lathesim.live.opening import open_machine, open_source
-    from lathesim.live.pipe_source import is_pipe
+    from lathesim.live.opening import is_pipe, open_machine, open_source
     from lathesim.live.recording_run import record as take_down
     from lathesim.live.samples import run_until_stopped
     from lathesim.units import in_unit, quantity

@@ -127,7 +127,7 @@ def _virtual(
     from lathesim.live.servo_session import machine_signals
     from lathesim.live.set_point_buffer import SetPointBuffer
     from lathesim.live.stepped_machine import SteppedMachine, axes_of
-    from lathesim.live.virtual_stream import Planner, stream_virtually
+    from lathesim.live.streaming import Planner, stream_virtually
     from lathesim.units import in_unit
 
     prepared = ChosenLesson(lesson).prepared

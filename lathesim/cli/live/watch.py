@@ -13,7 +13,7 @@ from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plu
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
-    from lathesim.live.watching.event import WatchEvent
+    from lathesim.live.watching.verdict import WatchEvent
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,7 @@ class ChangeLimits:
     alone: Limit = _assumed(0.5, "share of the statistic", "left without the block that counts most: no single block makes an alarm")
     longer: Limit = _assumed(4.0, "times", "a ramp must raise the statistic so much more than a step: it has the freedom to begin before")
     slow: Limit = _assumed(15.0, "s", "a change that takes longer from its beginning to the alarm is a drift")
+    quiet: Limit = _assumed(0.5, "share of the limit", "below this the uncertain values that explain the newest blocks are followed")
     linked: Limit = _assumed(20.0, "s", "a step of the uncertain values and what follows it within this have one cause")
 
 
@@ -81,6 +82,9 @@ class FollowingLimits:
     )
     telling: Limit = _assumed(2.0, "standard deviations", "a followed size differs by more before the simulation goes on with it")
     worth: Limit = _assumed(0.1, "share of its size", "a size has moved by more before that is told: less says nothing about what it does")
+    flat: Limit = _derived(
+        0.05, "probability", "a rise that chance makes with more is none, and nothing is forecast", "95 %, as all intervals"
+    )
     step: Limit = _derived(4.0, "standard deviations", "a step of a size measures more", "by chance one of 16 000 looks at noise")
     bend: Limit = _assumed(
         0.35, "share of the rate", "the rate of a drift changes by this over as long as it was seen, one standard deviation",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,15 +14,27 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.file_source import FileSource
-from lathesim.live.sample_clock import SampleClock, Stretch
-from lathesim.live.samples import LiveError, SampleBlock, Signal, Source
-from lathesim.live.watching.background_diagnosis import BeforeChange, Verdict, Window, Windows, diagnose_window, free_number, known_before
-from lathesim.live.watching.event import NAMING, WatchEvent, told_verdict
-from lathesim.live.watching.following import Following
+from lathesim.live.opening import FileSource
+from lathesim.live.sample_clock import Stretch
+from lathesim.live.samples import SampleBlock, Source
+from lathesim.live.session_start import BegunStream, begun_blocks, driven_and_compared
+from lathesim.live.watching.forecast import Following
 from lathesim.live.watching.known_effects import KnownEffects, followed_sizes, scales, with_named
 from lathesim.live.watching.residual_stream import ResidualStream
-from lathesim.live.watching.watch import ReportedChange, Watch
+from lathesim.live.watching.states import ReportedChange
+from lathesim.live.watching.verdict import (
+    NAMING,
+    BeforeChange,
+    Verdict,
+    WatchEvent,
+    Window,
+    Windows,
+    diagnose_window,
+    free_number,
+    known_before,
+    told_verdict,
+)
+from lathesim.live.watching.watch import Watch
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray
 
@@ -30,7 +42,6 @@ _ANSWER = 45.0
 """Seconds after the alarm at which the window of a drift ends: later it has grown, and its name is wanted within a minute."""
 _LEAST = 200
 """Samples of a window that are worth a diagnosis."""
-_FOR_THE_PERIOD = 20
 
 
 @dataclass(frozen=True)
@@ -62,16 +73,10 @@ class WatchSession:
         self, prepared: Prepared, registry: Registry, source: Source, settings: WatchSettings, tell: Callable[[WatchEvent], None]
     ) -> None:
         self._prepared, self._registry, self._source, self._settings, self._tell = prepared, registry, source, settings, tell
-        self._first = prepared
-        recordings = prepared.case.lesson.settings.recordings
-        if recordings is None or not recordings.drive or not recordings.compare:
-            place = str(prepared.case.lesson.path)
-            raise LiveError("the lesson does not say what drives it and what is compared.", place=place, remedy="Add 'recordings:'.")
-        self._drive, self._compare = list(recordings.drive), list(recordings.compare)
+        self._first, self._channels = prepared, driven_and_compared(prepared)
         self._known = KnownEffects(prepared, registry)
         self._watch: Watch | None = None
-        self._clock: SampleClock | None = None
-        self._rows: list[int] = []
+        self._begun: BegunStream | None = None
         self._raw: deque[tuple[float, FloatArray]] = deque()
         self._sound: Window | None = None
         self._windows: list[_Pending] = []
@@ -84,23 +89,14 @@ class WatchSession:
 
     async def run(self, stop: asyncio.Event) -> None:
         """Watch until the source ends or ``stop`` is set."""
-        blocks = self._source.blocks()
         ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
-        waiting: list[SampleBlock] = []
         try:
-            while not stop.is_set():
-                following = asyncio.ensure_future(_next(blocks))
-                await asyncio.wait([following, ending], return_when=asyncio.FIRST_COMPLETED)
-                if not following.done():
-                    following.cancel()
-                    with contextlib.suppress(asyncio.CancelledError, Exception):
-                        await following
-                    break
-                block = following.result()
-                if block is None:
-                    break
-                waiting = self._take(block, waiting)
-                await (asyncio.wait([ending, *self._tasks], return_when=asyncio.FIRST_COMPLETED) if self._waits else asyncio.sleep(0))
+            async with contextlib.aclosing(begun_blocks(self._prepared, self._source, self._channels, stop)) as blocks:
+                async for begun, block in blocks:
+                    if self._begun is None:
+                        self._begin(begun)
+                    self._judge(block)
+                    await (asyncio.wait([ending, *self._tasks], return_when=asyncio.FIRST_COMPLETED) if self._waits else asyncio.sleep(0))
             self._close_windows()
             if self._tasks and not stop.is_set():
                 whole: asyncio.Future[list[Any]] = asyncio.gather(*self._tasks, return_exceptions=True)
@@ -120,45 +116,22 @@ class WatchSession:
     def _waits(self) -> bool:
         return self._settings.waits and bool(self._tasks)
 
-    def _take(self, block: SampleBlock, waiting: list[SampleBlock]) -> list[SampleBlock]:
-        """Take a block; the first ones wait until the sample period is known."""
-        if self._watch is None:
-            waiting = [*waiting, block]
-            if sum(len(item) for item in waiting) < _FOR_THE_PERIOD:
-                return waiting
-            self._begin(np.concatenate([item.time for item in waiting]))
-            for item in waiting:
-                self._judge(item)
-            return []
-        self._judge(block)
-        return []
-
-    def _begin(self, time: FloatArray) -> None:
-        names = [signal.name for signal in self._source.signals]
-        missing = [name for name in self._drive if name not in names]
-        if missing:
-            raise LiveError(f"{self._source.name} has no '{missing[0]}', which drives the lesson.", remedy="Add it to the map.")
-        compare = [name for name in self._compare if name in names]
-        if not compare:
-            raise LiveError(f"{self._source.name} has no channel that the lesson compares.", remedy=f"Map {', '.join(self._compare)}.")
-        self._rows = [names.index(name) for name in (*self._drive, *compare)]
-        steps = np.diff(np.sort(time))
-        period = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else self._prepared.plan.assembly.sample_period
-        own = self._prepared.plan.assembly.sample_period
-        period = own * max(1, round(period / own))
-        self._clock = SampleClock(period)
-        residuals, plain = self._simulations(compare, period)
-        self._watch = Watch(residuals, period, learn=self._settings.learn, block=self._settings.block, plain=plain)
+    def _begin(self, begun: BegunStream) -> None:
+        self._begun = begun
+        residuals, plain = self._simulations()
+        self._watch = Watch(residuals, begun.clock.period, learn=self._settings.learn, block=self._settings.block, plain=plain)
         self._follow()
 
-    def _simulations(self, compare: Sequence[str], period: float) -> tuple[ResidualStream, ResidualStream | None]:
+    def _simulations(self) -> tuple[ResidualStream, ResidualStream | None]:
         """Return the machine with the sizes of its effects followed, and, where a tolerance asks what they do, the lesson's first one."""
+        assert self._begun is not None
+        drive, compare, period = self._begun.drive, self._begun.compare, self._begun.clock.period
         followed = scales(followed_sizes(self._prepared, self._registry))
-        residuals = ResidualStream(self._prepared, self._drive, compare, period, followed=followed)
+        residuals = ResidualStream(self._prepared, drive, compare, period, followed=followed)
         if not followed or not self._settings.tolerance:
             return residuals, None
         first = scales(followed_sizes(self._first, self._registry))
-        return residuals, ResidualStream(self._first, self._drive, compare, period, followed=first, plain=True)
+        return residuals, ResidualStream(self._first, drive, compare, period, followed=first, plain=True)
 
     def _new(self, residuals: ResidualStream) -> FloatArray:
         """Return how large the followed effects are that the lesson did not have at first [scales], (parameters,)."""
@@ -175,10 +148,11 @@ class WatchSession:
         self._following = Following(self._watch, sizes, self._known, self._settings.tolerance, self._following)
 
     def _judge(self, block: SampleBlock) -> None:
-        assert self._clock is not None
+        assert self._begun is not None
         assert self._watch is not None
-        stretches = self._clock.take(SampleBlock(block.time, block.values[self._rows], block.notes, block.fresh))
-        for fault in self._clock.told():
+        clock = self._begun.clock
+        stretches = clock.take(block)
+        for fault in clock.told():
             many = f"{fault.samples} sample{'s' if fault.samples != 1 else ''} " if fault.samples else ""
             sentence = f"t = {fault.time:.3f} s: the recording: {many}{fault.kind}."
             self._tell(WatchEvent("recording", fault.time, sentence, {"fault": fault.kind, "samples": fault.samples}))
@@ -186,17 +160,17 @@ class WatchSession:
             self._keep(stretch)
             for alarm in self._watch.take(stretch):
                 self._alarm(alarm)
-            self._end = stretch.begin + stretch.values.shape[1] * self._clock.period
+            self._end = stretch.begin + stretch.values.shape[1] * clock.period
             self._after(stretch)
 
     def _keep(self, stretch: Stretch) -> None:
         """Keep the newest samples for the window of a diagnosis; nothing from before a gap."""
-        assert self._clock is not None
+        assert self._begun is not None
         if stretch.fresh:
             self._raw.clear()
         self._raw.append((stretch.begin, stretch.values))
         room = 2.0 * self._settings.window + 30.0
-        while len(self._raw) > 1 and self._raw[1][0] < stretch.begin + stretch.values.shape[1] * self._clock.period - room:
+        while len(self._raw) > 1 and self._raw[1][0] < stretch.begin + stretch.values.shape[1] * self._begun.clock.period - room:
             self._raw.popleft()
 
     def _alarm(self, alarm: ReportedChange) -> None:
@@ -247,14 +221,10 @@ class WatchSession:
 
     def _newest_window(self) -> Window | None:
         """Return the newest samples as a window, of what is usual now; None where there are too few."""
-        assert self._clock is not None
-        period, values = self._clock.period, np.concatenate([piece for _, piece in self._raw], axis=1)
+        assert self._begun is not None
+        period, values = self._begun.clock.period, np.concatenate([piece for _, piece in self._raw], axis=1)
         kept = values[:, -round(self._settings.window / period) :]
-        return Window(self._end - kept.shape[1] * period, period, self._signals, kept) if kept.shape[1] >= _LEAST else None
-
-    @property
-    def _signals(self) -> tuple[Signal, ...]:
-        return tuple(self._source.signals[row] for row in self._rows)
+        return Window(self._end - kept.shape[1] * period, period, self._begun.signals, kept) if kept.shape[1] >= _LEAST else None
 
     def _close_windows(self) -> None:
         """Diagnose what is there of the windows that the end of the source cut."""
@@ -263,8 +233,8 @@ class WatchSession:
         self._windows = []
 
     def _diagnose(self, pending: _Pending) -> None:
-        assert self._clock is not None
-        period = self._clock.period
+        assert self._begun is not None
+        period = self._begun.clock.period
         values = np.concatenate([piece for _, piece in self._raw], axis=1)
         first = self._raw[0][0]
         at = [round((time - first) / period) for time in (pending.begin, pending.begin + self._settings.window, pending.end)]
@@ -275,10 +245,10 @@ class WatchSession:
             self._go_on(None)
             return
         further = values[:, at[1] : at[2]]
-        validation = Window(pending.begin, period, self._signals, further) if further.shape[1] >= _LEAST else None
-        windows = Windows(Window(pending.begin, period, self._signals, whole), validation, self._sound)
+        validation = Window(pending.begin, period, self._begun.signals, further) if further.shape[1] >= _LEAST else None
+        windows = Windows(Window(pending.begin, period, self._begun.signals, whole), validation, self._sound)
         assert self._watch is not None
-        expected = {name: value for name, (value, _) in self._watch.expected(pending.begin + 0.5 * self._settings.window).items()}
+        expected = self._watch.expected(pending.begin + 0.5 * self._settings.window)
         before = known_before(self._prepared, self._known.texts(), expected)
         task = asyncio.ensure_future(self._verdict(pending, before, windows))
         self._tasks.add(task)
@@ -316,7 +286,7 @@ class WatchSession:
         What is usual then is what a later change is held against; of a drift that nothing names yet that stays what was before it.
         """
         assert self._watch is not None
-        assert self._clock is not None
+        assert self._begun is not None
         if changed is not None or self._drifting is None:
             self._sound = None
         if changed is None:
@@ -326,7 +296,7 @@ class WatchSession:
             )
             return
         self._prepared = changed
-        residuals, plain = self._simulations(self._watch.residuals.compare, self._clock.period)
+        residuals, plain = self._simulations()
         self._watch.go_on(residuals, plain, self._new(residuals))
         self._follow()
         place = changed.case.lesson.path
@@ -338,8 +308,7 @@ class WatchSession:
         return self._source.where(time) if isinstance(self._source, FileSource) else ""
 
     def _tell_end(self) -> None:
-        assert self._clock is not None or self._watch is None
-        counts = {} if self._clock is None else self._clock.counts
+        counts = {} if self._begun is None else self._begun.clock.counts
         faults = ", ".join(f"{kind} {count}" for kind, count in counts.items()) or "none"
         sentence = f"Watched {self._end:.0f} s: {self.alarms} alarm{'s' if self.alarms != 1 else ''}; faults of the recording: {faults}."
         found = []
@@ -367,7 +336,3 @@ class _Pending:
 def diagnosis_begin(alarm: ReportedChange, window: float) -> float:
     """Return where the window of a diagnosis begins [s]: with a change; of a drift as late as still gives an answer within a minute."""
     return alarm.time + max(0.0, _ANSWER - window) if alarm.drift else alarm.begun
-
-
-async def _next(blocks: AsyncIterator[SampleBlock]) -> SampleBlock | None:
-    return await anext(blocks, None)
