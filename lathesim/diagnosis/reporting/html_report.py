@@ -88,7 +88,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
             for item in _missing(diagnosis) if changed
         ],
         "drawings": _drawings(diagnosis, order, method),
-        "baseline": [_baseline(name, item, modelled, method=method) for name, item in diagnosis.baseline.items()],
+        "baseline": [_baseline(name, item, method) for name, item in diagnosis.baseline.items()],
         "left": list(map(pretty, diagnosis.left)),
         "not_told": list(diagnosis.not_told),
         "insert": insert_lines(diagnosis.insert, diagnosis.side),
@@ -203,13 +203,12 @@ def _drawings(diagnosis: Diagnosis, order: Sequence[str], method: Method) -> lis
     return [Markup(text) for text in drawn]
 
 
-def _baseline(name: str, item: BaselineValue, modelled: bool, method: Method = STANDARD) -> dict[str, Any]:
-    """Return a row of the table of refitted values: with something modelled what they had absorbed without it, else how far off they
-    were."""
-    reference, other = (item.refit_with, item.refit_without) if modelled else (item.given, item.refit_with)
+def _baseline(name: str, item: BaselineValue, method: Method = STANDARD) -> dict[str, Any]:
+    """Return a row of the table of refitted values, with the share by which the value fitted last differs from the lesson's."""
+    change = item.refit_with - item.given
     value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
     deviation = 0.5 * (item.high - item.low) / CONFIDENCE
-    share = (other - reference) / abs(reference) if reference else math.nan
+    share = change / abs(item.given) if item.given else math.nan
     return {
         "name": words(name),
         "given": quantity_text(item.given, item.unit),
@@ -217,5 +216,5 @@ def _baseline(name: str, item: BaselineValue, modelled: bool, method: Method = S
         "with_it": value,
         "interval": interval,
         "off": f"{'+' if share > 0.0 else ''}{percent(share)}" if math.isfinite(share) else NOTHING,
-        "moved": math.isfinite(deviation) and abs(other - reference) > method.selection.significant * deviation > 0.0,
+        "moved": math.isfinite(deviation) and abs(change) > method.selection.significant * deviation > 0.0,
     }

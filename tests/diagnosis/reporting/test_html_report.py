@@ -84,7 +84,7 @@ def test_the_page_of_a_named_effect_says_it_all(pages: dict[str, str]) -> None:
     for said in (
         "CoulombFriction", "20.41 N", "20.22 to 20.60 N", "97.4 %", "98.3 %", "27 µm",
         "0.44 µm",
-        "17 %", "4.3 %", "203.5 N·s/m", "410.2 N·s/m", "+102 %", "The closest rival, AsymmetricFriction at x_axis",
+        "17 %", "4.3 %", "203.5 N·s/m", "410.2 N·s/m", "\N{MINUS SIGN}0.2 %", "The closest rival, AsymmetricFriction at x_axis",
         "7871",
         "it repeats with the position", "A current sensor", "x_encoder.position moves in steps of 50 nm",
         "insert: - {effect: CoulombFriction, at: x_axis, level: 20.41 N}",
@@ -200,11 +200,19 @@ def test_of_a_large_machine_the_parts_near_the_suspect_are_drawn() -> None:
     assert wiring_diagram([]) is None
 
 
-def test_a_value_that_is_told_to_be_far_off_lies_in_its_interval() -> None:
-    """What the refitted baseline had absorbed belongs beside a model; without one the value is the one that was fitted last."""
-    row = _baseline("x_axis.mass", BaselineValue("kg", 400.0, 442.0, 520.0, 510.0, 530.0), modelled=False)
-    assert row["with_it"].startswith("520")
-    assert row["off"] == "+30 %"
+@pytest.mark.parametrize(("before", "after", "off", "is_marked"), [(124.0, 124.0, "+24 %", True), (130.0, 100.5, "+0.5 %", False)])
+def test_a_value_stands_beside_its_distance_from_the_lesson(before: float, after: float, off: str, is_marked: bool) -> None:
+    """How far a value was before the effects says nothing of the value in the row."""
+    row = _baseline("x_axis.mass", BaselineValue("kg", 100.0, before, after, after - 1.0, after + 1.0))
+    assert row["with_it"].startswith(f"{after:g}")
+    assert (row["off"], row["moved"]) == (off, is_marked)
+
+
+def test_a_value_without_effects_is_shown_as_it_was_fitted_last() -> None:
+    fitted = {"x_axis.mass": BaselineValue("kg", 400.0, 442.0, 520.0, 510.0, 530.0)}
+    page = Page(report_html(replace(ALL["parameters_only"], baseline=fitted)))
+    assert "+30 %" in page.words
+    assert not any("442" in word for word in page.words)
 
 
 def test_a_discovery_without_parameters_to_paste_shows_no_lines() -> None:
