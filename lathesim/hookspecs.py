@@ -1,4 +1,4 @@
-"""The hooks through which machine parts, effects, metrics and recording readers come in; stock ones and guests alike.
+"""The hooks through which parts, effects, metrics, recording readers, commands and screens come in; stock ones and guests alike.
 
 A plug-in is a Python file with functions of these names, each marked ``@hookimpl``::
 
@@ -11,10 +11,14 @@ A plug-in is a Python file with functions of these names, each marked ``@hookimp
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import pluggy
+
+from lathesim.errors import PluginError
 
 if TYPE_CHECKING:
     from lathesim.component import Component
@@ -22,6 +26,45 @@ if TYPE_CHECKING:
 PROJECT = "lathesim"
 hookspec = pluggy.HookspecMarker(PROJECT)
 hookimpl = pluggy.HookimplMarker(PROJECT)
+
+
+@dataclass(frozen=True)
+class DoorEntry:
+    """A name with its ``target``, ``module:attribute``, which is imported when it is first used; a plug-in names its own ``__name__``."""
+
+    name: str
+    target: str
+
+    def load(self) -> Any:
+        """Return the target; :class:`PluginError` where it is not there."""
+        module, _, attribute = self.target.partition(":")
+        try:
+            return getattr(importlib.import_module(module), attribute)
+        except (ModuleNotFoundError, AttributeError) as error:
+            if isinstance(error, ModuleNotFoundError) and error.name != module:
+                raise
+            raise PluginError(f"there is no '{self.target}', from which '{self.name}' is to come.") from None
+
+
+@dataclass(frozen=True)
+class CommandEntry(DoorEntry):
+    """A command of ``lathesim``; its target is a command of click. ``--help`` lists it with its ``sentence`` under a ``heading``."""
+
+    sentence: str
+    heading: str = "Plug-ins"
+
+
+@dataclass(frozen=True)
+class ScreenEntry(DoorEntry):
+    """A screen of the app that a ``key`` opens; calling its target gives a screen of Textual.
+
+    A screen ``over`` another one opens over that; its target is called with the lesson on the bench. ``about`` says what its key does.
+    """
+
+    key: str
+    title: str
+    over: str = ""
+    about: str = ""
 
 
 @hookspec
@@ -49,4 +92,17 @@ def register_recording_readers() -> Sequence[Any]:  # type: ignore[empty-body]
     """Return readers: which files each reads, and how it makes a Record of one."""
 
 
-HOOKS = ("register_components", "register_effects", "register_remedies", "register_metrics", "register_recording_readers")
+@hookspec
+def register_commands() -> Sequence[CommandEntry]:  # type: ignore[empty-body]
+    """Return commands; a command line calls each by its name."""
+
+
+@hookspec
+def register_screens() -> Sequence[ScreenEntry]:  # type: ignore[empty-body]
+    """Return screens of the app; those of plug-ins come in when the app is opened."""
+
+
+HOOKS = (
+    "register_components", "register_effects", "register_remedies", "register_metrics", "register_recording_readers", "register_commands",
+    "register_screens",
+)  # fmt: skip

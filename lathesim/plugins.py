@@ -1,4 +1,4 @@
-"""What can be put in a machine: stock parts, installed plug-ins and files of plug-in folders, all through the hooks of ``hookspecs``.
+"""What is at hand: parts, effects, metrics, readers, commands and screens, stock or of plug-ins, through the hooks of ``hookspecs``.
 
 A plug-in at fault costs one line in ``Registry.problems``, with file, line and reason; the rest goes on, and only a lesson that needs
 what the plug-in would have given stops. The examples that came with the program come in only when a machine names one of their parts.
@@ -11,22 +11,31 @@ import importlib
 import importlib.util
 import inspect
 import sys
-import traceback
+import zlib
 from collections.abc import Callable, Iterable, Mapping
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pluggy
 
 from lathesim import hookspecs
-from lathesim.component import Component
 from lathesim.errors import LatheSimError, PluginError, nearest
-from lathesim.hookspecs import HOOKS, PROJECT, hookimpl
+from lathesim.hookspecs import HOOKS, PROJECT, CommandEntry, DoorEntry, ScreenEntry, hookimpl
 from lathesim.shipped import shipped_files
 
+if TYPE_CHECKING:
+    from lathesim.component import Component
+
 ENTRY_POINTS = "lathesim.plugins"
+KINDS = ("components", "effects", "remedies", "metrics", "readers", "commands", "screens")
+"""What is registered: attributes of a :class:`Registry`."""
+ROOMS = (
+    "lathesim.cli", "lathesim.cli.diagnosis", "lathesim.cli.contour", "lathesim.cli.experiments", "lathesim.cli.stability",
+    "lathesim.cli.live", "lathesim.cli.speed", "lathesim.tui",
+)  # fmt: skip
+"""The stock rooms: plug-ins that give commands and screens, in the order of ``lathesim --help``."""
 
 
 class StockParts:
@@ -81,31 +90,51 @@ class Registry:
         self._manager = pluggy.PluginManager(PROJECT)
         self._manager.add_hookspecs(hookspecs)
         self._manager.register(StockParts(), name="stock")
+        self._stock = {"stock"}
 
     @functools.cached_property
     def components(self) -> dict[str, type[Component]]:
         """Component classes by class name."""
-        return dict(sorted(self._collected("register_components", _component_fault).items()))
+        return dict(sorted(self._collected("register_components").items()))
 
     @functools.cached_property
     def effects(self) -> dict[str, type[Component]]:
         """Effect classes by class name."""
-        return dict(sorted(self._collected("register_effects", _effect_fault).items()))
+        return dict(sorted(self._collected("register_effects").items()))
 
     @functools.cached_property
     def remedies(self) -> dict[str, type[Component]]:
         """Remedy classes by class name: what compensates an effect. A diagnosis does not look for them."""
-        return dict(sorted(self._collected("register_remedies", _remedy_fault).items()))
+        return dict(sorted(self._collected("register_remedies").items()))
 
     @functools.cached_property
     def metrics(self) -> dict[str, Any]:
         """Metrics by name, in the order in which they are shown."""
-        return self._collected("register_metrics", _no_fault)
+        return self._collected("register_metrics")
 
     @functools.cached_property
     def readers(self) -> dict[str, Any]:
         """Recording readers by name."""
-        return self._collected("register_recording_readers", _no_fault)
+        return self._collected("register_recording_readers")
+
+    @functools.cached_property
+    def commands(self) -> dict[str, CommandEntry]:
+        """Commands by name, in the order of ``lathesim --help``."""
+        self._open_rooms()
+        return self._collected("register_commands")
+
+    @functools.cached_property
+    def screens(self) -> dict[str, ScreenEntry]:
+        """Screens of the app by name."""
+        self._open_rooms()
+        return self._collected("register_screens")
+
+    def _open_rooms(self) -> None:
+        """Let the stock rooms in; only a command line and the app need them."""
+        for room in ROOMS:
+            if room not in self._stock:
+                self._stock.add(room)
+                self._manager.register(importlib.import_module(room), name=room)
 
     def component(self, name: str) -> type[Component]:
         """Return the component of a name; :class:`PluginError` with the nearest name where there is none."""
@@ -125,20 +154,25 @@ class Registry:
 
     def ask(self, *kinds: str) -> None:
         """Ask every plug-in for some kinds (all without any), so that ``problems`` is complete for them."""
-        for kind in kinds or ("components", "effects", "metrics", "readers"):
+        for kind in kinds or KINDS:
             getattr(self, kind)
 
-    def add_folder(self, folder: Path) -> None:
-        """Load the plug-in files of a folder (``*.py``, those that begin with ``_`` left out), or one file."""
+    def add_folder(self, folder: Path, hook: str = "") -> None:
+        """Load the plug-in files of a folder (``*.py``, those that begin with ``_`` left out), or one file.
+
+        With a ``hook`` files that do not mention it are not run.
+        """
         if not folder.exists():
             raise PluginError(f"there is no plug-in folder '{folder}'.")
         files = [folder] if folder.is_file() else sorted(folder.glob("*.py"))
         for path in files:
-            if not path.name.startswith("_"):
+            if not path.name.startswith("_") and (not hook or hook in _text(path)):
                 self._add_file(path)
 
     def add_installed(self) -> None:
         """Load the plug-ins that installed packages announce as entry points ``lathesim.plugins``."""
+        if _no_package_has_plugins():
+            return
         from importlib.metadata import entry_points
 
         for entry in entry_points(group=ENTRY_POINTS):
@@ -196,11 +230,11 @@ class Registry:
         for name in _classes_in(Path(path)) if path else ():
             self._lost.setdefault(name, self.problems[-1])
 
-    def _collected(self, hook: str, fault: Callable[[Any], str]) -> dict[str, Any]:
+    def _collected(self, hook: str) -> dict[str, Any]:
         found: dict[str, Any] = {}
-        caller = getattr(self._manager.hook, hook)
-        for implementation in caller.get_hookimpls():
-            stock = implementation.plugin_name == "stock"
+        found_hooks = getattr(self._manager.hook, hook).get_hookimpls()
+        for implementation in sorted(found_hooks, key=lambda item: item.plugin_name not in self._stock):
+            stock = implementation.plugin_name in self._stock
             try:
                 items = _listed(implementation.function())
             except Exception as error:
@@ -211,20 +245,21 @@ class Registry:
                 self._lost_names(implementation.function)
                 continue
             for item in items:
-                self._take(item, found, fault, implementation)
+                self._take(item, found, hook, implementation)
         return found
 
-    def _take(self, item: Any, found: dict[str, Any], fault: Callable[[Any], str], implementation: pluggy.HookImpl) -> None:
+    def _take(self, item: Any, found: dict[str, Any], hook: str, implementation: pluggy.HookImpl) -> None:
         name = str(getattr(item, "name", None) or getattr(item, "__name__", None) or type(item).__name__)
-        if implementation.plugin_name == "stock":
+        is_entry = isinstance(item, DoorEntry)
+        if implementation.plugin_name in self._stock:
             found[name] = item
-            self.origins[name] = str(getattr(item, "__module__", "lathesim"))
+            self.origins[name] = item.target.partition(":")[0] if is_entry else str(getattr(item, "__module__", "lathesim"))
             return
-        place = _line_of(item, str(implementation.plugin_name))
-        problem = _with_place(place, fault(item))
+        place = _line_of(implementation.function if is_entry else item, str(implementation.plugin_name))
+        problem = _with_place(place, _fault(hook, item, found))
         if not problem and name in found:
             problem = f"{place}: there is already a '{name}', from {self.origins[name]}. Give this one another name."
-        if not problem and inspect.isclass(item) and issubclass(item, Component):
+        if not problem and inspect.isclass(item):
             problem = _contract_fault(item)
         if not problem:
             found[name] = item
@@ -262,14 +297,25 @@ class Registry:
         return name in self.components
 
 
-def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True) -> Registry:
-    """Return the registry of stock parts, installed plug-ins and the files of plug-in folders."""
+def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True, hook: str = "") -> Registry:
+    """Return the registry of stock parts, installed plug-ins and the files of plug-in folders, of which a ``hook`` leaves out others."""
     registry = Registry()
     if installed:
         registry.add_installed()
     for folder in plugin_folders:
-        registry.add_folder(Path(folder))
+        registry.add_folder(Path(folder), hook)
     return registry
+
+
+def _no_package_has_plugins() -> bool:
+    """Return whether no installed package announces plug-ins for certain, at a tenth of what the library takes that reads packages."""
+    for folder in map(Path, dict.fromkeys(sys.path)):
+        if folder.is_file():
+            return False  # an archive, which the library can read
+        for pattern in ("*.dist-info/entry_points.txt", "*.egg-info/entry_points.txt"):
+            if any(f"[{ENTRY_POINTS}]" in _text(path) for path in folder.glob(pattern)):
+                return False
+    return True
 
 
 class _FromSource(SourceFileLoader):
@@ -282,6 +328,8 @@ class _FromSource(SourceFileLoader):
 
 def _imported(path: Path) -> ModuleType:
     name = f"lathesim_plugin_{path.stem}"
+    if getattr(sys.modules.get(name), "__file__", str(path.absolute())) != str(path.absolute()):
+        name = f"{name}_{zlib.crc32(str(path.absolute()).encode()):08x}"  # a file of this name lies in another folder too
     spec = importlib.util.spec_from_file_location(name, path, loader=_FromSource(name, str(path.absolute())))
     if path.suffix != ".py" or spec is None or spec.loader is None:
         raise PluginError("it is no Python file.")
@@ -300,6 +348,8 @@ def _import_fault(path: Path, error: BaseException) -> str:
     if isinstance(error, SyntaxError):
         where = error.lineno if error.filename == own else None
         return f"{path}:{where or 1}: this is not Python: {error.msg}."
+    import traceback
+
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == own]
     place = f"{path}:{lines[-1]}" if lines else str(path)
     if isinstance(error, LatheSimError):
@@ -316,12 +366,16 @@ def _told(error: BaseException) -> str:
 
 
 def _classes_in(path: Path) -> list[str]:
-    """Return the names of the classes a file would define, as far as its text tells."""
+    """Return the names of the classes a file would define, as far as its text shows."""
+    return [line[6:].partition("(")[0].partition(":")[0].strip() for line in _text(path).splitlines() if line.startswith("class ")]
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file; empty where it cannot be read."""
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
-        return []
-    return [line[6:].partition("(")[0].partition(":")[0].strip() for line in text.splitlines() if line.startswith("class ")]
+        return ""
 
 
 def _shown(path: str) -> str:
@@ -341,33 +395,40 @@ def _with_place(place: str, fault: str) -> str:
     return f"{place}: {fault}" if fault else ""
 
 
-def _component_fault(item: Any) -> str:
-    if not (inspect.isclass(item) and issubclass(item, Component)):
-        return f"register_components gives {item!r}, which is no component class."
-    return ""
+_EXPECTED = {
+    "register_components": "lathesim.component:Component",
+    "register_effects": "lathesim.effects.effect:Effect",
+    "register_remedies": "lathesim.effects.remedy:Remedy",
+    "register_commands": "lathesim.hookspecs:CommandEntry",
+    "register_screens": "lathesim.hookspecs:ScreenEntry",
+}
+"""Hook -> what a plug-in gives by it: classes that inherit from this one, or entries."""
 
 
-def _effect_fault(item: Any) -> str:
-    from lathesim.effects.effect import Effect
+def _fault(hook: str, item: Any, found: Mapping[str, Any]) -> str:
+    """Return what is wrong with a thing that a plug-in gives, beside the ``found`` ones of its kind."""
+    if hook not in _EXPECTED:
+        return ""
+    kind = DoorEntry(hook, _EXPECTED[hook]).load()
+    if not issubclass(kind, DoorEntry):
+        is_one = inspect.isclass(item) and issubclass(item, kind)
+        return "" if is_one else f"{hook} gives {item!r}, which is no {kind.__name__.lower()} class."
+    if not isinstance(item, kind):
+        return f"{hook} gives {item!r}, which is no {kind.__name__}."
+    module, _, attribute = item.target.partition(":")
+    loaded = sys.modules.get(module)
+    if not attribute or (loaded is not None and not hasattr(loaded, attribute)):
+        return f"{hook} names '{attribute or item.target}', which is not there. Write f\"{{__name__}}:NAME\" of what stands in the file."
+    return _taken_key(item, found) if isinstance(item, ScreenEntry) else ""
 
-    if not (inspect.isclass(item) and issubclass(item, Effect)):
-        return f"register_effects gives {item!r}, which is no effect class."
-    return ""
+
+def _taken_key(item: ScreenEntry, found: Mapping[str, ScreenEntry]) -> str:
+    taken = {"f5": "Run", **{other.key: other.title for other in found.values() if other.over == item.over}}
+    return f"the key {item.key} of the screen '{item.name}' is that of {taken[item.key]}. Choose another." if item.key in taken else ""
 
 
-def _remedy_fault(item: Any) -> str:
-    from lathesim.effects.remedy import Remedy
-
-    if not (inspect.isclass(item) and issubclass(item, Remedy)):
-        return f"register_remedies gives {item!r}, which is no remedy class."
-    return ""
-
-
-def _contract_fault(item: type[Component]) -> str:
+def _contract_fault(item: type[Any]) -> str:
+    from lathesim.component import Component
     from lathesim.guest_check import guest_fault
 
-    return guest_fault(item)
-
-
-def _no_fault(item: Any) -> str:
-    return ""
+    return guest_fault(item) if issubclass(item, Component) else ""

@@ -5,131 +5,75 @@ Exit codes: 0 done, 1 the input is at fault (one message), 2 wrong usage, 3 a fa
 
 from __future__ import annotations
 
-import importlib
+import functools
 import io
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
 import lathesim
-from lathesim.cli.options import STOPPED
-from lathesim.errors import LatheSimError
+from lathesim.cli.options import STOPPED, load_with_workspace, tell_problems
+from lathesim.errors import LatheSimError, PluginError, nearest
+from lathesim.hookspecs import CommandEntry
+from lathesim.plugins import load_registry
 
 INPUT_FAULT, USAGE, PROGRAM_FAULT = 1, 2, 3
 
-SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
-    "The course": {
-        "tui": ("lathesim.cli.open_app:tui", "Open the terminal app, as lathesim alone does."),
-        "serve": ("lathesim.cli.open_app:serve", "Serve the terminal app to a browser."),
-        "init": ("lathesim.cli.parts.init:init", "Copy lessons, programs and plug-ins to a folder to work on."),
-        "lessons": ("lathesim.cli.listing:lessons", "List the lessons."),
-        "run": ("lathesim.cli.lessons.run:run", "Run a lesson: numbers, plots and a record."),
-        "grade": ("lathesim.cli.lessons.grade:grade", "Grade records by the goals of their lesson."),
-        "sweep": ("lathesim.cli.lessons.sweep:sweep", "Run a lesson over ranges of its parameters."),
-        "help": ("lathesim.cli.listing:help_", "List the chapters of the manual, or print one."),
-    },
-    "Records": {
-        "plot": ("lathesim.cli.lessons.records:plot", "Plot channels of a record."),
-        "export": ("lathesim.cli.lessons.records:export", "Write a record as CSV or MAT file."),
-    },
-    "Part programs": {
-        "program": ("lathesim.cli.part_program:program", "Check a part program and show its moves."),
-        "new-program": ("lathesim.cli.part_program:new_program", "Write a part program from a few numbers."),
-    },
-    "Machines": {
-        "wiring": ("lathesim.cli.parts.wiring:wiring", "Show how the parts of a lesson's machine are wired."),
-        "components": ("lathesim.cli.listing:components", "List the machine parts, or show the page of one."),
-        "effects": ("lathesim.cli.listing:effects", "List the effects that can be left out, or show the page of one."),
-        "plugins": ("lathesim.cli.listing:plugins", "List what was registered, from where, and what is at fault."),
-        "check": ("lathesim.cli.parts.check:check", "Check lessons, machine templates, part programs and plug-ins."),
-        "schema": ("lathesim.cli.listing:schema", "Print the JSON Schema of a lesson, for editors."),
-    },
-    "Recordings against the simulation": {
-        "compare": ("lathesim.cli.diagnosis.compare:compare", "Compare a recording with the simulation of a lesson."),
-        "diagnose": ("lathesim.cli.diagnosis.diagnose:diagnose", "Name the physics that a simulation left out."),
-        "conceal": ("lathesim.cli.diagnosis.conceal:conceal", "Make a recording with an effect hidden in it."),
-        "reveal": ("lathesim.cli.diagnosis.reveal:reveal", "Open the sealed answer of a concealed recording."),
-        "fit": ("lathesim.cli.diagnosis.fit:fit", "Fit parameters of a lesson to a recording."),
-    },
-    "Contour control and remedies": {
-        "remedy": ("lathesim.cli.contour.remedy:remedy", "Go from a diagnosis to its compensation, with a promise."),
-        "learn": ("lathesim.cli.contour.learn:learn", "Learn from lap to lap what makes a lesson's part better."),
-        "train": ("lathesim.cli.contour.train:train", "Find the weights of a neural regulator."),
-        "circle": ("lathesim.cli.contour.circle:circle", "Run the circular test of ISO 230-4 on a lesson."),
-    },
-    "Closed machines and designed programs": {
-        "emulate": ("lathesim.cli.experiments.emulate:emulate", "Learn a closed machine from way-points of its programs."),
-        "experiment": ("lathesim.cli.experiments.experiment:experiment", "Write the next part program: the one that tells most."),
-        "watermark": (
-            "lathesim.cli.experiments.watermark:watermark",
-            "Show what a watermark costs, and how soon a forged sensor shows.",
-        ),
-    },
-    "Chatter": {
-        "lobes": ("lathesim.cli.stability.lobes:lobes", "Show up to which chip width a cut is stable, over the speed."),
-        "tap": ("lathesim.cli.stability.tap:tap", "Hit a tool point with a hammer: its frequency response."),
-        "modes": ("lathesim.cli.stability.modes:modes", "Find the modes in a frequency response."),
-        "couple": ("lathesim.cli.stability.couple:couple", "Show the receptance of the tip of parts put together."),
-        "cuts": ("lathesim.cli.stability.cuts:cuts", "Learn a stability map from cuts, and propose the next one."),
-        "chatter": ("lathesim.cli.stability.chatter:chatter", "Name what makes a recorded cut vibrate."),
-    },
-    "Machines that run": {
-        "retime": ("lathesim.cli.live.retime:retime", "Time a path as quickly as the limits of the axes allow."),
-        "machine": ("lathesim.cli.live.machine:machine", "Run the servo side of a simulated machine."),
-        "stream": ("lathesim.cli.live.stream:stream", "Send set-points to a servo side and take its feedback."),
-        "twin": ("lathesim.cli.live.twin:twin", "Show machine and simulation beside each other while the machine runs."),
-        "watch": ("lathesim.cli.live.watch:watch", "Watch a machine: when it changed, where, and what that is."),
-        "publish": ("lathesim.cli.live.publish:publish", "Publish a simulated machine over OPC UA and MTConnect."),
-        "record": ("lathesim.cli.live.record:record", "Record what a machine publishes."),
-    },
-    "Speed": {
-        "bench": ("lathesim.cli.speed.bench:bench", "Measure how fast this machine simulates."),
-        "warm": ("lathesim.cli.speed.warm:warm", "Compile what the lessons need, ahead of the first run."),
-    },
-}
-"""Heading of a section of ``lathesim --help`` -> command -> where it stands and what it does."""
 
-COMMANDS = {name: entry for commands in SECTIONS.values() for name, entry in commands.items()}
+@functools.cache
+def stock_commands() -> Mapping[str, CommandEntry]:
+    """Return the commands that came with the program, by name."""
+    return load_registry(installed=False).commands
+
+
+def all_commands(ctx: click.Context) -> Mapping[str, CommandEntry]:
+    """Return the commands with those of plug-ins, looked up once a call; a plug-in at fault is reported in one line."""
+    if _KNOWN not in ctx.meta:
+        registry = load_with_workspace((), hook="register_commands")
+        ctx.meta[_KNOWN] = registry.commands
+        tell_problems(registry)
+    known: Mapping[str, CommandEntry] = ctx.meta[_KNOWN]
+    return known
+
+
+_KNOWN = "lathesim.commands"
 
 
 class LazyGroup(click.Group):
-    """A group that knows its commands by a table and imports each when it is called."""
+    """A group that knows its commands by their entries and imports each when it is called. Plug-ins are only asked for what is unknown."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the names of the commands, in the order of the table."""
-        return list(COMMANDS)
+        """Return the names of the commands, in the order of the rooms."""
+        return list(all_commands(ctx))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import a command."""
-        if cmd_name not in COMMANDS:
+        entry = stock_commands().get(cmd_name) or all_commands(ctx).get(cmd_name)
+        if entry is None:
             return None
-        module, _, attribute = COMMANDS[cmd_name][0].partition(":")
-        try:
-            found = importlib.import_module(module)
-        except ModuleNotFoundError as error:
-            if error.name != module:
-                raise
-            raise click.UsageError(f"the command '{cmd_name}' is not part of this version.") from None
-        command: click.Command = getattr(found, attribute)
+        command = entry.load()
+        if not isinstance(command, click.Command):
+            raise PluginError(f"'{entry.target}' is no command of click.", remedy="Write @click.command() above it.")
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the command that was asked for, or name the nearest one."""
-        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
-            from lathesim.errors import nearest
-
-            ctx.fail(f"there is no command '{args[0]}'. {nearest(args[0], COMMANDS)}".strip())
+        if args and not args[0].startswith("-") and args[0] not in stock_commands() and args[0] not in all_commands(ctx):
+            ctx.fail(f"there is no command '{args[0]}'. {nearest(args[0], all_commands(ctx))}".strip())
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands by sections from the table, without importing any."""
-        for title, commands in SECTIONS.items():
-            with formatter.section(title):
-                formatter.write_dl([(name, sentence) for name, (_, sentence) in commands.items()])
+        """Write the commands under their headings, without importing any."""
+        headings: dict[str, list[tuple[str, str]]] = {}
+        for entry in all_commands(ctx).values():
+            headings.setdefault(entry.heading, []).append((entry.name, entry.sentence))
+        for heading, rows in headings.items():
+            with formatter.section(heading):
+                formatter.write_dl(rows)
 
 
 @click.group(

@@ -209,8 +209,8 @@ def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Reg
     return registry
 
 
-def load_with_workspace(plugin_folders: tuple[Path, ...]) -> Registry:
-    """Return the registry with the user's plug-in folders and that of the workspace, read anew."""
+def load_with_workspace(plugin_folders: tuple[Path, ...], hook: str = "") -> Registry:
+    """Return the registry with the user's plug-in folders and that of the workspace, read anew; with a ``hook`` only what mentions it."""
     from lathesim.plugins import load_registry
     from lathesim.workspace import workspace_plugins
 
@@ -218,8 +218,8 @@ def load_with_workspace(plugin_folders: tuple[Path, ...]) -> Registry:
     own = workspace_plugins(Path.cwd())
     if own is not None and own.resolve() not in [folder.resolve() for folder in folders]:
         folders.append(own.relative_to(Path.cwd()))
-    registry = load_registry(folders)
-    if folders:
+    registry = load_registry(folders, hook=hook)
+    if folders and not hook:
         registry.ask("components", "effects", "metrics")
     return registry
 

@@ -7,20 +7,15 @@ from pathlib import Path
 
 from lathesim.component import Component
 from lathesim.errors import PluginError
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import KINDS, Registry, load_registry
 
 
 def plugin_lines(registry: Registry) -> list[str]:
     """Return how much of each kind there is, what of it came from plug-ins and from where, and the plug-ins that were loaded."""
     registry.ask()
-    kinds = (
-        ("components", registry.components),
-        ("effects", registry.effects),
-        ("metrics", registry.metrics),
-        ("readers", registry.readers),
-    )
     lines = []
-    for word, found in kinds:
+    for word in KINDS:
+        found = getattr(registry, word)
         guests = [name for name in found if not registry.origins[name].startswith("lathesim.")]
         lines.append(f"{len(found):>4} {word}" + (f", {len(guests)} of them from plug-ins:" if guests else ""))
         lines += [f"       {name:<30} {registry.origins[name]}" for name in guests]

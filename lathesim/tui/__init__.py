@@ -1,1 +1,23 @@
-"""The terminal UI. ``model`` and ``drawing`` know nothing of Textual; ``widgets`` and ``screens`` show what they hold."""
+"""The terminal app. ``model`` and ``drawing`` know nothing of Textual; ``widgets`` and ``screens`` show what they hold.
+
+Its own screens come in by the door below, as those of every room do.
+"""
+
+from __future__ import annotations
+
+from lathesim.hookspecs import ScreenEntry, hookimpl
+
+_SCREENS = "lathesim.tui.screens"
+
+
+@hookimpl
+def register_screens() -> list[ScreenEntry]:
+    """Return the screens of the core."""
+    return [
+        ScreenEntry("help", f"{_SCREENS}.help:HelpScreen", "f1", "Help"),
+        ScreenEntry("bench", f"{_SCREENS}.bench:BenchScreen", "f2", "Bench"),
+        ScreenEntry("results", f"{_SCREENS}.results:ResultsScreen", "f3", "Results"),
+        ScreenEntry("configure", f"{_SCREENS}.configure:ConfigureScreen", "f4", "Configure"),
+        ScreenEntry("lessons", f"{_SCREENS}.lessons:LessonsScreen", "f6", "Lessons"),
+        ScreenEntry("plugins", f"{_SCREENS}.plugins:PluginsScreen", "f8", "Plug-ins"),
+    ]

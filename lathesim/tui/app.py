@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import signal
 import threading
 from collections.abc import Callable, Iterator
@@ -10,11 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-from textual.binding import Binding, BindingType
+from textual.binding import Binding, BindingsMap, BindingType
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.screen import Screen
 
 from lathesim.errors import LatheSimError
+from lathesim.hookspecs import ScreenEntry
 from lathesim.tui.model.workbench import RUNS, Workbench
 from lathesim.tui.textual_corrections import RepaintingApp, resume_only_after_a_stop
 
@@ -48,27 +48,20 @@ class WorkbenchProvider(Provider):
                 yield Hit(score, matcher.highlight(name), action, help=about)
 
     def _screens(self) -> Iterator[Entry]:
-        for name, key, title in navigation():
-            if name != "run":
-                yield title, f"screen, {key.upper()}", partial(self._app.switch_mode, name)
+        for entry in self._app.entries:
+            yield entry.title, f"screen, {entry.key.upper()}", partial(self._app.switch_mode, entry.name)
         yield "Run or stop", "F5", self._app.action_run_or_stop
 
     def _actions(self) -> Iterator[Entry]:
         """Return what the keys of each screen do."""
-        import importlib
-
-        for name, _, title in navigation():
-            if name == "run":
-                continue
-            module, _, screen = SCREENS[name][2].partition(":")
-            for binding in getattr(importlib.import_module(module), screen).BINDINGS:
+        for entry in self._app.entries:
+            for binding in self._app.keys_of(entry):
                 if binding.description:
                     key = binding.key_display or binding.key
-                    about = f"{binding.tooltip or binding.description} ({title}, key {key})"
-                    yield binding.description, about, partial(self._app.do_on, name, binding.action)
+                    about = f"{binding.tooltip or binding.description} ({entry.title}, key {key})"
+                    yield binding.description, about, partial(self._app.do_on, entry.name, binding.action)
 
     def _entries(self) -> Iterator[Entry]:
-        from lathesim.errors import LatheSimError
         from lathesim.lessons.lesson_list import lesson_files
 
         app, workbench = self._app, self._app.workbench
@@ -94,34 +87,6 @@ def _first_line(component: type) -> str:
     return (component.__doc__ or "").strip().partition("\n")[0]
 
 
-SCREENS: dict[str, tuple[str, str, str]] = {
-    "help": ("f1", "Help", "lathesim.tui.screens.help:HelpScreen"),
-    "bench": ("f2", "Bench", "lathesim.tui.screens.bench:BenchScreen"),
-    "results": ("f3", "Results", "lathesim.tui.screens.results:ResultsScreen"),
-    "configure": ("f4", "Configure", "lathesim.tui.screens.configure:ConfigureScreen"),
-    "lessons": ("f6", "Lessons", "lathesim.tui.screens.lessons:LessonsScreen"),
-    "detective": ("f7", "Detective", "lathesim.tui.screens.detective:DetectiveScreen"),
-    "plugins": ("f8", "Plug-ins", "lathesim.tui.screens.plugins:PluginsScreen"),
-}
-"""Name -> key, title, and where the screen is; it is imported when it is first shown."""
-
-
-def navigation() -> list[tuple[str, str, str]]:
-    """Return name, key and title of each screen there is, and of Run, in the order of the keys."""
-    entries = [(name, key, title) for name, (key, title, where) in SCREENS.items() if _is_there(where)]
-    return sorted([*entries, ("run", "f5", "RUN")], key=lambda entry: entry[1])
-
-
-def _made(where: str) -> Screen[Any]:
-    module, _, name = where.partition(":")
-    screen: Screen[Any] = getattr(importlib.import_module(module), name)()
-    return screen
-
-
-def _is_there(where: str) -> bool:
-    return (Path(__file__).parent / "screens" / f"{where.partition(':')[0].rpartition('.')[2]}.py").is_file()
-
-
 class LathesimApp(RepaintingApp[None]):
     """The app over a workbench."""
 
@@ -129,17 +94,9 @@ class LathesimApp(RepaintingApp[None]):
     CSS_PATH = "app.tcss"
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (110, "-wide"), (160, "-very-wide")]
     VERTICAL_BREAKPOINTS = [(0, "-low"), (36, "-high")]
-    MODES: ClassVar[dict[str, str | Callable[[], Screen[Any]]]] = {
-        name: partial(_made, where) for name, (_, _, where) in SCREENS.items() if _is_there(where)
-    }
     DEFAULT_MODE = "bench"
     COMMANDS: ClassVar[set[Any]] = RepaintingApp.COMMANDS | {WorkbenchProvider}
     BINDINGS: ClassVar[list[BindingType]] = [
-        *(
-            Binding(key, f"switch_mode('{name}')", title, priority=True, show=False)
-            for name, (key, title, where) in SCREENS.items()
-            if _is_there(where)
-        ),
         Binding("f5", "run_or_stop", "Run/Stop", priority=True, show=False),
         Binding("ctrl+z", "undo", "Undo", show=False),
         Binding("ctrl+y", "redo", "Redo", show=False),
@@ -147,8 +104,17 @@ class LathesimApp(RepaintingApp[None]):
     ]
 
     def __init__(self, workbench: Workbench, first: str = "bench", lesson: str = "") -> None:
-        """Show ``workbench``, with the screen ``first``; the ``lesson`` is opened once the first screen is painted."""
+        """Show ``workbench``, with the screen ``first``; the ``lesson`` is opened once the first screen is painted.
+
+        The screens are those of the registry.
+        """
+        known = workbench.registry.screens.values()
+        self.entries = sorted((entry for entry in known if not entry.over), key=lambda entry: (len(entry.key), entry.key))
+        """The screens, in the order of their keys."""
+        self._views = {entry.name: entry for entry in known if entry.over}
+        self.MODES = {entry.name: partial(self._made, entry) for entry in self.entries}  # type: ignore[misc]
         super().__init__()
+        self._bindings = BindingsMap.merge((BindingsMap(self._mode_keys), self._bindings))
         self.workbench = workbench
         self._first = first
         self._lesson = lesson
@@ -157,6 +123,50 @@ class LathesimApp(RepaintingApp[None]):
         self._book: StudentBook | None = None
         self.droppable = 0
         """Threads at work that write nothing: leaving need not wait for them."""
+
+    @property
+    def _mode_keys(self) -> list[Binding]:
+        return [Binding(entry.key, f"switch_mode('{entry.name}')", entry.title, priority=True, show=False) for entry in self.entries]
+
+    @property
+    def keys(self) -> list[BindingType]:
+        """The keys that hold on every screen."""
+        return [*self._mode_keys, *self.BINDINGS]
+
+    def keys_of(self, entry: ScreenEntry) -> list[Binding]:
+        """Return the keys of a screen, and behind them those of the views that open over it."""
+        own = [item for item in getattr(entry.load(), "BINDINGS", ()) if isinstance(item, Binding)]
+        return [*own, *self._view_keys(entry)]
+
+    def _view_keys(self, entry: ScreenEntry) -> list[Binding]:
+        views = [view for view in self._views.values() if view.over == entry.name]
+        return [Binding(view.key, f"app.open_view('{view.name}')", view.title, tooltip=view.about) for view in views]
+
+    def _made(self, entry: ScreenEntry) -> Screen[Any]:
+        screen: Screen[Any] = entry.load()()
+        screen.title = entry.title
+        screen._bindings = BindingsMap.merge((screen._bindings, BindingsMap(self._view_keys(entry))))
+        return screen
+
+    @property
+    def navigation(self) -> list[tuple[str, str, str]]:
+        """Name, key and title of each screen, and of Run, in the order of the keys."""
+        found = [*((entry.name, entry.key, entry.title) for entry in self.entries), ("run", "f5", "RUN")]
+        return sorted(found, key=lambda item: (len(item[1]), item[1]))
+
+    def action_open_view(self, name: str) -> None:
+        """Open a view over the screen, on the lesson of the bench."""
+        setup = self.workbench.setup
+        if setup is None:
+            return
+        try:
+            self.push_screen(self._views[name].load()(setup.lesson))
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+
+    def tell_fault(self, sentence: str) -> None:
+        """Show a sentence about what is at fault, for as long as it takes to read."""
+        self.notify(sentence, severity="error", timeout=max(6.0, len(sentence) / 12.0), markup=False)
 
     @property
     def book(self) -> StudentBook:
@@ -193,7 +203,7 @@ class LathesimApp(RepaintingApp[None]):
         try:
             workbench.open_lesson(self._lesson)
         except LatheSimError as error:
-            self.notify(str(error), severity="error", timeout=12.0, markup=False)
+            self.tell_fault(str(error))
             return
         if wanted:
             self.action_run_or_stop()
@@ -206,10 +216,6 @@ class LathesimApp(RepaintingApp[None]):
             self.notify(sentence, markup=False)
         else:
             self.call_later(self.notify, sentence, markup=False)
-
-    def mode_of(self, screen: Screen[Any]) -> str:
-        """Return the name of a screen in the table."""
-        return next((name for name, (_, _, where) in SCREENS.items() if where.endswith(f":{type(screen).__name__}")), "")
 
     def _leave(self) -> None:
         """End the run, keep its data, and go."""
@@ -246,7 +252,7 @@ class LathesimApp(RepaintingApp[None]):
         try:
             started = self.workbench.new_run()
         except (LatheSimError, OSError) as error:
-            self.notify(str(error), severity="error", timeout=12.0, markup=False)
+            self.tell_fault(str(error))
             return
         self._watched = started
         self.run_worker(partial(started.run, self.workbench.registry), thread=True, group="run", exit_on_error=False)
@@ -262,12 +268,12 @@ class LathesimApp(RepaintingApp[None]):
         kept = live.kept
         sentence = live.fault or (kept.failure if kept is not None else "")
         if sentence:
-            self.notify(sentence, severity="error", timeout=max(8.0, len(sentence) / 12.0), markup=False)
+            self.tell_fault(sentence)
         if kept is not None and kept.is_finished:
             try:
                 self.book.note(live.lesson, kept.judgement)
             except LatheSimError as error:
-                self.notify(str(error), severity="error", timeout=12.0, markup=False)
+                self.tell_fault(str(error))
         self.workbench.tell(RUNS)
 
     def open_lesson(self, path: Path) -> None:
@@ -275,7 +281,7 @@ class LathesimApp(RepaintingApp[None]):
         try:
             self.workbench.open_lesson(path)
         except LatheSimError as error:
-            self.notify(str(error), severity="error", timeout=12.0, markup=False)
+            self.tell_fault(str(error))
             return
         self.switch_mode("bench")
 
@@ -302,7 +308,7 @@ class LathesimApp(RepaintingApp[None]):
 
     async def show_parameter(self, name: str) -> None:
         """Show a parameter where it can be changed."""
-        await self.switch_mode("configure" if "configure" in self.MODES else "bench")
+        await self.switch_mode("configure")
         show = getattr(self.screen, "show_parameter", None)
         if show is not None:
             show(name)

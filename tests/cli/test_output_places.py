@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 import pytest
 
-from lathesim.cli.main import COMMANDS, group
+from lathesim.cli.main import group, stock_commands
 from lathesim.cli.options import OutputPath
 from lathesim.errors import WriteError
 from lathesim.manual.chapters import chapter
@@ -26,7 +26,7 @@ INPUTS_TOO = ("--cuts", "--inverse", "--prior", "--second")
 
 def options() -> list[click.Parameter]:
     context = click.Context(group)
-    commands = [group.get_command(context, name) for name in COMMANDS]
+    commands = [group.get_command(context, name) for name in stock_commands()]
     return [option for command in commands if command is not None for option in command.params]
 
 

@@ -2,7 +2,7 @@
 
 import re
 
-from lathesim.cli.main import COMMANDS
+from lathesim.cli.main import stock_commands
 from lathesim.diagnosis.records.diagnosis import VERDICTS
 from lathesim.lessons.schema import json_schema
 from lathesim.manual.chapters import chapter, chapters
@@ -19,7 +19,7 @@ def first_cells(heading: str) -> list[str]:
 
 
 def test_the_table_of_commands_has_every_command_once() -> None:
-    assert [cell.split()[1] for cell in first_cells("command")] == list(COMMANDS)
+    assert [cell.split()[1] for cell in first_cells("command")] == list(stock_commands())
     assert {cell.split()[0] for cell in first_cells("command")} == {"lathesim"}
 
 

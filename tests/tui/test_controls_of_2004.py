@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.tui.app import LathesimApp, navigation
+from lathesim.plugins import load_registry
+from lathesim.tui.app import LathesimApp
+from lathesim.tui.model.workbench import Workbench
 from lathesim.tui.screens.configure import ConfigureScreen
 from tests.tui.driving import opened
 
@@ -96,18 +98,20 @@ def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def keys_of_the_app() -> set[str]:
-    return {key for _, key, _ in navigation()} | {binding.key for binding in LathesimApp.BINDINGS}  # type: ignore[union-attr]
+def app() -> LathesimApp:
+    return LathesimApp(Workbench(lambda: load_registry(installed=False)))
 
 
 @pytest.mark.parametrize("control", KEYS)
 def test_a_control_has_a_key(control: str) -> None:
-    assert KEYS[control] in keys_of_the_app()
+    assert KEYS[control] in {binding.key for binding in app().keys}  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("control", CONFIGURE_KEYS)
 def test_a_control_has_a_key_on_configure(control: str) -> None:
-    assert CONFIGURE_KEYS[control] in {binding.key for binding in ConfigureScreen.BINDINGS}  # type: ignore[union-attr]
+    assert CONFIGURE_KEYS[control] in {
+        binding.key for entry in app().entries if entry.name == "configure" for binding in app().keys_of(entry)
+    }
 
 
 async def test_every_parameter_of_2004_is_shown_with_unit_and_sentence() -> None:

@@ -1,4 +1,4 @@
-"""A plug-in writer breaks a law, reads the message, mends it, loads it again and runs it."""
+"""A plug-in writer breaks a law, reads the message, mends it, loads it again and runs it; and adds a command and a screen in one file."""
 
 from __future__ import annotations
 
@@ -23,6 +23,59 @@ class MyForce(LinearForce):
 @hookimpl
 def register_components():
     return [MyForce]
+'''
+
+GUEST = '''
+import click
+
+from lathesim.hookspecs import CommandEntry, ScreenEntry, hookimpl
+
+
+@click.command()
+@click.argument("lesson")
+def count(lesson):
+    """Count the variants of LESSON."""
+    from lathesim.lessons.lesson import load_lesson
+
+    click.echo(f"{len(load_lesson(lesson).variants)} variants")
+
+
+def tally():
+    from textual.widgets import Static
+    from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+
+    class Tally(WorkbenchScreen):
+        def compose_body(self):
+            yield Static("", id="tally")
+
+        def show_changes(self, changed):
+            self.query_one("#tally", Static).update(f"{len(self.workbench.setup.lesson.variants)} variants")
+
+        def command(self):
+            return f"lathesim count {self.workbench.setup.lesson.name}"
+
+    return Tally()
+
+
+def title(lesson):
+    from textual.screen import ModalScreen
+    from textual.widgets import Label
+
+    class Title(ModalScreen):
+        def compose(self):
+            yield Label(lesson.title, id="title")
+
+    return Title()
+
+
+@hookimpl
+def register_commands():
+    return [CommandEntry("count", f"{__name__}:count", "Count the variants of a lesson.")]
+
+
+@hookimpl
+def register_screens():
+    return [ScreenEntry("tally", f"{__name__}:tally", "f9", "Tally"), ScreenEntry("title", f"{__name__}:title", "v", "Title", "configure")]
 '''
 
 
@@ -64,6 +117,62 @@ async def test_a_plug_in_is_broken_told_mended_loaded_again_and_run(workspace: P
         if runs:
             await run_to_end(app, pilot)
             assert app.workbench.runs[-1].record().status == "complete"
+
+
+async def test_one_file_adds_a_command_and_screens(workspace: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    workspace.write_text(GUEST, encoding="utf-8")
+    assert run_command_line(["--help"]) == 0
+    assert "\nPlug-ins:\n  count  Count the variants of a lesson.\n" in capsys.readouterr().out
+    assert run_command_line(["count", "01_contour_error"]) == 0
+    assert capsys.readouterr().out == "6 variants\n"
+    async with opened() as (app, pilot):
+        await pilot.press("f9")
+        await until(pilot, lambda: bool(app.screen.query("#tally")), "the screen of the plug-in")
+        await until(pilot, lambda: "6 variants" in str(app.screen.query_one("#tally", Static).content), "what it shows")
+        assert str(app.screen.query_one("#go-tally", Static).content) == "F9 Tally"
+        await pilot.press("f4")
+        await pilot.press("v")
+        await until(pilot, lambda: bool(app.screen.query("#title")), "the view over Configure")
+        assert app.workbench.setup is not None
+        assert str(app.screen.query_one("#title", Static).content) == app.workbench.setup.lesson.title
+
+
+def test_commands_come_from_a_workspace_alone(workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    workspace.write_text(GUEST, encoding="utf-8")
+    (workspace.parents[1] / ".lathesim-workspace").unlink()
+    assert run_command_line(["count", "01_contour_error"]) == 2
+    assert "there is no command 'count'" in capsys.readouterr().err
+
+
+def test_help_runs_no_plug_in_that_gives_no_command(workspace: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    workspace.write_text("raise SystemExit('run')", encoding="utf-8")
+    assert run_command_line(["--help"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        (
+            'CommandEntry("count"',
+            'CommandEntry("run"',
+            "there is already a 'run', from lathesim.cli.lessons.run. Give this one",
+        ),
+        (":count", ":cuont", "register_commands names 'cuont', which is not there."),
+        ("CommandEntry(", "tuple((", "which is no CommandEntry."),
+        ('"f9"', '"f5"', "the key f5 of the screen 'tally' is that of Run. Choose another."),
+        ('"v"', '"k"', "the key k of the screen 'title' is that of Tool point. Choose another."),
+    ],
+)
+def test_a_command_or_screen_at_fault_is_left_out_in_one_line(
+    workspace: Path, before: str, after: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = GUEST.replace(before, after)
+    workspace.write_text(text.replace('lesson.")]', 'lesson."))]') if "tuple" in after else text, encoding="utf-8")
+    assert run_command_line(["plugins"]) == 1
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if "my_force" in line]
+    assert line.startswith("Left out: plugins/my_force.py:")
+    assert told in line
 
 
 @pytest.mark.slow

@@ -1,1 +1,18 @@
 """Commands: contour control, learning and remedies."""
+
+from __future__ import annotations
+
+from lathesim.hookspecs import CommandEntry, hookimpl
+
+HEADING = "Contour control and remedies"
+
+
+@hookimpl
+def register_commands() -> list[CommandEntry]:
+    """Return the commands of this room."""
+    return [
+        CommandEntry("remedy", "lathesim.cli.contour.remedy:remedy", "Go from a diagnosis to its compensation, with a promise.", HEADING),
+        CommandEntry("learn", "lathesim.cli.contour.learn:learn", "Learn from lap to lap what makes a lesson's part better.", HEADING),
+        CommandEntry("train", "lathesim.cli.contour.train:train", "Find the weights of a neural regulator.", HEADING),
+        CommandEntry("circle", "lathesim.cli.contour.circle:circle", "Run the circular test of ISO 230-4 on a lesson.", HEADING),
+    ]

@@ -1,1 +1,16 @@
 """Commands: measure the speed, compile ahead."""
+
+from __future__ import annotations
+
+from lathesim.hookspecs import CommandEntry, hookimpl
+
+HEADING = "Speed"
+
+
+@hookimpl
+def register_commands() -> list[CommandEntry]:
+    """Return the commands of this room."""
+    return [
+        CommandEntry("bench", "lathesim.cli.speed.bench:bench", "Measure how fast this machine simulates.", HEADING),
+        CommandEntry("warm", "lathesim.cli.speed.warm:warm", "Compile what the lessons need, ahead of the first run.", HEADING),
+    ]

@@ -74,8 +74,6 @@ class ConfigureScreen(WorkbenchScreen):
         Binding("delete,x", "take_back", "Reset", key_display="x", tooltip="Take the lesson's own value or part, or take the effect out"),
         Binding("g", "program", "Program", tooltip="Choose a part program"),
         Binding("n", "cut", "Cut", tooltip="Write a straight or taper cut from a form"),
-        Binding("k", "tool_point", "Tool point", tooltip="Tap the tool with a hammer, or put its beams together, and fit its modes"),
-        Binding("l", "lobes", "Lobes", tooltip="Show the stability lobes of the lesson's cut"),
         Binding("ctrl+s", "save", "Save"),
         Binding("ctrl+o", "load", "Load", show=False),
         Binding("ctrl+z", "app.undo", "Undo", show=False),
@@ -343,28 +341,6 @@ class ConfigureScreen(WorkbenchScreen):
         if self._try(self._setup.with_insert({"effect": effect, "at": at})):
             self._choice = _Choice(effect_part_name(at, effect))
             self._show_part(self.workbench.prepared())
-
-    def action_lobes(self) -> None:
-        """Show up to which chip width the lesson's cut is stable."""
-        from lathesim.tui.screens.stability_views import LobesView
-
-        if self._setup is None:
-            return
-        try:
-            self.app.push_screen(LobesView(self._setup.lesson))
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-
-    def action_tool_point(self) -> None:
-        """Show the response of the tool point and its modes."""
-        from lathesim.tui.screens.stability_views import ToolPointView
-
-        if self._setup is None:
-            return
-        try:
-            self.app.push_screen(ToolPointView(self._setup.lesson))
-        except LatheSimError as error:
-            self.tell_fault(str(error))
 
     def action_program(self) -> None:
         """Choose the part program."""

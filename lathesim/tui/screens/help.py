@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterable
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from rich.text import Text
 from textual import on
@@ -18,6 +17,9 @@ from lathesim.errors import LatheSimError
 from lathesim.manual.chapters import chapter, chapters
 from lathesim.tui.model.workbench import REGISTRY
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+
+if TYPE_CHECKING:
+    from lathesim.tui.app import LathesimApp
 
 KEYS, CHAPTER, COMPONENT, EFFECT = "keys", "chapter", "component", "effect"
 Page = tuple[str, str]
@@ -101,7 +103,7 @@ class HelpScreen(WorkbenchScreen):
         if kind == CHAPTER:
             markdown.update(chapter(name).text)
         elif kind == KEYS:
-            text.update(_keys())
+            text.update(_keys(self.lathesim))
         else:
             try:
                 text.update(self._part_page(kind, name))
@@ -135,19 +137,14 @@ def _fits(wanted: str, *texts: str | None) -> bool:
     return any(wanted in (text or "").lower() for text in texts)
 
 
-def _keys() -> Text:
+def _keys(app: LathesimApp) -> Text:
     """Return all keys, as the screens declare them."""
-    from lathesim.tui.app import SCREENS, LathesimApp, navigation
-
     found = Text("Keys everywhere\n", style="bold")
-    _add_keys(found, LathesimApp.BINDINGS)
+    _add_keys(found, app.keys)
     _add_keys(found, [Binding("ctrl+p", "", "Find anything"), Binding("tab", "", "Next field or list")])
-    for name, key, title in navigation():
-        if name == "run":
-            continue
-        module, _, screen = SCREENS[name][2].partition(":")
-        found.append(f"\n{title} ({key.upper()})\n", style="bold")
-        _add_keys(found, getattr(importlib.import_module(module), screen).BINDINGS)
+    for entry in app.entries:
+        found.append(f"\n{entry.title} ({entry.key.upper()})\n", style="bold")
+        _add_keys(found, app.keys_of(entry))
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -93,7 +93,7 @@ class NavigationBar(Horizontal):
         """Return the entries."""
         for name, key, title in self._entries:
             action = f"switch_mode('{name}')" if name != "run" else "run_or_stop"
-            yield NavigationEntry(key, title, action, is_here=name == self._here, id=f"go-{name}")
+            yield NavigationEntry(key, title, action, is_here=title == self._here, id=f"go-{name}")
 
     def on_resize(self) -> None:
         """Fit all entries into the row."""
@@ -129,9 +129,7 @@ class WorkbenchScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Return the screens there are, the body, the command and the keys."""
-        from lathesim.tui.app import navigation
-
-        yield NavigationBar(navigation(), self.lathesim.mode_of(self))
+        yield NavigationBar(self.lathesim.navigation, self.title or "")
         yield from self.compose_body()
         yield CommandLine(id="command")
         yield Footer(show_command_palette=True, compact=True)
@@ -187,9 +185,9 @@ class WorkbenchScreen(Screen[None]):
         """Put the lesson that F5 runs from this screen on the bench; return whether there is one."""
         return True
 
-    def tell_fault(self, sentence: str, **further: Any) -> None:
+    def tell_fault(self, sentence: str) -> None:
         """Show a sentence about what is at fault, in place, for as long as it takes to read."""
-        self.notify(sentence, severity="error", timeout=max(6.0, len(sentence) / 12.0), markup=False, **further)
+        self.lathesim.tell_fault(sentence)
 
     def in_thread(self, busy: str, work: Callable[[], object], done: Callable[[], object], *, writes: bool = True) -> None:
         """Do long work in a thread, one at a time; ``busy`` says what. Afterwards call ``done``, or tell what went wrong.
