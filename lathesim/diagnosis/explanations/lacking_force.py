@@ -22,7 +22,6 @@ from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushe
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
 
 _TINY = sys.float_info.min
@@ -50,7 +49,7 @@ class Lacking:
 def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
     """Return what is lacking behind a channel: the force on the part whose motion it shows best, else its own residual."""
     name, residual, plan = experiment.machine.compare[row], fitted.residual[row], experiment.sensed.plan
-    states, responses, _ = experiment.sensed.impulse_responses(as_recorded(fitted.by_name))
+    states, responses, _ = experiment.sensed.impulse_responses(fitted.by_name)
     floors = experiment.sensed.seen_floors
     moved = [
         (place, state)

@@ -23,7 +23,6 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.initial_state import line_of
 from lathesim.identification.replay.measured_motion import measured_output
-from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.replay.simulator import IMPULSE
 from lathesim.identification.signal.rounding import SLOPE_ROUNDING
 
@@ -59,7 +58,7 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     residual = fitted.residual[channel]
     plan = experiment.sensed.plan
     shapes = experiment.sensed.noise_shapes(fitted.by_name)[channel]
-    states, impulse_responses, _ = experiment.sensed.impulse_responses(as_recorded(fitted.by_name))
+    states, impulse_responses, _ = experiment.sensed.impulse_responses(fitted.by_name)
     moved = [
         (row, state)
         for row, state in enumerate(states)

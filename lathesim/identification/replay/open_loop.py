@@ -16,7 +16,7 @@ from lathesim.component import Component, Input
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.wiring import wire
-from lathesim.identification.machine.roles import SENSED, comes_from_effect, goes_to_effect, is_sensed_share
+from lathesim.identification.machine.roles import SENSED, comes_from_effect, goes_to_effect
 from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
 from lathesim.lessons.insertion import GoesWithMain, Machinery
 from lathesim.lessons.sensor_sides import first_input
@@ -194,20 +194,15 @@ def sensed_share(target: str) -> str:
     return f"{SENSED}{target.replace('.', '_')}.share"
 
 
-def as_recorded(values: Mapping[str, float]) -> dict[str, float]:
-    """Return values with which every effect senses the recorded motion, where there is any: what an impulse does to a table that a
-    friction holds says nothing of what a load does to one that moves."""
-    return {name: value for name, value in values.items() if not is_sensed_share(name)}
-
-
 def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, FloatArray]) -> tuple[Assembly, dict[str, str]]:
     """Return the assembly whose motion sensors look at the recorded motion, and the output that now stands for each of their channels.
 
     ``channels`` gives the output that stood for each channel before. What a sensor gets wrong is then a known function of time, and it is
     added to the simulated motion: see :class:`CorrectedSight`. What makes a reading late acts on that sum at the sensor that the recorded
     motion comes from: it is late already, and made late once more it says that of y - late(y) only what late(y) - late(late(y)) is. So does
-    a factor: on the recorded motion alone it would explain all of it with a machine that stands. At a second sensor both are errors: how
-    fast the machine was is recorded, and a replay is off by what nobody modelled.
+    a play: the recorded motion has crossed it already. So does a factor: on the recorded motion alone it would explain all of it with a
+    machine that stands. At a second sensor these are errors: how fast the machine was is recorded, and a replay is off by what nobody
+    modelled.
     """
     parts = list(assembly.parts)
     by_name = {part.name: part for part in parts}
@@ -247,14 +242,14 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
 
 
 def _taken_out(parts: Mapping[str, Part], wires: dict[str, Wire], sensor: str) -> list[str]:
-    """Take the effects that multiply a reading out of the line before a sensor that resolves everything, and give them: behind it they do
-    the same."""
+    """Take the effects that multiply a reading, or hold it where the motion turns round, out of the line before a sensor that resolves
+    everything, and give them: behind it they do the same."""
     found = []
     target = f"{sensor}.{parts[sensor].component.ports['measured']}"
     while comes_from_effect(wires[target].source):
         before = Place.of(wires[target].source).part
         component, incoming = parts[before].component, f"{before}.incoming"
-        if issubclass(component, Effect) and component.proportional:
+        if issubclass(component, Effect) and (component.proportional or component.identification.sticks):
             found.append(before)
             wires[target] = replace(wires[incoming], target=target)
         else:

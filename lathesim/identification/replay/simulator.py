@@ -15,6 +15,7 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution.budget import RunCount
 from lathesim.identification.execution.cache import Remembered
+from lathesim.identification.machine.roles import is_sensed_share
 from lathesim.identification.noise.noise_model import (
     DIFFERENCED,
     RATE,
@@ -26,7 +27,6 @@ from lathesim.identification.noise.noise_model import (
     window_of,
 )
 from lathesim.identification.replay.measured_motion import velocity_of
-from lathesim.identification.replay.open_loop import as_recorded
 from lathesim.identification.signal.rounding import BEYOND, LARGER_PART
 
 IMPULSE = 1e-3
@@ -200,7 +200,7 @@ class Simulator:
         if self.output_error:
             motions = zip(_within_bounds(self._as_given[2]), self.seen_floors, self._times, strict=True)
             return tuple(output_error(motion, floor, times, window) for motion, floor, times in motions)
-        _, impulse_responses, motion = self.impulse_responses(as_recorded(values))
+        _, impulse_responses, motion = self.impulse_responses(values)
         period = self.period
         bounded, rates = _within_bounds(motion), {sight.row for sight in self.redundant_sensors if sight.rate}
         sensors = [RATE if row in rates else DIFFERENCED if row in self.differenced else WHITE for row in range(len(bounded))]
@@ -211,8 +211,20 @@ class Simulator:
         return tuple(replace(shape, window=window) for shape in shapes)
 
     def impulse_responses(self, values: Mapping[str, float]) -> _ImpulseResponses:
-        """Return the machine's own states, the response to an impulse of each (states, channels, samples), and the channels themselves."""
-        return self._with_impulse.get(tuple(sorted(values.items())), lambda: self._impulse_responses_of(self._simulated_motion, values))
+        """Return the machine's own states, the response to an impulse of each (states, channels, samples), and the channels themselves.
+
+        Effects sense the recorded motion and plays are closed: what an impulse does to a table that a friction holds, or in a gap, says
+        nothing of what a load does to one that moves.
+        """
+        free = {**{name: value for name, value in values.items() if not is_sensed_share(name)}, **self._closed}
+        return self._with_impulse.get(tuple(sorted(free.items())), lambda: self._impulse_responses_of(self._simulated_motion, free))
+
+    @cached_property
+    def _closed(self) -> dict[str, float]:
+        """The sizes with which plays before sensors are none."""
+        placed = {name: part.component for name, part in self.plan.parts.items()}
+        plays = [(name, it) for name, it in placed.items() if issubclass(it, Effect) and it.site == "measured" and it.identification.sticks]
+        return {f"{name}.{size}": value for name, play in plays for size, value in play.neutral.items()}
 
     @cached_property
     def _as_given(self) -> _ImpulseResponses:
