@@ -15,7 +15,7 @@ import numpy as np
 
 from lathesim.compensation.lap_response import learning_filter
 from lathesim.compensation.laps import Course, course_of
-from lathesim.compensation.planning import BUILDERS
+from lathesim.compensation.planning import answered
 from lathesim.compensation.recorded_lap import program_text
 from lathesim.compensation.remedying import Answer
 from lathesim.component import Table
@@ -34,8 +34,8 @@ from lathesim.units import in_unit
 from lathesim.whole_file import write_text
 
 PROGRAM_FILE, LESSON_FILE = "mirrored.nc", "lesson_program.yaml"
-MIRRORED = (*BUILDERS, "WorkpieceDeflection", "ToolCompliance")
-"""Effects that a path takes up: those with a remedy, and what bends under the cut. A recorder's fault or a lost count is none."""
+BENT = ("WorkpieceDeflection", "ToolCompliance")
+"""Effects that a path takes up beside those with a remedy: what bends under the cut. A recorder's fault or a lost count is none."""
 _ROUNDS = 10
 _LARGEST_SHIFT = 1e-3
 """Largest shift of a way-point [m]: more would gouge, and is no compensation (assumed)."""
@@ -51,7 +51,8 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
     """
     if answer.nothing or answer.bench is None:
         return []
-    mirrored = tuple(entry for entry in answer.diagnosed.effects if entry["effect"] in MIRRORED)
+    taken_up = {*answered(answer.diagnosed.registry), *BENT}
+    mirrored = tuple(entry for entry in answer.diagnosed.effects if entry["effect"] in taken_up)
     if not mirrored:
         return []
     diagnosed = replace(answer.diagnosed, effects=mirrored)

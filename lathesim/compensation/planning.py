@@ -1,4 +1,4 @@
-"""Which remedy answers to which named effect, what its values follow from, and what no software mends."""
+"""How each remedy is sized for an effect that it answers, and what no software mends."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ import numpy as np
 from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy
 from lathesim.compensation.diagnosis_file import NamedEffect
 from lathesim.component import Parameter
+from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy
 from lathesim.engine.assembly import FloatArray, Place
+from lathesim.errors import PluginError
 from lathesim.identification.machine.position_loops import Loop
 from lathesim.lessons.insertion import effect_part_name
+from lathesim.plugins import Registry
 
 DEAD_ZONE_SHARE = 0.9
 """Share of a dead zone that is stepped over: the whole of it swings about rest."""
@@ -63,9 +66,6 @@ class Sized:
     def closes(self) -> bool:
         """Whether it falsifies the reading that closes the loop; else it moves the table behind the loop's back."""
         return self.host == self.axis.loop.sensor
-
-
-Builder = Callable[[Sized], list[InsertedRemedy]]
 
 
 def axes_of(diagnosed: Diagnosed, bench: Bench, *, with_force: bool) -> tuple[LoopToSize, ...]:
@@ -120,10 +120,41 @@ def sized_effects(bench: Bench, effects: Sequence[NamedEffect], axes: tuple[Loop
     return found
 
 
-def remedies_for(sized: Sized) -> list[InsertedRemedy]:
-    """Return the remedies that may answer to an effect, the usual one first; none where none does."""
-    builder = BUILDERS.get(sized.named.effect)
-    return builder(sized) if builder is not None else []
+def remedies_for(sized: Sized, registry: Registry) -> list[InsertedRemedy]:
+    """Return the remedies that answer to an effect and can be sized, those made for the fewest effects first; none where none does.
+
+    Raises :class:`PluginError` where a plug-in sizes values that its remedy does not have.
+    """
+    effect = sized.named.effect
+    answering = sorted((kind for kind in _remedies(registry) if effect in kind.answers), key=lambda kind: len(kind.answers))
+    found = [SIZINGS[kind.__name__](sized) if kind.__name__ in SIZINGS else _as_declared(sized, kind) for kind in answering]
+    return [line for line in found if line is not None]
+
+
+def answered(registry: Registry) -> set[str]:
+    """Return the effects that some remedy answers to."""
+    return {effect for kind in _remedies(registry) for effect in kind.answers}
+
+
+def _remedies(registry: Registry) -> list[type[Remedy]]:
+    return [kind for kind in registry.remedies.values() if issubclass(kind, Remedy)]
+
+
+def _as_declared(sized: Sized, kind: type[Remedy]) -> InsertedRemedy | None:
+    """Return a remedy with the sizes that its class declares."""
+    axis = sized.axis
+    sizes = kind.sized_for(
+        EffectAtLoop(sized.named.effect, sized.values, axis.lag, axis.inner, axis.per_force, (axis.low, axis.high), sized.closes)
+    )
+    if sizes is None:
+        return None
+    unknown = [name for name in (*sizes.values, *sizes.tuned, *sizes.one_sided) if name not in kind.declared(Parameter)]
+    if unknown:
+        raise PluginError(f"the remedy '{kind.__name__}' sizes '{unknown[0]}', which is no parameter of it.", remedy="Give one of its own.")
+    if not all(sizes.values.get(name) for name in sizes.tuned):
+        raise PluginError(f"the remedy '{kind.__name__}' lets zero be tuned.", remedy="Give what is tuned a start that is not zero.")
+    values = {**(_modelled(sized) if issubclass(kind, ModelledRemedy) else {}), **sizes.values}
+    return _line(sized, kind.__name__, values, tuned=tuple(sizes.tuned), one_sided=tuple(sizes.one_sided), tables=dict(sizes.tables))
 
 
 def _line(sized: Sized, remedy: str, values: Mapping[str, float], **further: object) -> InsertedRemedy:
@@ -136,10 +167,10 @@ def _modelled(sized: Sized) -> dict[str, float]:
     return {"lag": sized.axis.lag, "inner": sized.axis.inner}
 
 
-def _friction(sized: Sized) -> list[InsertedRemedy]:
+def _friction(sized: Sized) -> InsertedRemedy | None:
     p, volts = sized.values, sized.axis.per_force
     if volts == 0.0:
-        return []
+        return None
     effect = sized.named.effect
     values, tuned, sided = _modelled(sized), ["lead"], []
     if "level" in p and p["level"] != 0.0:
@@ -158,52 +189,66 @@ def _friction(sized: Sized) -> list[InsertedRemedy]:
     if effect == "PreslidingFriction":
         values |= {"distance": p["distance"]}
         tuned.append("distance")
-    return [_line(sized, "FrictionFeedforward", values, tuned=tuple(tuned), one_sided=tuple(sided))]
+    return _line(sized, "FrictionFeedforward", values, tuned=tuple(tuned), one_sided=tuple(sided))
 
 
-def _force_offset(sized: Sized) -> list[InsertedRemedy]:
-    return [_line(sized, "CommandBias", {"bias": sized.axis.per_force * sized.values["offset"]}, tuned=("bias",))]
+def _bias(sized: Sized) -> InsertedRemedy:
+    if sized.named.effect == "ForceOffset":
+        return _line(sized, "CommandBias", {"bias": sized.axis.per_force * sized.values["offset"]}, tuned=("bias",))
+    return _line(sized, "CommandBias", {"bias": -sized.values["offset"]})
 
 
-def _command_offset(sized: Sized) -> list[InsertedRemedy]:
-    return [_line(sized, "CommandBias", {"bias": -sized.values["offset"]})]
+def _gain(sized: Sized) -> InsertedRemedy:
+    return _line(sized, "CommandGain", {name: sized.values[name] for name in ("error", "sag")})
 
 
-def _gain(sized: Sized) -> list[InsertedRemedy]:
-    return [_line(sized, "CommandGain", {name: sized.values[name] for name in ("error", "sag")})]
-
-
-def _dead_zone(sized: Sized) -> list[InsertedRemedy]:
+def _dead_zone(sized: Sized) -> InsertedRemedy:
     values = {"half_width": sized.values["half_width"], "soft": max(1e-3, 0.02 * sized.values["half_width"])}
-    return [_line(sized, "InverseDeadZone", values, one_sided=("half_width",), share=DEAD_ZONE_SHARE)]
+    return _line(sized, "InverseDeadZone", values, one_sided=("half_width",), share=DEAD_ZONE_SHARE)
 
 
-def _play(sized: Sized) -> list[InsertedRemedy]:
-    # on which side of its play an axis was left, nobody knows at the start
-    free = {f"{sized.part}.start_in_gap": _ANYWHERE_IN_GAP}
+def _in_gap(sized: Sized) -> dict[str, tuple[float, float]]:
+    """Return on which side of its play an axis was left: nobody knows that at the start."""
+    return {f"{sized.part}.start_in_gap": _ANYWHERE_IN_GAP}
+
+
+def _play_of_reading(sized: Sized) -> InsertedRemedy | None:
+    if not sized.closes:
+        return None
+    values = {**_modelled(sized), "width": sized.values["width"]}
+    return _line(sized, "PlayReading", values, one_sided=("width",), free=_in_gap(sized))
+
+
+def _play(sized: Sized) -> InsertedRemedy | None:
     if sized.closes:
-        values = {**_modelled(sized), "width": sized.values["width"]}
-        return [_line(sized, "PlayReading", values, one_sided=("width",), free=free)]
+        return None
     values = {**_modelled(sized), "width": sized.values["width"], "spread": max(0.3 * sized.axis.lag, 1e-3)}
     begins = {"spread": tuple(times * max(sized.axis.lag, 1e-3) for times in _SPREADS)}
-    return [_line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",), begins=begins, free=free)]
+    return _line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",), begins=begins, free=_in_gap(sized))
 
 
-def _pitch(sized: Sized) -> list[InsertedRemedy]:
-    """A table of the error over the travel: the table of a screw says where the table is, that of the loop's own encoder what it reads."""
-    law = _error_law(sized)
+def _errors(sized: Sized) -> FloatArray:
+    """Return places over the travel and the error at each, (points, 2) [m]."""
     low, high = sized.axis.low, sized.axis.high
     margin = max(_BEYOND_TRAVEL * (high - low), 1e-4)
     period = sized.values.get("lead") or sized.values.get("turn") or sized.values.get("signal_period") or 0.0
     width = high - low + 2.0 * margin
     count = _FEWEST_POINTS if period <= 0.0 else int(min(max(_FEWEST_POINTS, width / period * _POINTS_PER_PERIOD), _MOST_POINTS))
     places = np.linspace(low - margin, high + margin, count)
-    errors = law(places)
+    return np.stack([places, _error_law(sized)(places)], axis=1)
+
+
+def _reading_table(sized: Sized) -> InsertedRemedy | None:
+    """The table of the loop's own encoder, of what it reads."""
+    return _line(sized, "ReadingTable", {}, tables={"points": (("position", "error"), _errors(sized))}) if sized.closes else None
+
+
+def _pitch_table(sized: Sized) -> InsertedRemedy | None:
+    """The table of a screw, of where the table is."""
     if sized.closes:
-        return [_line(sized, "ReadingTable", {}, tables={"points": (("position", "error"), np.stack([places, errors], axis=1))})]
-    rows = np.stack([places, errors, errors], axis=1)
-    tables = {"points": (("position", "forward", "backward"), rows)}
-    return [_line(sized, "PitchTable", _modelled(sized), tables=tables)]
+        return None
+    tables = {"points": (("position", "forward", "backward"), _errors(sized)[:, [0, 1, 1]])}
+    return _line(sized, "PitchTable", _modelled(sized), tables=tables)
 
 
 def _error_law(sized: Sized) -> Callable[[FloatArray], FloatArray]:
@@ -232,87 +277,75 @@ def _turns(x: FloatArray, length: float) -> FloatArray:
     return 2.0 * math.pi * x / length
 
 
-def _square(sized: Sized) -> list[InsertedRemedy]:
+def _square(sized: Sized) -> InsertedRemedy | None:
     others = [axis for axis in sized.axes if axis.loop.axis != sized.axis.loop.axis]
     if not others:
-        return []
+        return None
     other = others[0]
     places = np.linspace(other.low - 1e-3, other.high + 1e-3, _FEWEST_POINTS)
     side = -1.0 if sized.closes else 1.0
     errors = side * (sized.values["slope"] + sized.values["bow"] * places) * places
     tables = {"points": (("position", "error"), np.stack([places, errors], axis=1))}
-    return [_line(sized, "AcrossTable", {}, tables=tables, sources={"other": other.loop.reference})]
+    return _line(sized, "AcrossTable", {}, tables=tables, sources={"other": other.loop.reference})
 
 
-def _growth(sized: Sized) -> list[InsertedRemedy]:
+def _growth(sized: Sized) -> InsertedRemedy:
     side = -1.0 if sized.closes else 1.0
     values = {name: sized.values[name] for name in ("time_constant", "fixed_end", "warmed_before")}
-    return [_line(sized, "GrowthModel", {"strain": side * sized.values["strain"], **values})]
+    return _line(sized, "GrowthModel", {"strain": side * sized.values["strain"], **values})
 
 
-def _spindle_growth(sized: Sized) -> list[InsertedRemedy]:
+def _spindle_growth(sized: Sized) -> InsertedRemedy:
     side = -1.0 if sized.closes else 1.0
     values = {name: sized.values[name] for name in ("time_constant", "full_speed")}
-    return [_line(sized, "SpindleGrowthModel", {"growth": side * sized.values["growth"], **values})]
+    return _line(sized, "SpindleGrowthModel", {"growth": side * sized.values["growth"], **values})
 
 
-def _motion(sized: Sized) -> list[InsertedRemedy]:
+def _motion(sized: Sized) -> InsertedRemedy:
     gains = ("velocity_gain", "acceleration_gain", "jerk_gain")
-    return [_line(sized, "MotionFeedforward", {**_modelled(sized), **dict.fromkeys(gains, 0.0)}, tuned=gains)]
+    return _line(sized, "MotionFeedforward", {**_modelled(sized), **dict.fromkeys(gains, 0.0)}, tuned=gains)
 
 
-def _swing(sized: Sized) -> list[InsertedRemedy]:
+def _swing(sized: Sized) -> InsertedRemedy:
     values = {**_modelled(sized), "frequency": sized.values["frequency"], "damping": sized.values["damping"], "gain": 0.0, "drag": 0.0}
-    return [_line(sized, "SwingModel", values, tuned=("gain", "drag")), *_motion(sized)]
+    return _line(sized, "SwingModel", values, tuned=("gain", "drag"))
 
 
-def _wind_up(sized: Sized) -> list[InsertedRemedy]:
+def _wind_up(sized: Sized) -> InsertedRemedy:
     values = {**_modelled(sized), "per_speed": 0.0, "per_acceleration": 0.0}
-    return [_line(sized, "ComplianceShift", values, tuned=("per_speed", "per_acceleration")), *_motion(sized)]
+    return _line(sized, "ComplianceShift", values, tuned=("per_speed", "per_acceleration"))
 
 
-def _ripple(sized: Sized) -> list[InsertedRemedy]:
+def _ripple(sized: Sized) -> InsertedRemedy | None:
     p, volts = sized.values, sized.axis.per_force
     if volts == 0.0:
-        return []
+        return None
     values = {"amplitude": volts * p["amplitude"], "period": p["period"], "phase": p["phase"]}
     if sized.named.effect == "TorqueRipple":
         values["amplitude"] = -values["amplitude"]
     else:
         values |= {"second": volts * p["second"], "second_phase": p["second_phase"]}
-    return [_line(sized, "RippleFeedforward", values, tuned=("amplitude", "lead"))]
+    return _line(sized, "RippleFeedforward", values, tuned=("amplitude", "lead"))
 
 
-BUILDERS: dict[str, Builder] = {
-    "CoulombFriction": _friction,
-    "StribeckFriction": _friction,
-    "AsymmetricFriction": _friction,
-    "PositionDependentFriction": _friction,
-    "PreslidingFriction": _friction,
-    "ForceOffset": _force_offset,
-    "ConverterOffset": _command_offset,
-    "DriveGainError": _gain,
-    "AmplifierDeadZone": _dead_zone,
-    "Backlash": _play,
-    "CumulativePitchError": _pitch,
-    "PeriodicPitchError": _pitch,
-    "EncoderEccentricity": _pitch,
-    "EncoderInterpolationError": _pitch,
-    "ScaleFactorError": _pitch,
-    "SquarenessError": _square,
-    "ThermalScrewGrowth": _growth,
-    "SpindleGrowth": _spindle_growth,
-    "AxialResonance": _swing,
-    "BaseRocking": _swing,
-    "TorsionalWindUp": _wind_up,
-    "ServoLag": _motion,
-    "CurrentLoopLag": _motion,
-    "MotorInductance": _motion,
-    "TransportDelay": _motion,
-    "TorqueRipple": _ripple,
-    "Cogging": _ripple,
+SIZINGS: dict[str, Callable[[Sized], InsertedRemedy | None]] = {
+    "FrictionFeedforward": _friction,
+    "CommandBias": _bias,
+    "CommandGain": _gain,
+    "InverseDeadZone": _dead_zone,
+    "PlayReading": _play_of_reading,
+    "BacklashShift": _play,
+    "ReadingTable": _reading_table,
+    "PitchTable": _pitch_table,
+    "AcrossTable": _square,
+    "GrowthModel": _growth,
+    "SpindleGrowthModel": _spindle_growth,
+    "SwingModel": _swing,
+    "ComplianceShift": _wind_up,
+    "MotionFeedforward": _motion,
+    "RippleFeedforward": _ripple,
 }
-"""Effect -> what builds its remedy. What stands in no row here has none in software, see repairs."""
+"""Stock remedy -> how it is sized; one of a plug-in has its own :meth:`Remedy.sized_for`."""
 
 
 REPAIRS = {

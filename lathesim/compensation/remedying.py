@@ -145,7 +145,7 @@ def _chosen(
             family = str(getattr(diagnosed.registry.effect(item.effect), "family", ""))
             without.append(NotMended(item.effect, item.at, repair_of(item.effect, family)))
             continue
-        choices = remedies_for(item)
+        choices = remedies_for(item, diagnosed.registry)
         if not choices:
             without.append(NotMended(item.named.effect, item.named.at, _why_none(diagnosed, item)))
             continue
@@ -244,7 +244,7 @@ def _not_twice(diagnosed: Diagnosed, bench: Bench, found: DiagnosedMachine, axes
     """Refuse a lesson that has a remedy already which would be put in."""
     known = {part.name for part in bench.machinery.parts if issubclass(part.component, Remedy)}
     for item in sized_effects(bench, found.effects, axes):
-        for line in remedies_for(item) if isinstance(item, Sized) else ():
+        for line in remedies_for(item, diagnosed.registry) if isinstance(item, Sized) else ():
             if line.name in known:
                 fact = f"the lesson has {line.remedy} at {line.at} already."
                 remedy_told = "Diagnose the remedied machine anew, or take the remedy out first."

@@ -11,10 +11,42 @@ chatters. The model reverses when the axis does.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
+
+
+@dataclass(frozen=True)
+class EffectAtLoop:
+    """A diagnosed effect with its ``values`` [SI] and the position loop it belongs to.
+
+    ``lag`` and ``inner`` are T and T_i [s] of the model, ``per_force`` the command [V] that moves the axis as a newton does, ``travel`` the
+    ends of the way that is asked for [m]. ``closes`` says whether the effect falsifies the reading that closes the loop.
+    """
+
+    effect: str
+    values: Mapping[str, float]
+    lag: float
+    inner: float
+    per_force: float
+    travel: tuple[float, float]
+    closes: bool
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Values of a remedy [SI], and its tables, name -> (columns, rows).
+
+    The simulation finds those that are ``tuned``, from a start that is not zero. Of ``one_sided`` ones too much is worse than too little.
+    """
+
+    values: Mapping[str, float]
+    tuned: tuple[str, ...] = ()
+    one_sided: tuple[str, ...] = ()
+    tables: Mapping[str, tuple[tuple[str, ...], Any]] = field(default_factory=dict)
 
 
 class Remedy(Effect):
@@ -43,6 +75,11 @@ class Remedy(Effect):
     incoming = Input("{signal}", doc="what the control would send")
     outgoing = Output("{signal}", doc="what it sends instead")
     share = Parameter("1", 1.0, low=0.0, high=3.0, doc="how much of the remedy acts: 1 the whole, 0 nothing")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the sizes against an effect that it answers, for ``lathesim remedy``; None where a person has to size it."""
+        return None
 
     if not TYPE_CHECKING:  # the law of a subclass takes other names, which is what laws are for
 

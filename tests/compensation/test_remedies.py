@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
-from lathesim.compensation.planning import BUILDERS, REPAIRS
+from lathesim.compensation.planning import REPAIRS, SIZINGS, answered
 from lathesim.compensation.recorded_lap import program_text
 from lathesim.effects.table_remedies import interpolated
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
@@ -153,9 +153,63 @@ def test_what_no_software_mends_is_told_to_be_repaired(tmp_path: Path, capsys: p
 
 def test_every_effect_has_a_remedy_or_a_repair_and_none_has_both() -> None:
     registry = load_registry()
-    assert set(BUILDERS) <= set(registry.effects)
+    assert answered(registry) <= set(registry.effects)
     assert set(REPAIRS) <= set(registry.effects)
-    assert not set(BUILDERS) & set(REPAIRS)
+    assert not answered(registry) & set(REPAIRS)
+    by_hand = {"InputShaper", "LearnedCorrection"}
+    assert set(SIZINGS) == set(registry.remedies) - by_hand
+
+
+GUEST = '''
+from lathesim.effects.command_remedies import CommandBias
+from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.effects.remedy import Sizes
+from lathesim.hookspecs import hookimpl
+
+
+class HangingWeight(ForceOffset):
+    """Pulls an axis to one side:  F = offset."""
+
+    catalogue = 0
+
+
+class Counterweight(CommandBias):
+    """Holds a weight:  out = in + share bias."""
+
+    answers = ("HangingWeight",)
+
+    @classmethod
+    def sized_for(cls, effect):
+        return Sizes({"bias": effect.per_force * effect.values["offset"]}, tuned=("bias",))
+
+
+@hookimpl
+def register_effects():
+    return [HangingWeight]
+
+
+@hookimpl
+def register_remedies():
+    return [Counterweight]
+'''
+
+
+def test_an_effect_of_a_plug_in_gets_the_remedy_of_a_plug_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plugin = tmp_path / "weight.py"
+    plugin.write_text(GUEST, encoding="utf-8")
+    named = diagnosis(("HangingWeight", "x_axis", {"offset": (40.0, "N")}))
+    code, out = remedied(tmp_path, named, "--plugins", str(plugin))
+    assert code == 0, capsys.readouterr().err
+    (found,) = json.loads((out / "remedy.json").read_text())["remedies"]
+    assert (found["remedy"], found["answers"]) == ("Counterweight", ["HangingWeight"])
+
+
+def test_a_remedy_that_sizes_what_it_does_not_have_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plugin = tmp_path / "weight.py"
+    plugin.write_text(GUEST.replace('Sizes({"bias"', 'Sizes({"biass"'), encoding="utf-8")
+    named = diagnosis(("HangingWeight", "x_axis", {"offset": (40.0, "N")}))
+    assert remedied(tmp_path, named, "--plugins", str(plugin))[0] == 1
+    assert "the remedy 'Counterweight' sizes 'biass', which is no parameter of it." in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
