@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -21,6 +22,11 @@ def parsed_json(text: str | bytes) -> Any:
 def written_json(value: Any) -> str:
     """Return a value as the JSON text of a result, indented by two."""
     return json.dumps(plain(value), indent=2)
+
+
+def digest_of(value: Any) -> str:
+    """Return the SHA-256 of a value as JSON with sorted keys, without white space, in ASCII. Source: FIPS 180-4."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()).hexdigest()
 
 
 def plain(value: Any) -> Any:

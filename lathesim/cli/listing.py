@@ -79,8 +79,7 @@ def lessons(folder: Path | None) -> int:
     Each line has the name, the minutes, the level, the title and the variants of a lesson.
     """
     from lathesim.errors import LatheSimError
-    from lathesim.lessons.lesson import Lesson, load_lesson
-    from lathesim.lessons.lesson_list import by_unit, lesson_files
+    from lathesim.lessons.lesson import Lesson, by_unit, lesson_files, load_lesson
 
     faults = 0
     found: list[Lesson] = []

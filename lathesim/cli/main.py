@@ -120,7 +120,7 @@ def _tell_new_names(arguments: Sequence[str]) -> None:
     numbered = [text.removeprefix("sim:") for text in arguments if re.fullmatch(r"(sim:)?\d\d_\w+", text)]
     if not numbered:
         return
-    from lathesim.lessons.lesson_list import former_names
+    from lathesim.lessons.lesson import former_names
 
     for name in dict.fromkeys(numbered):
         if name in former_names() and not Path("lesson_configs", f"{name}.yaml").is_file():

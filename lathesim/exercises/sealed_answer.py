@@ -9,7 +9,6 @@ that was sealed, and that the recordings are those that were made with it. Sourc
 from __future__ import annotations
 
 import hashlib
-import json
 import secrets
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -19,7 +18,7 @@ from typing import Any
 import lathesim
 from lathesim.errors import RecordingError
 from lathesim.exercises.conceal import Concealed
-from lathesim.json_text import parsed_json
+from lathesim.json_text import digest_of, parsed_json
 
 ANSWER = "lathesim-answer/1"
 SEAL = "lathesim-seal/1"
@@ -58,11 +57,6 @@ def answer_of(concealed: Concealed, lesson: str, files: Mapping[str, str], *, se
 def seal_of(answer: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is published of an answer."""
     return {"schema": SEAL, "lesson": answer["lesson"], "how": HOW, "digest": digest_of(answer), "files": answer["files"]}
-
-
-def digest_of(answer: Mapping[str, Any]) -> str:
-    """Return the SHA-256 of an answer in its canonical form."""
-    return hashlib.sha256(json.dumps(answer, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()).hexdigest()
 
 
 def file_digest(path: Path) -> str:

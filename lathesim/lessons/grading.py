@@ -25,9 +25,9 @@ from lathesim.component import Component, Declaration, Input, Output, Parameter,
 from lathesim.engine.assembly import Assembly, Place
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.lessons.case import Given
-from lathesim.lessons.lesson import Lesson, find_lesson
-from lathesim.lessons.lesson_list import present_name
+from lathesim.lessons.lesson import Lesson, find_lesson, present_name
 from lathesim.lessons.part_values import no_item, placed_at, si_value
+from lathesim.lessons.questions import QuestionResult, read_answers, results
 from lathesim.lessons.schema import DrivingSignal, Goal, LessonSettings, RecordedSignal
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import Location, YamlFile, read_source, source_of
@@ -41,6 +41,9 @@ def check_promises(lesson: Lesson, assembly: Assembly, registry: Registry) -> No
     settings = lesson.settings
     check_goals(settings, lesson.source, registry)
     parts = {part.name: part.component for part in assembly.parts}
+    for key in ("plot", "read_outs"):
+        for position, name in enumerate(getattr(settings, key)):
+            _item(lesson, name, parts, (Output,), "output", (key, position))
     for name, text in settings.uncertain.items():
         if name.startswith("tool_point."):
             continue  # of the cut, not of a part
@@ -60,6 +63,13 @@ def check_goals(settings: LessonSettings, source: YamlFile, registry: Registry) 
         for limit in ("at_most", "at_least"):
             if getattr(goal, limit) is not None:
                 _value(source, getattr(goal, limit), (*location, limit), unit)
+    for position, question in enumerate(settings.questions):
+        if question.choices is not None and question.answer not in (None, *question.choices):
+            where = source.place(("questions", position, "answer"))
+            raise LessonError(f"'{question.answer}' is not among the choices.", place=where, remedy="Write it as it stands there.")
+        for key in ("within", "answer"):
+            if question.within is not None and getattr(question, key) is not None:
+                _value(source, getattr(question, key), ("questions", position, key), split_quantity(question.within)[1] or "1")
     published: list[tuple[Mapping[str, str], Location]] = [(settings.published, ("published",))]
     published += [(variant.published, ("variants", name, "published")) for name, variant in settings.variants.items()]
     for entries, place in published:
@@ -195,6 +205,12 @@ class Grade:
     status: str = ""
     goals: tuple[GoalResult, ...] = ()
     notes: tuple[str, ...] = ()
+    questions: tuple[QuestionResult, ...] = ()
+
+    @property
+    def right(self) -> int:
+        """How many questions are answered right."""
+        return sum(question.right for question in self.questions)
 
     @property
     def met(self) -> int:
@@ -232,20 +248,23 @@ def judge_run(goals: Sequence[Goal], measurements: Measurements, status: str, un
 
 
 def judge(goals: Sequence[Goal], metrics: Mapping[str, Measured], skipped: Mapping[str, str] | None = None) -> tuple[GoalResult, ...]:
-    """Hold metrics against goals: one result for each limit, in order; ``skipped`` gives reasons for metrics that are missing."""
+    """Hold metrics against goals: one result for each limit, in order, with the first step of its hint.
+
+    ``skipped`` gives reasons for metrics that are missing.
+    """
     results = []
     for goal in goals:
-        measured = metrics.get(goal.metric)
+        measured, hint = metrics.get(goal.metric), next(iter(goal.hint), "")
         for sense, text, sign in (("at most", goal.at_most, 1.0), ("at least", goal.at_least, -1.0)):
             if text is None:
                 continue
             unit = split_quantity(text)[1]
             if measured is None or not math.isfinite(measured.value):
                 reason = (skipped or {}).get(goal.metric, "not measured in this run" if measured is None else "no finite number")
-                results.append(GoalResult(goal.metric, sense, text, unit, math.nan, math.nan, goal.hint, reason))
+                results.append(GoalResult(goal.metric, sense, text, unit, math.nan, math.nan, hint, reason))
                 continue
             over = max(0.0, sign * (measured.value - quantity(text, measured.unit)))
-            results.append(GoalResult(goal.metric, sense, text, unit, from_si(measured.value, unit), from_si(over, unit), goal.hint))
+            results.append(GoalResult(goal.metric, sense, text, unit, from_si(measured.value, unit), from_si(over, unit), hint))
     return tuple(results)
 
 
@@ -277,7 +296,8 @@ def grade_file(path: Path, registry: Registry, given: Yardstick | None = None) -
     """Grade the record in a file; what cannot be read becomes a grade that says why, so that a class is graded to the end."""
     try:
         record = load(path)
-        return grade(record, str(path), given or yardstick_of_record(record, path, registry), registry)
+        lesson = given or yardstick_of_record(record, path, registry)
+        return replace(grade(record, str(path), lesson, registry), questions=results(lesson.settings.questions, read_answers(path)))
     except LatheSimError as error:
         reason = f"{error.fact} {error.remedy}".strip() if error.place == str(path) else str(error)
         return Grade(str(path), UNREADABLE, given.name if given else "", notes=(reason,))
@@ -338,7 +358,7 @@ def _settings_in(record: Record) -> LessonSettings | None:
         return None
 
 
-_FOR_READERS = ("lesson", "text", "try_", "published", "unit", "after", "minutes", "level", "learn")
+_FOR_READERS = ("lesson", "text", "try_", "published", "unit", "after", "minutes", "level", "learn", "plot", "read_outs")
 """Keys of a lesson that change neither a run nor what is asked of it."""
 
 

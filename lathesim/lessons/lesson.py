@@ -1,13 +1,16 @@
-"""A lesson and the machine template it names, read from their files."""
+"""A lesson and the machine template it names, read from their files; the lessons there are, their former names and their units."""
 
 from __future__ import annotations
 
+import csv
+import functools
+import typing
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.errors import LessonError, nearest
-from lathesim.lessons.lesson_list import present_name
-from lathesim.lessons.schema import LessonSettings, MachineSettings
+from lathesim.lessons.schema import CourseUnit, LessonSettings, MachineSettings
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import YamlFile, read_source, source_of
 from lathesim.shipped import shipped_files, shipped_folder
@@ -96,6 +99,35 @@ def find_lesson(path_or_name: str | Path) -> Path:
         remedy = nearest(given.name, there) or ("" if given.parent.is_dir() else f"There is no folder '{given.parent}' either.")
         raise LessonError(f"there is no file '{path_or_name}'.", remedy=remedy or "Check the path.")
     raise LessonError(f"there is no lesson '{path_or_name}'.", remedy=nearest(name, known) or "See 'lathesim lessons'.")
+
+
+def lesson_files(folder: Path | None = None) -> Iterator[Path]:
+    """Return the lesson files in ``./lesson_configs`` and those that came with lathesim, or those in a folder; each name once."""
+    seen: set[str] = set()
+    for place in [folder] if folder is not None else [Path("lesson_configs"), shipped_folder("lesson_configs")]:
+        for path in sorted([*place.glob("*.yaml"), *place.glob("*.yml")]):
+            if path.name not in seen:
+                seen.add(path.name)
+                yield path
+
+
+@functools.cache
+def former_names() -> dict[str, str]:
+    """Return the former names of shipped lessons with their present names."""
+    with (shipped_folder("lesson_configs") / "tables" / "former_names.csv").open(encoding="utf-8", newline="") as file:
+        return {row["former"]: row["present"] for row in csv.DictReader(file)}
+
+
+def present_name(name: str) -> str:
+    """Return the present name of a lesson that is called by its present or a former one."""
+    return former_names().get(name, name)
+
+
+def by_unit(lessons: Iterable[Lesson]) -> dict[str, list[Lesson]]:
+    """Return lessons by the units of the course, in its order; those without a unit come last, under an empty name."""
+    listed = list(lessons)
+    units = {unit: [lesson for lesson in listed if (lesson.settings.unit or "") == unit] for unit in (*typing.get_args(CourseUnit), "")}
+    return {unit: found for unit, found in units.items() if found}
 
 
 def find_program(named: str | Path, beside: Path) -> Path | None:

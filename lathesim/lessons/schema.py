@@ -40,7 +40,19 @@ def _unit(value: Any) -> str:
     return "1" if type(value) is int and value == 1 else _text(value)
 
 
+def _steps(value: Any) -> tuple[str, ...]:
+    if isinstance(value, (list, tuple)):
+        return tuple(_text(item) for item in value)
+    return (_text(value),) if value != "" else ()
+
+
 Text = Annotated[str, PlainValidator(_text), WithJsonSchema({"type": "string"})]
+Steps = Annotated[
+    tuple[str, ...],
+    PlainValidator(_steps),
+    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
+]
+"""A hint, or several that open one after the other."""
 PartItem = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")]
 Unit = Annotated[str, PlainValidator(_unit), WithJsonSchema({"anyOf": [{"type": "string"}, {"const": 1}]})]
 """A unit, as 'mm/s'; 1 for a pure number."""
@@ -159,12 +171,37 @@ class Goal(_Model):
     metric: Text
     at_most: Quantity | None = None
     at_least: Quantity | None = None
-    hint: Text = ""
+    hint: Steps = ()
 
     @model_validator(mode="after")
     def _has_a_limit(self) -> Goal:
         if self.at_most is None and self.at_least is None:
             raise PydanticCustomError("goal", "the goal has no limit. Write at_most or at_least with a quantity.")
+        return self
+
+
+class LessonQuestion(_Model):
+    """A question about the runs of a lesson: one of ``choices``, or a number with a unit, right ``within`` a tolerance.
+
+    The answer stands there in clear, or sealed as 'lathesim check' seals it.
+    """
+
+    model_config = ConfigDict(
+        json_schema_extra={"allOf": [{"oneOf": [_there("choices"), _there("within")]}, {"oneOf": [_there("answer"), _there("sealed")]}]}
+    )
+
+    ask: Text
+    choices: list[Text] | None = Field(default=None, min_length=1, description="what can be chosen")
+    within: Quantity | None = Field(default=None, description="tolerance of a number, with its unit")
+    answer: Quantity | None = None
+    sealed: Text | None = Field(default=None, description="digest of the answer")
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> LessonQuestion:
+        if (self.choices is None) == (self.within is None):
+            raise PydanticCustomError("question", "a question has either 'choices' or a tolerance, 'within'. Write one of them.")
+        if (self.answer is None) == (self.sealed is None):
+            raise PydanticCustomError("question", "a question has either an 'answer' or a 'sealed' one. Write one of them.")
         return self
 
 
@@ -373,8 +410,11 @@ class LessonSettings(Changes):
     seed: Annotated[int, Field(strict=True, ge=0)] = 1
     record: list[PartItem] | None = None
     published: dict[str, Quantity] = Field(default_factory=dict)
+    plot: list[PartItem] = Field(default_factory=list, description="channels that the plot of the app shows at first")
+    read_outs: list[PartItem] = Field(default_factory=list, description="channels that the read-outs of the app begin with")
     variants: dict[str, Variant] = Field(default_factory=dict)
     goals: list[Goal] = Field(default_factory=list)
+    questions: list[LessonQuestion] = Field(default_factory=list, description="what the app asks about the runs, and 'grade' counts")
     start_point: StartPoint | None = Field(default=None, description="where the tool stands at first, instead of the machine's")
     recordings: Recordings | None = None
     tool_point: ToolPointEntry | None = Field(default=None, description="tool point and cut, for 'lathesim lobes', 'tap' and 'cuts'")

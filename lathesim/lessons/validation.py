@@ -49,7 +49,7 @@ def _fault(model: type[BaseModel], source: YamlFile, details: Any) -> LessonErro
             f"'{details['input']}' names no part and item.", place=place, remedy="Write it as part.name, for example x_axis.position."
         )
     place = source.place(location)
-    if kind in ("quantity", "text", "insert", "goal", "time", "switch", "tool_point"):
+    if kind in ("quantity", "text", "insert", "goal", "question", "time", "switch", "tool_point"):
         return LessonError(str(details["msg"]), place=place)
     if kind.startswith(("int_", "greater_than", "less_than")):
         least = 0 if last == "seed" else 1

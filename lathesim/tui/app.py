@@ -19,6 +19,7 @@ from lathesim.tui.model.workbench import RUNS, Workbench
 from lathesim.tui.textual_corrections import RepaintingApp, resume_only_after_a_stop
 
 if TYPE_CHECKING:
+    from lathesim.lessons.kept_run import KeptRun
     from lathesim.tui.model.live_run import LiveRun
     from lathesim.tui.model.student_book import StudentBook
 
@@ -62,7 +63,7 @@ class WorkbenchProvider(Provider):
                     yield binding.description, about, partial(self._app.do_on, entry.name, binding.action)
 
     def _entries(self) -> Iterator[Entry]:
-        from lathesim.lessons.lesson_list import lesson_files
+        from lathesim.lessons.lesson import lesson_files
 
         app, workbench = self._app, self._app.workbench
         yield from self._screens()
@@ -272,9 +273,16 @@ class LathesimApp(RepaintingApp[None]):
         if kept is not None and kept.is_finished:
             try:
                 self.book.note(live.lesson, kept.judgement)
+                self._point_to_questions(kept)
             except LatheSimError as error:
                 self.tell_fault(str(error))
         self.workbench.tell(RUNS)
+
+    def _point_to_questions(self, kept: KeptRun) -> None:
+        """Notify where the questions about a run are answered, if its lesson has any."""
+        count = len(kept.case.case.lesson.settings.questions)
+        if count:
+            self.notify(f"{count} question{'s' * (count > 1)} about this run: press F6, then a.", timeout=8.0)
 
     def open_lesson(self, path: Path) -> None:
         """Put a lesson on the bench and show it."""

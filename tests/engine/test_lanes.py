@@ -23,8 +23,7 @@ from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.catalogue.placement import insert_candidates
 from lathesim.lessons.assemble import assemble
-from lathesim.lessons.lesson import load_lesson, load_machine
-from lathesim.lessons.lesson_list import lesson_files
+from lathesim.lessons.lesson import lesson_files, load_lesson, load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import load_registry
 from tests.engine.small_machine import PARTS, WIRES, loop

@@ -13,8 +13,9 @@ from lathesim.exercises.conceal import Concealed, NotSeenError, Situation, conce
 from lathesim.exercises.graded_diagnosis import grade, read_guess
 from lathesim.exercises.hidden_effect import place_wishes, random_wishes, read_wish
 from lathesim.exercises.logger import LoggedColumn, logged_columns
-from lathesim.exercises.sealed_answer import answer_of, changed_files, digest_of, opened, seal_of
+from lathesim.exercises.sealed_answer import answer_of, changed_files, opened, seal_of
 from lathesim.identification.replay.loading import uncertainties
+from lathesim.json_text import digest_of
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare, run_prepared

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.errors import LessonError
-from lathesim.lessons.lesson import Lesson, find_lesson, load_lesson
-from lathesim.lessons.lesson_list import by_unit, former_names
+from lathesim.lessons.lesson import Lesson, by_unit, find_lesson, former_names, load_lesson
 from lathesim.lessons.schema import CourseUnit
 from lathesim.lessons.simulate import check_lesson
 from lathesim.plugins import load_registry

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from lathesim.lessons.lesson_list import lesson_files
+from lathesim.lessons.lesson import lesson_files
 from tests.tui.terminal import Terminal, wait
 
 MOST = 1.0

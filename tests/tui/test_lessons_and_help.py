@@ -10,7 +10,8 @@ from textual.command import Hit
 from textual.widgets import Input, Markdown, OptionList, Static, Tree
 
 from lathesim.tui.model.student_book import suggestion
-from tests.tui.driving import opened, run_to_end, until
+from lathesim.tui.widgets.read_outs import ReadOuts
+from tests.tui.driving import opened, run_to_end, told, until
 
 
 @pytest.fixture(autouse=True)
@@ -87,6 +88,36 @@ async def test_f5_in_the_list_keeps_what_was_changed_of_the_lesson() -> None:
         await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 1, "the lessons")
         await run_to_end(app, pilot)
         assert app.workbench.runs[0].title == "001 I, duration=0.1 s"
+
+
+async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it() -> None:
+    Path("mine.yaml").write_text(
+        "lesson: Mine\nmachine: turning_with_chatter\nduration: 2 ms\nplot: [cut.force]\nread_outs: [cut.force]\nquestions:\n"
+        "  - {ask: Which?, choices: [first, second], answer: second}\n  - {ask: How wide?, within: 0.1 mm, answer: 1 mm}\n",
+        encoding="utf-8",
+    )
+    Path("lesson_configs").mkdir()
+    Path("mine.yaml").rename("lesson_configs/99_mine.yaml")
+    async with opened("99_mine") as (app, pilot):
+        await pilot.press("f6", "a")
+        await until(pilot, lambda: "Run the lesson first" in told(app), "the sentence")
+        await run_to_end(app, pilot)
+        assert "2 questions about this run: press F6, then a." in told(app)
+        assert "cut.force" in str(app.screen.query_one("#plot").border_title)
+        assert app.screen.query_one(ReadOuts).readings[1].title == "force"
+        await pilot.press("f6", "a")
+        await pilot.pause()
+        await pilot.press("enter")
+        await until(pilot, lambda: "Not right yet" in told(app), "the verdict")
+        await pilot.press("a", "down", "enter")
+        await until(pilot, lambda: "Right." in told(app), "the verdict")
+        await pilot.press("a", *"1.05", "space", *"mm", "enter")
+        await pilot.press("a")
+        await until(pilot, lambda: "All questions are answered." in told(app), "the end")
+        tries = app.screen.query_one("#tries", OptionList)
+        assert [str(tries.get_option_at_index(place).prompt) for place in range(2)] == ["✓ Which? second", "✓ How wide? 1.05 mm"]
+    kept = json.loads(Path("lathesim_runs/99_mine/001.answers.json").read_text(encoding="utf-8"))
+    assert [(item["answer"], item["tries"]) for item in kept["answers"]] == [("second", 2), ("1.05 mm", 1)]
 
 
 def test_a_suggestion_is_read_from_the_words_of_a_lesson() -> None:

@@ -60,6 +60,11 @@ def _in_full(graded: Grade) -> Iterator[str]:
     if graded.goals:
         yield f"\n{goals_text(graded.goals)}\n"
         yield f"{graded.met} of {len(graded.goals)} goals met: {graded.result}."
+    for question in graded.questions:
+        verdict = "right" if question.right else "not right" if question.answer else "not answered"
+        yield _plain(f"{question.question} {question.answer} ({verdict})".replace("  ", " "))
+    if graded.questions:
+        yield f"{graded.right} of {len(graded.questions)} questions answered right."
 
 
 def _lines(grades: Sequence[Grade]) -> Iterator[str]:
@@ -68,14 +73,19 @@ def _lines(grades: Sequence[Grade]) -> Iterator[str]:
     from lathesim.lessons.grading import REACHED
 
     names = _goal_columns(grades)
-    rows = [("record", "lesson", "result", "goals", *(f"{words(metric)} {limit}" for metric, limit in names), "notes")]
+    asks = any(item.questions for item in grades)
+    rows = [("record", "lesson", "result", "goals", *["answers"] * asks, *(f"{words(metric)} {limit}" for metric, limit in names), "notes")]
     for item in grades:
         found = {(goal.metric, f"{goal.sense} {goal.limit}"): goal for goal in item.goals}
         cells = [_shown(found.get(name)) for name in names]
         count = f"{item.met} of {len(item.goals)}" if item.goals else "-"
-        rows.append((item.record, item.lesson, item.result, count, *cells, _plain(" ".join(item.notes))))
+        rows.append((item.record, item.lesson, item.result, count, *[_right(item)] * asks, *cells, _plain(" ".join(item.notes))))
     yield from text_table(rows)
     yield f"\n{sum(item.result == REACHED for item in grades)} of {len(grades)} records meet all goals."
+
+
+def _right(graded: Grade) -> str:
+    return f"{graded.right} of {len(graded.questions)}" if graded.questions else "-"
 
 
 def _shown(goal: GoalResult | None) -> str:
@@ -94,12 +104,12 @@ def _csv(grades: Sequence[Grade]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     head = [f"{metric} [{split_quantity(limit.split(maxsplit=2)[2])[1] or 1}] {limit}" for metric, limit in names]
-    writer.writerow(["record", "lesson", "variant", "result", "goals_met", "goals", *head, "notes"])
+    writer.writerow(["record", "lesson", "variant", "result", "goals_met", "goals", *head, "notes", "answers_right", "questions"])
     for item in grades:
         found = {(goal.metric, f"{goal.sense} {goal.limit}"): goal for goal in item.goals}
         values = [f"{found[name].value:.6g}" if name in found and found[name].value == found[name].value else "" for name in names]
         told = [_cell(item.record), _cell(item.lesson), _cell(item.variant), item.result, item.met, len(item.goals)]
-        writer.writerow([*told, *values, _cell(" ".join(item.notes))])
+        writer.writerow([*told, *values, _cell(" ".join(item.notes)), item.right, len(item.questions)])
     return text.getvalue()
 
 
@@ -126,6 +136,7 @@ def _data(graded: Grade) -> dict[str, Any]:
             for goal in graded.goals
         ],
         "notes": graded.notes,
+        "questions": graded.questions,
     }
 
 

@@ -69,6 +69,7 @@ def _checked_program(path: Path, dialect: str) -> str:
 
 def _checked_yaml(path: Path, registry: Registry) -> str:
     from lathesim.lessons.lesson import load_lesson, load_machine
+    from lathesim.lessons.questions import seal
     from lathesim.lessons.simulate import check_lesson, check_machine
     from lathesim.lessons.yaml_source import read_source
     from lathesim.manual.plugin_list import without_vectors
@@ -85,4 +86,6 @@ def _checked_yaml(path: Path, registry: Registry) -> str:
 
         cut_of(lesson)
     variants = f", {len(lesson.variants)} variants" if lesson.variants else ""
-    return "\n".join([f"a lesson on the machine {lesson.machine.name}{variants}.", *without_vectors(components)])
+    clear = [question for question in lesson.settings.questions if question.answer is not None]
+    seals = [f"to seal the answer to '{item.ask}', write instead of it: sealed: {seal(item, item.answer or '')}" for item in clear]
+    return "\n".join([f"a lesson on the machine {lesson.machine.name}{variants}.", *without_vectors(components), *seals])

@@ -132,6 +132,7 @@ class BenchScreen(WorkbenchScreen):
         if text == self._lesson_text:
             return
         self._lesson_text = text
+        self._channels = ()
         lesson = self.query_one("#lesson", VerticalScroll)
         lesson.remove_children()
         lesson.mount(Markdown(text, open_links=False))
@@ -163,7 +164,14 @@ class BenchScreen(WorkbenchScreen):
         self._sample = len(record)
         if not self._channels or not any(name in record for name in self._channels):
             first = find_channel(record, *_FIRST_CHANNELS) or next(iter(record), None)
-            self._channels = (first,) if first else ()
+            own = tuple(name for name in self._lesson_keys("plot") if name in record)
+            self._channels = own or ((first,) if first else ())
+
+    def _lesson_keys(self, key: str) -> list[str]:
+        """Return the channels that the lesson of the run names under ``plot`` or ``read_outs``."""
+        run = self.workbench.shown
+        found: list[str] = getattr(run.setup.lesson.settings, key) if run is not None and run.setup is not None else []
+        return found
 
     def _tick(self) -> None:
         """Draw the run under way, or the run that is played again."""
@@ -244,7 +252,7 @@ class BenchScreen(WorkbenchScreen):
         end = self._expected_end() if is_live else float(record.time[-1])
         cursor = None if sample >= len(record) - 1 else float(record.time[sample])
         plot.show([Curve(record, name) for name in self._channels], span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True)
-        self.query_one(ReadOuts).show(readings(record, sample, as_diameter=lathe.view.as_diameter))
+        self.query_one(ReadOuts).show(readings(record, sample, as_diameter=lathe.view.as_diameter, first=self._lesson_keys("read_outs")))
         self.query_one(ProgramListing).mark(program_line(record, sample))
         with self.prevent(Slider.Moved):
             self.query_one(Slider).value = sample / max(1, len(record) - 1)

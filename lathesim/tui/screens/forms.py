@@ -12,7 +12,7 @@ from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.suggester import SuggestFromList
-from textual.widgets import Button, Checkbox, Input, Label, Select, Static
+from textual.widgets import Button, Checkbox, Input, Label, OptionList, Select, Static
 
 from lathesim.errors import LatheSimError
 from lathesim.program.new_program import straight_from_form, taper_from_form
@@ -48,6 +48,26 @@ class TextQuestion(ModalScreen[str | None]):
     @on(Button.Pressed, "#leave")
     def _leave(self) -> None:
         self.dismiss(None)
+
+
+class ChoiceQuestion(ModalScreen[str | None]):
+    """Gives the choice, or None where the dialog was left."""
+
+    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
+
+    def __init__(self, question: str, choices: Sequence[str]) -> None:
+        super().__init__()
+        self._question, self._choices = question, list(choices)
+
+    def compose(self) -> ComposeResult:
+        """Return the question and its choices."""
+        with Vertical(classes="dialog -short"):
+            yield Label(self._question, markup=False)
+            yield OptionList(*self._choices, id="choices", markup=False, compact=True)
+
+    @on(OptionList.OptionSelected, "#choices")
+    def _take(self, event: OptionList.OptionSelected) -> None:
+        self.dismiss(self._choices[event.option_index])
 
 
 @dataclass(frozen=True)

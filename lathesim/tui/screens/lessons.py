@@ -14,13 +14,15 @@ from textual.widgets import Button, Label, Markdown, OptionList, Static
 from textual.widgets.option_list import Option
 
 from lathesim.errors import LatheSimError
-from lathesim.lessons.lesson import Lesson, load_lesson
-from lathesim.lessons.lesson_list import by_unit, lesson_files
+from lathesim.lessons.lesson import Lesson, by_unit, lesson_files, load_lesson, results_folder
+from lathesim.lessons.questions import Answered, is_right, keep_answer, read_answers, results
 from lathesim.lessons.schema import Goal
 from lathesim.tui.model.student_book import LessonEntry, Suggestion, suggestion
 from lathesim.tui.model.workbench import RUNS, SETUP
+from lathesim.tui.screens.forms import ChoiceQuestion, TextQuestion
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.controls import BrowseList
+from lathesim.units import split_quantity
 
 _LEVELS = ("beginner", "intermediate", "advanced")
 _NOTHING = "○"
@@ -46,7 +48,11 @@ class LessonsScreen(WorkbenchScreen):
     LessonsScreen .heading { text-style: bold; color: $primary; }
     LessonsScreen #goals { height: auto; max-height: 30%; }
     """
-    BINDINGS = [Binding("o", "open", "Put on the bench"), Binding("y", "try", "Set what to try")]
+    BINDINGS = [
+        Binding("o", "open", "Put on the bench"),
+        Binding("y", "try", "Set what to try"),
+        Binding("a", "answer", "Answer a question"),
+    ]
 
     def __init__(self) -> None:
         super().__init__()
@@ -66,7 +72,7 @@ class LessonsScreen(WorkbenchScreen):
                 with VerticalScroll(id="page"):
                     yield Markdown("", id="text", open_links=False)
                 yield Static("", id="goals")
-                yield Label("Things to try (Enter sets those with a ▶)", classes="heading")
+                yield Label("Things to try (Enter sets those with a ▶) and questions (Enter answers)", id="heading", classes="heading")
                 yield OptionList(id="tries")
 
     def on_mount(self) -> None:
@@ -168,6 +174,9 @@ class LessonsScreen(WorkbenchScreen):
         self._suggestions = [suggestion(text, lesson.variants) for text in lesson.settings.try_]
         for item in self._suggestions:
             tries.add_option(Option(Text(f"{'▶' if item.can_be_set else '-'} {item.text}")))
+        for result in results(lesson.settings.questions, self._answers(lesson)):
+            sign = "✓" if result.right else "✗" if result.answer else "?"
+            tries.add_option(Option(Text(f"{sign} {result.question}{f' {result.answer}' if result.answer else ''}")))
         self.show_command()
 
     def _chosen(self) -> Lesson | None:
@@ -203,7 +212,11 @@ class LessonsScreen(WorkbenchScreen):
 
     @on(OptionList.OptionSelected, "#tries")
     def _try(self, event: OptionList.OptionSelected) -> None:
-        item, lesson = self._suggestions[event.option_index], self._chosen()
+        lesson = self._chosen()
+        if event.option_index >= len(self._suggestions):
+            self._ask(event.option_index - len(self._suggestions))
+            return
+        item = self._suggestions[event.option_index]
         if not item.can_be_set or lesson is None:
             self.notify("This one is for you to do: put the lesson on the bench.")
             return
@@ -212,6 +225,56 @@ class LessonsScreen(WorkbenchScreen):
         self.workbench.change(item.applied(self.workbench.setup))
         self.app.switch_mode("bench")
         self.notify(f"Set: {self.workbench.setup.summary}. F5 runs it.", markup=False)
+
+    def action_answer(self) -> None:
+        """Ask the first question that is not answered right."""
+        lesson = self._chosen()
+        found = results(lesson.settings.questions, self._answers(lesson)) if lesson is not None else ()
+        missing = [place for place, result in enumerate(found) if not result.right]
+        if missing:
+            self._ask(missing[0])
+        else:
+            self.notify("All questions are answered." if found else "This lesson has no questions.")
+
+    def _ask(self, place: int) -> None:
+        """Ask a question about the newest run of the lesson, and keep the answer beside that run."""
+        lesson = self._chosen()
+        record = self._newest_record(lesson) if lesson is not None else None
+        if lesson is None or record is None:
+            self.notify("The questions are about your runs. Run the lesson first, with F5.")
+            return
+        question = lesson.settings.questions[place]
+
+        def keep(answer: str | None) -> None:
+            if answer is None:
+                return
+            try:
+                right = is_right(question, answer)
+                keep_answer(record, lesson.name, self._answers(lesson), question.ask, answer)
+            except LatheSimError as error:
+                self.tell_fault(str(error))
+                return
+            self.notify("Right." if right else "Not right yet. Look at your runs again.")
+            self.show_changes({RUNS})
+
+        if question.choices is not None:
+            self.app.push_screen(ChoiceQuestion(question.ask, question.choices), keep)
+        else:
+            unit = split_quantity(question.within or "")[1]
+            self.app.push_screen(TextQuestion(question.ask, placeholder=f"a number with its unit, as 1.5 {unit}".rstrip()), keep)
+
+    def _newest_record(self, lesson: Lesson) -> Path | None:
+        """Return the newest record of a lesson; None before its first run."""
+        folder = results_folder(lesson)
+        own = [run.path for run in self.workbench.runs if run.path.parent == folder and run.path.is_file()]
+        return own[-1] if own else max(folder.glob("*.h5"), key=lambda path: path.stat().st_mtime, default=None)
+
+    def _answers(self, lesson: Lesson) -> dict[str, Answered]:
+        """Return the last answers to the questions of a lesson, whichever run they stand beside."""
+        if not lesson.settings.questions:
+            return {}
+        kept = sorted(results_folder(lesson).glob("*.answers.json"), key=lambda path: path.stat().st_mtime)
+        return read_answers(kept[-1].with_suffix("").with_suffix(".h5")) if kept else {}
 
     def command(self) -> str:
         """Return the command that does the same as F5."""
@@ -250,7 +313,7 @@ def _together(entry: LessonEntry, limits: list[tuple[str, str, Goal]]) -> str:
 
 
 def _goals_text(lesson: Lesson, entry: LessonEntry) -> Text:
-    """Return the goals with the best values reached; hints stand there once the lesson was tried."""
+    """Return the goals with the best values reached; each run opens one step more of their hints."""
     limits = _limits(lesson)
     if not limits:
         return Text(f"No goals. Runs so far: {entry.tries}.")
@@ -261,5 +324,8 @@ def _goals_text(lesson: Lesson, entry: LessonEntry) -> Text:
         reached = f", best {best.value:.4g} {best.unit}" if best is not None else ""
         text.append(f"\n{sign} {key} {limit}{reached}", style="not bold")
         if goal.hint and not (best is not None and best.met):
-            text.append(f"\n  Hint: {goal.hint}" if entry.tries else "\n  A hint opens after your first run.", style="not bold italic")
+            text.append("".join(f"\n  Hint: {hint}" for hint in goal.hint[: entry.tries]), style="not bold italic")
+            if entry.tries < len(goal.hint):
+                which = ("first", "next")[entry.tries > 0]
+                text.append(f"\n  A hint opens after your {which} run.", style="not bold italic")
     return text

@@ -142,11 +142,21 @@ class ResultsScreen(WorkbenchScreen):
             known |= {name: record.channel(name).description for name in record if name not in known}
         self._channels = [name for name in self._channels if name in known]
         if not self._channels and runs:
-            first = find_channel(runs[0][1], *_FIRST_CHANNELS) or next(iter(runs[0][1]), None)
-            self._channels = [first] if first is not None else []
+            self._channels = self._first_channels(runs[0][1])
         self._fill_channels(known, runs)
         self._draw(runs)
         self._fill_metrics(runs)
+
+    def _first_channels(self, record: Record) -> list[str]:
+        """Return the channels that the lesson of the run plots, and show them over time; else one of the usual channels."""
+        run = self.workbench.shown
+        own = run.setup.lesson.settings.plot if run is not None and run.setup is not None else []
+        found = [name for name in own if name in record]
+        if found:
+            self._view = TIME
+            return found
+        first = find_channel(record, *_FIRST_CHANNELS) or next(iter(record), None)
+        return [first] if first is not None else []
 
     def _fill_channels(self, known: dict[str, str], runs: list[tuple[str, Record]]) -> None:
         listed = self.query_one("#channels", SelectionList)
@@ -209,7 +219,9 @@ class ResultsScreen(WorkbenchScreen):
             return
         table.add_columns("metric", *(Text(title[:24]) for title, _ in runs))
         measured = [self._measurements(record) for _, record in runs]
-        for name in self.workbench.registry.metrics:
+        run = self.workbench.shown
+        goals = [goal.metric for goal in run.setup.lesson.settings.goals] if run is not None and run.setup is not None else []
+        for name in dict.fromkeys([*goals, *self.workbench.registry.metrics]):
             if any(name in found.values for found in measured):
                 cells = [str(found.values[name]) if name in found.values else "-" for found in measured]
                 table.add_row(Text(name), *(Text(cell) for cell in cells))

@@ -27,8 +27,21 @@ class ReadOutLine:
     wanted: str = ""
 
 
-def readings(record: Record, sample: int, *, as_diameter: bool = False) -> list[ReadOutLine]:
-    """Return the read-outs at a sample; quantities the record does not hold are shown as ``-``."""
+def readings(record: Record, sample: int, *, as_diameter: bool = False, first: Sequence[str] = ()) -> list[ReadOutLine]:
+    """Return the read-outs at a sample; quantities the record does not hold are shown as ``-``.
+
+    With channels that come ``first``, they stand below the time, and of the others those follow that the record holds.
+    """
+    lines = _standard_readings(record, sample, as_diameter=as_diameter)
+    own = [name for name in first if name in record]
+    if not own:
+        return lines
+    values = _At(record, sample)
+    shown = [ReadOutLine(name.partition(".")[2].replace("_", " "), values.shown(record.unit(name), name)) for name in own]
+    return [lines[0], *shown, *(line for line in lines[1:] if line.actual != NONE)][: len(lines)]
+
+
+def _standard_readings(record: Record, sample: int, *, as_diameter: bool) -> list[ReadOutLine]:
     values = _At(record, sample)
     factor, sign = (2.0, "Ø") if as_diameter else (1.0, "R")
     speed = values.length("x_axis.velocity", "z_axis.velocity")
