@@ -17,8 +17,7 @@ from lathesim.whole_file import write_new, write_text
 
 if TYPE_CHECKING:
     from lathesim.program.checks import Bar
-    from lathesim.program.moves import Move, Program
-    from lathesim.program.tool_nose import Tool
+    from lathesim.program.moves import Move, Program, Tool
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ def program(
 
 def _tool(text: str) -> tuple[int, Tool]:
     """Return number and tool of ``1=0.8mm,3``."""
-    from lathesim.program.tool_nose import Tool
+    from lathesim.program.moves import Tool
     from lathesim.units import quantity
 
     number, equals, nose = text.partition("=")

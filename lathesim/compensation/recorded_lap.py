@@ -17,7 +17,7 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from lathesim.whole_file import make_folder, write_text
 
 _MOST_BLOCKS = 20_000

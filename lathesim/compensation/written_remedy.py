@@ -24,7 +24,7 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from lathesim.units import in_unit
 from lathesim.whole_file import make_folder, write_text
 

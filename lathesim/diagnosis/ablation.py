@@ -18,7 +18,7 @@ from dataclasses import replace
 
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.question import Question
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.raw_table import Finding
 
 LEFT_OUT = {
     "replay": "effects were fitted in the lesson's own simulation, not by replaying what was recorded",

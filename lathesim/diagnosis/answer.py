@@ -58,7 +58,7 @@ from lathesim.identification.records.candidate import Candidate
 from lathesim.identification.records.fit import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.lessons.sensor_sides import assumed_sides
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.raw_table import Finding
 
 
 @dataclass(frozen=True)

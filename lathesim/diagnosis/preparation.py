@@ -28,7 +28,7 @@ from lathesim.identification.records.fit import Fitted
 from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.identification.replay.validation_split import parted
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.raw_table import Finding
 
 
 @dataclass(frozen=True)

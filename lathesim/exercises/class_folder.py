@@ -27,7 +27,7 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from lathesim.units import si_factor
 from lathesim.whole_file import WholeFiles, check_output, folder_lock, make_folder
 

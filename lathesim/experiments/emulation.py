@@ -11,16 +11,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.free_values import FreeValue, bounds, free_values, values_of
-from lathesim.experiments.hidden_directions import Telling, telling
+from lathesim.experiments.free_values import FreeValue, Telling, bounds, free_values, telling, values_of
 from lathesim.experiments.left_out import Importance, Unseen, gained, importances, is_noise, judge_unseen, left_out, own_band
-from lathesim.experiments.objective import Objective
-from lathesim.experiments.other_structures import Change, changed, possible_changes
+from lathesim.experiments.objective import METHODS, Effort, Objective, Tell
 from lathesim.experiments.replica import Replica, Setting
-from lathesim.experiments.searches import METHODS, Effort, Tell
-from lathesim.experiments.structure_search import SURE, Chosen, StructureSearch
-from lathesim.experiments.wandering_clock import clocks_apart
-from lathesim.experiments.waypoints import Waypoints, read_waypoints
+from lathesim.experiments.structure_search import SURE, Change, Chosen, StructureSearch, changed, possible_changes
+from lathesim.experiments.waypoints import Waypoints, clocks_apart, read_waypoints
 from lathesim.lessons.lesson import Lesson
 from lathesim.plugins import Registry
 from lathesim.units import in_unit
@@ -210,7 +206,7 @@ def _descend(
     Times of blocks that are a little wrong add up. Where the machine is far off, its beginning is fitted first, then ever more of it: so a
     block is never held against another one. Source: H. G. Bock, Recent advances in parameter identification techniques for ODE (1983).
     """
-    from lathesim.experiments.searches import descend
+    from lathesim.experiments.objective import descend
 
     point = np.zeros(len(low)) if start is None else start
     if max(objective.position_rms(point)) > _FAR_OFF:
@@ -252,7 +248,7 @@ def _with_clock(fitted: _Fitting, best: _Found, say: Say) -> _Found:
 
     It is asked last: an error of the structure that grows with speed looks like a clock too, but is the same in another program.
     """
-    from lathesim.experiments.searches import descend
+    from lathesim.experiments.objective import descend
 
     with_clock, plain = fitted.objective(best.changes), best.objective
     with_clock.take_clock(best.point)
@@ -311,7 +307,7 @@ def _telling(objective: Objective, point: FloatArray, noise: float) -> Telling:
 
 def _cross(fitted: _Fitting, best: _Found, say: Say) -> tuple[tuple[float, ...], ...]:
     """Return the cross-design table: each recording alone fitted, from where the joint fit ended, and held against all."""
-    from lathesim.experiments.searches import descend
+    from lathesim.experiments.objective import descend
 
     columns = []
     for number, text in enumerate(fitted.given):

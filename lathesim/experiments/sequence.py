@@ -18,8 +18,13 @@ from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.experiments.experiment import Designed, DesignWish, design_experiment
-from lathesim.experiments.experiment_files import undecidable_sentence, write_experiment, write_program_and_lesson
-from lathesim.experiments.prediction import recorded_rows, write_recording
+from lathesim.experiments.experiment_files import (
+    recorded_rows,
+    undecidable_sentence,
+    write_experiment,
+    write_program_and_lesson,
+    write_recording,
+)
 from lathesim.experiments.rivals import NOTHING, NamedRival, named_in
 from lathesim.identification.replay.loading import LoadedCase, load_case
 from lathesim.lessons.lesson import Lesson, load_lesson

@@ -1,7 +1,20 @@
-"""Way-points of a machine: where it was at times that need not be even, and which part program it was running."""
+"""Way-points of a machine: where it was at times that need not be even, and which part program it was running.
+
+A control whose clock wanders against the program: the deviations it makes are related, and are taken apart before they are fitted.
+
+A control rounds each block up to its own cycle, or waits for a buffer. Block by block it is ahead or behind by a little more. An axis at
+speed v is then off by v tau, and tau walks at random:
+
+    deviation(t) = v(t) tau(t) + e(t),   d tau ~ N(0, q dt),   e ~ N(0, s^2)
+
+Taken as noise of one size, such deviations would pull values of the machine, most of all in fast programs. The Kalman filter gives what is
+new in each deviation, which is white if q and s are right, and the likelihood of both. Source: A. C. Harvey, Forecasting, Structural Time
+Series Models and the Kalman Filter (1989), sections 3.2 and 3.4.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,9 +26,9 @@ from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
-from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import rows_as_taken
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import Finding, read_recording
+from lathesim.units import in_unit
 
 LEAST_WAYPOINTS = 20
 """Fewer way-points say nothing about a machine; assumed."""
@@ -100,3 +113,131 @@ def _prepared(lesson: Lesson, named: str, file: Path, registry: Registry) -> Pre
             return prepare(lesson, registry, variant)
     beside = file.with_suffix(".nc")
     return prepare(lesson, registry, program=beside) if beside.is_file() else prepare(lesson, registry)
+
+
+_QS = np.geomspace(1e-10, 1e-4, 13)
+"""Wandering q [s^2/s] that is looked at: 10 us to 10 ms in a second; assumed."""
+_SIZES = np.geomspace(0.01, 1.2, 19)
+"""White parts that are looked at, as shares of what is left; assumed."""
+_SURE = 6.0
+"""Gain in twice the logarithm of the likelihood from which on a clock is called wandering: a chance of 1 % with one value more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wandering:
+    """A clock's wandering q [s^2/s], and how fast each channel of each recording changes (channels, times) [SI/s]."""
+
+    spread: float
+    rates: tuple[FloatArray, ...]
+
+
+def whitened(
+    deviation: FloatArray, weights: FloatArray, time: FloatArray, rates: FloatArray, spread: float, floor: float
+) -> FloatArray:  # fmt: skip
+    """Return what is new in deviations (members, channels, times), in standard deviations.
+
+    ``weights`` (channels,) is what a square counts, so that the white part of a channel is ``floor``/sqrt(weight). With no wandering these
+    are the deviations in white parts.
+    """
+    root = np.sqrt(weights)[:, None]
+    if spread <= 0.0:
+        return deviation * (root / floor)
+    return _filtered(deviation * root, time, rates * root, np.array([spread]), np.array([floor]))[0]
+
+
+def _filtered(
+    deviation: FloatArray, time: FloatArray, rates: FloatArray, spread: FloatArray, floor: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what is new (members, channels, times) in standard deviations, and these (settings, channels, times).
+
+    ``spread`` and ``floor`` hold one number, or one for each member.
+    """
+    found, variances = np.empty((max(len(deviation), len(spread)), *rates.shape)), np.empty((len(spread), *rates.shape))
+    late, doubt, before = np.zeros(len(found)), np.zeros(len(spread)), 0.0
+    for place, now in enumerate(time):
+        doubt = doubt + spread * (now - before)
+        before = now
+        for channel in range(len(rates)):
+            slope = rates[channel, place]
+            variance = np.square(floor) + slope * slope * doubt
+            gain = doubt * slope / variance
+            new = deviation[:, channel, place] - slope * late
+            late = late + gain * new
+            doubt = doubt - gain * slope * doubt
+            variances[:, channel, place] = variance
+            found[:, channel, place] = new / np.sqrt(variance)
+    return found, np.sqrt(variances)
+
+
+def likely_wandering(
+    deviations: Sequence[FloatArray], weights: Sequence[FloatArray], times: Sequence[FloatArray], rates: Sequence[FloatArray]
+) -> tuple[float, float]:
+    """Return q [s^2/s] and the white part s under which deviations (channels, times) of each recording are most likely, from a grid.
+
+    q is zero where the likelihood does not ask for more.
+    """
+    rows = [(deviation * np.sqrt(weight)[:, None])[weight > 0.0] for deviation, weight in zip(deviations, weights, strict=True)]
+    slopes = [(rate * np.sqrt(weight)[:, None])[weight > 0.0] for rate, weight in zip(rates, weights, strict=True)]
+    total = np.concatenate([row.ravel() for row in rows])
+    rms = max(float(np.sqrt(np.square(total).mean())), 1e-12)
+    spreads, floors = (item.ravel() for item in np.meshgrid(_QS, _SIZES * rms))
+    costs = np.zeros(len(spreads))
+    for row, slope, time in zip(rows, slopes, times, strict=True):
+        new, sizes = _filtered(row[None], time, slope, spreads, floors)
+        costs += (np.square(new) + 2.0 * np.log(sizes)).sum(axis=(1, 2))
+    best = int(np.argmin(costs))
+    if costs[best] < len(total) * (2.0 * np.log(rms) + 1.0) - _SURE:
+        return float(spreads[best]), float(floors[best])
+    return 0.0, rms
+
+
+_LEAST_LEAD = 0.05
+"""Time [s] by which a clock must be ahead or behind at the end before it is told; assumed: a shorter one is lag or jitter."""
+_LEFT = 0.1
+"""Share of the power left by a constant shift that a running clock may leave; assumed: other machines leave far more."""
+
+
+def clocks_apart(recorded: Sequence[Waypoints], simulated: Sequence[FloatArray]) -> Iterator[str]:
+    """Yield a sentence for each recording whose clock runs apart from the simulated program's.
+
+    ``simulated`` holds for each recording the readings (channels, times) [SI] of the machine as given at its times. Two fits by least
+    squares are compared, y(t) = m(t - d) and y(t) = m(t / (1 + s) - d): a constant shift d is the lag of an axis, a skew s is none. A
+    sentence comes where the skew takes away nine tenths of what a shift leaves, and 50 ms or more come together by the end. A control that
+    slows down at each corner looks the same, so the recording is not refused.
+    """
+    for item, readings in zip(recorded, simulated, strict=True):
+        if not np.isfinite(readings).all():
+            continue
+        skew, left = _skew(item, readings)
+        late = skew * item.duration
+        if abs(late) < _LEAST_LEAD or left > _LEFT:
+            continue
+        pace, corners = ("fast", "slower") if late > 0.0 else ("slow", "quicker")
+        yield (
+            f"{item.file.name}: its clock runs {in_unit(abs(skew), '%', '.2g')} {pace} against the program as simulated, "
+            f"{in_unit(abs(late), 'ms', '.3g')} after {item.duration:.3g} s. Correct its time column, unless the control is that much "
+            f"{corners} at corners."
+        )
+
+
+def _skew(item: Waypoints, readings: FloatArray) -> tuple[float, float]:
+    """Return the skew of the clock (0.01: a second lasts 1.01 s) and the power it leaves, as a share of what a shift alone leaves."""
+    from scipy.optimize import least_squares
+
+    time, values = item.time, list(item.values.values())
+
+    def deviations(point: FloatArray) -> FloatArray:
+        stretched = time / (1.0 + point[1]) - point[0] if len(point) > 1 else time - point[0]
+        rows = [column - np.interp(stretched, time, row) for column, row in zip(values, readings, strict=True)]
+        return np.asarray(np.nan_to_num(np.concatenate(rows)))
+
+    shift = least_squares(deviations, [0.0], x_scale=0.1, diff_step=1e-3)
+    # a descent finds the skew only from nearby, so several starts are tried
+    both = min(
+        (
+            least_squares(deviations, [0.0, start], x_scale=[0.1, 0.01], bounds=([-2.0, -0.2], [2.0, 0.2]))
+            for start in (-0.05, -0.01, 0.0, 0.01, 0.05)
+        ),
+        key=lambda found: float(found.cost),
+    )
+    return float(both.x[1]), float(both.cost / max(shift.cost, 1e-300))

@@ -30,10 +30,9 @@ from lathesim.path_columns import (
 )
 from lathesim.program.checks import Bar, checked, meets_stock
 from lathesim.program.loading import load_program
-from lathesim.program.moves import Program
+from lathesim.program.moves import Program, Tool
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.path import Path as ToolPath
-from lathesim.program.tool_nose import Tool
 from lathesim.units import in_unit
 
 

@@ -16,7 +16,7 @@ from lathesim.lessons.part_values import si_value
 from lathesim.lessons.schema import DrivingSignal, RecordedSignal
 from lathesim.lessons.yaml_source import Location
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping
-from lathesim.recordings.threshold import Threshold
+from lathesim.recordings.sample_grid import Threshold
 from lathesim.units import is_count
 
 _LASTING = 10e-3

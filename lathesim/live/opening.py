@@ -213,7 +213,7 @@ class FileSource:
             finally:
                 source.close()
             return
-        from lathesim.recordings.reading import read_recording
+        from lathesim.recordings.raw_table import read_recording
 
         table = read_recording(file, self._registry.readers)
         columns = [table.column(_column(item, set(table.columns), file)) for item in self.mapped]

@@ -26,10 +26,9 @@ from lathesim.program.cycles import (
 )
 from lathesim.program.hole_cycles import HoleCycles
 from lathesim.program.meanings import HOLES, Group, Meaning
-from lathesim.program.moves import Move
+from lathesim.program.moves import LEFT, RIGHT, Move
 from lathesim.program.nose_compensation import beside
 from lathesim.program.roughing import Cuts, Roughing, air_side, contour_points
-from lathesim.program.tool_nose import LEFT, RIGHT
 from lathesim.program.words import Word
 from lathesim.units import in_unit
 

@@ -17,10 +17,9 @@ from dataclasses import replace
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.meanings import HOLES, Group, Meaning
-from lathesim.program.moves import CUTTING, KINDS, Event, Moves, Program
+from lathesim.program.moves import CUTTING, KINDS, Event, Moves, Program, Tool
 from lathesim.program.nose_compensation import compensated
 from lathesim.program.offsets import Offsets
-from lathesim.program.tool_nose import Tool
 from lathesim.program.vocabulary import Sorted, check_statements, other_readings, sort_block
 from lathesim.program.words import Block, Blocks, Warned, Word
 

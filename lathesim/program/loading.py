@@ -16,9 +16,8 @@ from pathlib import Path
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.interpreter import interpret
-from lathesim.program.moves import Program
+from lathesim.program.moves import Program, Tool
 from lathesim.program.statements import FANUC_KINDS
-from lathesim.program.tool_nose import Tool
 from lathesim.program.vocabulary import has_shape, without_variants, words_missing
 from lathesim.program.words import Block, Blocks, read_program_file
 

@@ -13,8 +13,7 @@ from functools import lru_cache
 
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.moves import Spindle
-from lathesim.program.tool_nose import Nose, Tool
+from lathesim.program.moves import Nose, Spindle, Tool
 
 _spindle = lru_cache(64)(Spindle)
 

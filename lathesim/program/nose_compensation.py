@@ -16,8 +16,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from lathesim.errors import ProgramError
-from lathesim.program.moves import Arc, Move
-from lathesim.program.tool_nose import LEFT, Nose
+from lathesim.program.moves import LEFT, Arc, Move, Nose
 from lathesim.units import in_unit
 
 _SAME = 1e-9

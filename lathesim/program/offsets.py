@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from lathesim.program.flow import Flow
 from lathesim.program.meanings import Group, Meaning
-from lathesim.program.tool_nose import LEFT, ORIENTATIONS, RIGHT, Nose, Tool, nose
+from lathesim.program.moves import LEFT, ORIENTATIONS, RIGHT, Nose, Tool, nose
 from lathesim.units import in_unit
 
 _SIDES = {

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
-from lathesim.program.foreign_codes import CODES_ELSEWHERE, SINUMERIK, foreign_program
-from lathesim.program.meanings import GROUP_OF, HOLES, NOT_INTERPRETED, Group, Meaning
+from lathesim.program.meanings import CODES_ELSEWHERE, GROUP_OF, HOLES, NOT_INTERPRETED, SINUMERIK, Group, Meaning, foreign_program
 from lathesim.program.statements import FANUC_KINDS
 from lathesim.program.words import Block, Blocks, Word
 

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import overload
 
 from lathesim.errors import ProgramError, SeveralFaultsError, nearest
-from lathesim.program.foreign_codes import SINUMERIK, foreign_control, foreign_program
 from lathesim.program.lexing import Block, Word, block_of_line, shape_of
+from lathesim.program.meanings import SINUMERIK, foreign_control, foreign_program
 from lathesim.program.statements import Keyword, opens
 
 __all__ = ["Block", "Blocks", "Lines", "Warned", "Word", "read_program", "read_program_file"]

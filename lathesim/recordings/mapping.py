@@ -14,10 +14,8 @@ import numpy.typing as npt
 
 from lathesim.errors import RecordingError
 from lathesim.record import Channel, FloatArray, Meta, Record
-from lathesim.recordings.finding import Finding, counted
-from lathesim.recordings.raw_table import RawTable, is_unit
-from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, even_grid, regular_grid
-from lathesim.recordings.threshold import Threshold, switched
+from lathesim.recordings.raw_table import Finding, RawTable, counted, is_unit
+from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, Threshold, even_grid, regular_grid, switched
 from lathesim.units import conversion, convertible, same_dimension, si_factor
 
 __all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
-from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import RecordingMapping
+from lathesim.recordings.raw_table import Finding
 
 _SECOND_DIFFERENCE = np.sqrt(6.0)
 """Standard deviation of the second difference of white noise of standard deviation one."""

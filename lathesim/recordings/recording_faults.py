@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
-from lathesim.recordings.channel_offsets import shifted_channels
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.channel_faults import clipped_channels, clipped_readings, frozen_channels, shifted_channels
 from lathesim.recordings.mapping import RecordingMapping
+from lathesim.recordings.raw_table import Finding
 from lathesim.recordings.recorded_channel import (
     MOTION_UNITS,
     Pair,
@@ -24,7 +24,6 @@ from lathesim.recordings.recorded_channel import (
     swapped_columns,
     wrong_factors,
 )
-from lathesim.recordings.stuck_values import clipped_channels, clipped_readings, frozen_channels
 
 _SPECIFIC = (5e7, 2e10)
 """Specific cutting force of anything that is turned [N/m^2], from plastics to hardened steel at small feeds. Range assumed."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from lathesim.recordings.binary_files import HDF5_READER, MATLAB73_READER, MATLAB_READER, RECORD_READER
-from lathesim.recordings.delimited_text import HALSAMPLER_READER, TEXT_READER
+from lathesim.recordings.delimited_text import HALSAMPLER_READER, LONG_TABLE_READER, TEXT_READER
 from lathesim.recordings.labview import LABVIEW_READER
-from lathesim.recordings.long_table import LONG_TABLE_READER
 from lathesim.recordings.raw_table import Reader
 
 

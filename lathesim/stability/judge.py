@@ -15,9 +15,8 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from lathesim.record import FloatArray
-from lathesim.stability.signal_lines import Vibration, VibrationLine, vibration
+from lathesim.stability.signal_lines import TurnMemory, Vibration, VibrationLine, turn_memory, turn_shares, vibration
 from lathesim.stability.thresholds import GROWTH, LINES, REPEATS, SHARES
-from lathesim.stability.turn_memory import TurnMemory, turn_memory, turn_shares
 from lathesim.units import in_unit
 
 KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")

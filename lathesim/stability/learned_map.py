@@ -19,9 +19,8 @@ import numpy as np
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
-from lathesim.stability.belief import MISLABELLED, Belief, learn_all, log_likelihood
+from lathesim.stability.belief import MISLABELLED, Belief, TriedCut, learn_all, log_likelihood
 from lathesim.stability.next_cut import CutRange, Proposal, next_cuts
-from lathesim.stability.tried_cuts import TriedCut
 from lathesim.stability.uncertain_cut import carried_over, lesson_prior
 from lathesim.units import in_unit
 

@@ -20,10 +20,9 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.record import FloatArray
-from lathesim.stability.belief import Belief, Prior, begin, learn, log_limits, stable_chance
+from lathesim.stability.belief import Belief, Prior, TriedCut, begin, learn, log_limits, stable_chance
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.tool_point import Mode, ToolPoint
-from lathesim.stability.tried_cuts import TriedCut
 from lathesim.units import in_unit
 
 WIDTHS = 64

@@ -17,7 +17,7 @@ from lathesim.lessons.part_values import si_value
 from lathesim.record import FloatArray
 from lathesim.stability.belief import Prior
 from lathesim.stability.frequency_limit import between_lines, widths_of_lines
-from lathesim.stability.lesson_cut import Cut, cut_of, with_modes
+from lathesim.stability.lesson_settings import Cut, cut_of, with_modes
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 from lathesim.units import in_unit, split_quantity
 

@@ -9,7 +9,7 @@ from scipy.io import loadmat
 from lathesim.analysis.export import csv_header, export, mat_names
 from lathesim.errors import LatheSimError
 from lathesim.record import Channel, Record
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from lathesim.recordings.register import stock_readers
 from tests.analysis.small_record import shoulder
 

@@ -154,11 +154,10 @@ def _reading() -> float:
 
 
 def _next() -> float:
-    from lathesim.stability.belief import Prior, learn_all
+    from lathesim.stability.belief import Prior, TriedCut, learn_all
     from lathesim.stability.frequency_limit import limit_at
     from lathesim.stability.next_cut import CutRange, next_cut
     from lathesim.stability.tool_point import Mode, ToolPoint
-    from lathesim.stability.tried_cuts import TriedCut
 
     prior = Prior(np.log([100.0, 0.05, 0.01]), np.array([0.1, 0.3, 0.28]))
     tool = ToolPoint((Mode(106.0, 0.042, 1.1e7),), (1.0,))

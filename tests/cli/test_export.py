@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lathesim.record_writer import save
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from lathesim.recordings.register import stock_readers
 from tests.analysis.small_record import shoulder
 from tests.cli.command import call

@@ -17,7 +17,7 @@ from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
 from lathesim.identification.execution.budget import Deadline
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.raw_table import Finding
 from tests.diagnosis.controlled_axis import controlled_axis
 from tests.diagnosis.pushed_table import EFFECTS, MASS, POSITION, Hidden, machine, recording
 

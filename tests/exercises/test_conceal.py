@@ -21,7 +21,7 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
 from lathesim.recordings.mapping import map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from tests.diagnosis.small_case import write_lesson
 
 FRICTION = "CoulombFriction:level=20 N@x_axis"

@@ -25,8 +25,7 @@ from lathesim.experiments.discrimination import Ablation, refitted_worth
 from lathesim.experiments.experiment import DesignWish, design_experiment
 from lathesim.experiments.families import CandidateProgram
 from lathesim.experiments.free_values import free_values
-from lathesim.experiments.optimality import information
-from lathesim.experiments.precision import PrecisionBench, design_for_precision
+from lathesim.experiments.precision import PrecisionBench, design_for_precision, information
 from lathesim.experiments.replica import ProgramRuns
 from lathesim.experiments.rivals import NamedRival, named_between
 from lathesim.experiments.room import DesignedMove, Room, room_of

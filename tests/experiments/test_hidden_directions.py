@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lathesim.experiments.hidden_directions import Telling, telling
+from lathesim.experiments.free_values import Telling, telling
 
 
 def told(powers: np.ndarray, names: list[str]) -> Telling:

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.optimality import criterion_value, hidden_combinations, information
-from lathesim.experiments.precision import discounted, mean_variance
+from lathesim.experiments.precision import criterion_value, discounted, hidden_combinations, information, mean_variance
 
 
 def friction(speeds: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Changes that an emulation may make to the structure of a machine."""
 
-from lathesim.experiments.other_structures import changed, possible_changes
+from lathesim.experiments.structure_search import changed, possible_changes
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import prepare

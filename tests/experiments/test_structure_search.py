@@ -7,9 +7,8 @@ import pytest
 
 from lathesim.experiments.free_values import free_values, values_of
 from lathesim.experiments.objective import Objective
-from lathesim.experiments.other_structures import changed, possible_changes
 from lathesim.experiments.replica import Replica, Setting
-from lathesim.experiments.structure_search import StructureSearch
+from lathesim.experiments.structure_search import StructureSearch, changed, possible_changes
 from lathesim.experiments.waypoints import Waypoints
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.experiments.wandering_clock import likely_wandering, whitened
+from lathesim.experiments.waypoints import likely_wandering, whitened
 
 TIME = np.sort(np.random.default_rng(2).uniform(0.0, 60.0, 600))
 WEIGHTS = np.ones(2)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.free_values import free_values, values_of
-from lathesim.experiments.hidden_directions import Telling, telling
+from lathesim.experiments.free_values import Telling, free_values, telling, values_of
 from lathesim.experiments.replica import Replica, Setting
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare

@@ -10,7 +10,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.program_path import run_warnings
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
-from lathesim.stability.lesson_cut import cut_of
+from lathesim.stability.lesson_settings import cut_of
 from lathesim.stability.lobes import stability_map
 from tests.lessons.lesson_runs import Runs
 

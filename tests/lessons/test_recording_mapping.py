@@ -15,9 +15,9 @@ from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record_writer import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from lathesim.recordings.register import stock_readers
-from lathesim.recordings.threshold import Threshold
+from lathesim.recordings.sample_grid import Threshold
 from tests.lessons.small_machine import small_registry, write_lesson
 
 RECORDINGS = """\

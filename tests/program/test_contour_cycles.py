@@ -9,8 +9,7 @@ import pytest
 
 from lathesim.errors import ProgramError
 from lathesim.program.interpreter import interpret
-from lathesim.program.moves import Move, Program
-from lathesim.program.tool_nose import Tool
+from lathesim.program.moves import Move, Program, Tool
 from lathesim.program.words import read_program
 from tests.program import cycle_invariants as keeps
 

@@ -9,8 +9,7 @@ import pytest
 
 from lathesim.errors import ProgramError
 from lathesim.program.interpreter import interpret
-from lathesim.program.moves import Move, Program
-from lathesim.program.tool_nose import Tool
+from lathesim.program.moves import Move, Program, Tool
 from lathesim.program.words import read_program
 
 CONTOUR = "G1 X10 Z2\nG1 Z-10\nG1 X14\nG3 X16 Z-12 K-2\nG1 Z-20\nG2 X18 Z-22 I2\nG1 X25\n"

@@ -10,8 +10,8 @@ from lathesim.errors import ProgramError
 from lathesim.path_columns import ARC_MOVE, CENTRE_X, CENTRE_Z, END_X, END_Z, KIND, LENGTH, RADIUS, START_X, START_Z
 from lathesim.program.canonical_moves import canon
 from lathesim.program.interpreter import interpret
+from lathesim.program.moves import Tool
 from lathesim.program.path import lay_path
-from lathesim.program.tool_nose import Tool
 from lathesim.program.words import read_program
 
 DIALECTS = st.sampled_from(["paper", "linuxcnc", "grbl", "fanuc", "fanuc-b"])

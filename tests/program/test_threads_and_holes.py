@@ -12,9 +12,8 @@ from lathesim.program.checks import checked
 from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import detect_dialect, load_program
-from lathesim.program.moves import Program
+from lathesim.program.moves import Program, Tool
 from lathesim.program.path import lay_path
-from lathesim.program.tool_nose import Tool
 from lathesim.program.words import read_program
 from tests.shared_data import SHARED, needs_shared
 

@@ -7,8 +7,7 @@ import pytest
 from lathesim.errors import ProgramError
 from lathesim.program.interpreter import interpret
 from lathesim.program.loading import detect_dialect
-from lathesim.program.moves import Move, Program
-from lathesim.program.tool_nose import Tool
+from lathesim.program.moves import Move, Program, Tool
 from lathesim.program.words import read_program
 
 HEAD = "G21 G99 G97 S500 M3\nT0101\n"

@@ -11,8 +11,7 @@ from lathesim.errors import LatheSimError
 from lathesim.record import Channel, Record
 from lathesim.record_writer import save
 from lathesim.recordings import raw_table
-from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import RawTable, read_recording
 from lathesim.recordings.register import stock_readers
 from tests.shared_data import SHARED, needs_shared
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.recordings.channel_offsets import motion_shift, shifted_channels
+from lathesim.recordings.channel_faults import motion_shift, shifted_channels
 from lathesim.recordings.recorded_channel import RecordedChannel
 
 SAMPLES = np.arange(4000.0)

@@ -14,8 +14,7 @@ from lathesim.errors import LatheSimError
 from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
-from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import RawTable, read_recording
 from lathesim.recordings.recording_faults import recording_faults
 from lathesim.recordings.register import stock_readers
 

@@ -6,10 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
-from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import Finding, RawTable, read_recording
 from lathesim.recordings.recorded_channel import known_factor
 from lathesim.recordings.recording_faults import recording_faults
 from lathesim.recordings.register import stock_readers

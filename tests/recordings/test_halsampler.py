@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import RawTable, read_recording
 from lathesim.recordings.register import stock_readers
 
 

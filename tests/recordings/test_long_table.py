@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import RawTable, read_recording
 from lathesim.recordings.register import stock_readers
 
 NAMES = ("rig:Enc", "rig:Axis-Pos")

@@ -8,7 +8,7 @@ import pytest
 from lathesim.errors import LatheSimError, RecordingError
 from lathesim.recordings.mapping import Finding, MappedRecording, RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.threshold import Threshold
+from lathesim.recordings.sample_grid import Threshold
 
 TIME = np.arange(1000) * 1e-3
 PLACE = 50.0 + 10.0 * np.sin(7.0 * TIME)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.recordings.threshold import Threshold, switched
+from lathesim.recordings.sample_grid import Threshold, switched
 
 PERIOD = 1e-3
 TIME = np.arange(1000) * PERIOD

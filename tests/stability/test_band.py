@@ -9,7 +9,7 @@ import pytest
 
 from lathesim.stability import uncertain_cut
 from lathesim.stability.frequency_limit import limit_at, limit_of_response
-from lathesim.stability.lesson_cut import Cut
+from lathesim.stability.lesson_settings import Cut
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 from lathesim.stability.uncertain_cut import Spread, band
 

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lathesim.stability.diagnose_cut import diagnose_cut
+from lathesim.stability.diagnose_cut import RecordedCut, cutting_stretch, diagnose_cut, turning_of
 from lathesim.stability.judge import judge
-from lathesim.stability.recorded_cut import RecordedCut, cutting_stretch, turning_of
 from lathesim.stability.signal_lines import departure_from_gaussian, refined_speed, vibration
 from tests.cli.command import call
 from tests.shared_data import SHARED, needs_shared

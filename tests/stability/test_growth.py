@@ -10,8 +10,8 @@ import pytest
 from lathesim.engine.run import run
 from lathesim.errors import SimulationError
 from lathesim.stability.frequency_limit import limit_at
-from lathesim.stability.growth import growth, milling_rig, rig, time_limit
-from lathesim.stability.lesson_cut import Milling
+from lathesim.stability.lesson_settings import Milling
+from lathesim.stability.lobes import growth, milling_rig, rig, time_limit
 from lathesim.stability.periodic_delay import multipliers, turning
 from lathesim.stability.tool_point import Mode, ToolPoint
 from tests.stability.own_cut import radius, tooth_force

@@ -10,12 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.stability.belief import Prior, begin, chatter_places, learn, learn_all, log_limit
+from lathesim.stability.belief import Prior, TriedCut, begin, chatter_places, learn, learn_all, log_limit
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.learned_map import adequacy, contradictions
 from lathesim.stability.next_cut import CutRange, best_stable, next_cut
 from lathesim.stability.tool_point import Mode, ToolPoint
-from lathesim.stability.tried_cuts import TriedCut
 from tests.cli.command import call
 
 GIVEN = Prior(np.log([100.0, 0.05, 0.01]), np.array([0.1, 0.3, 0.28]))

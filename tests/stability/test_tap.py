@@ -10,11 +10,10 @@ import pytest
 
 from lathesim.errors import LatheSimError
 from lathesim.stability.choose_modes import find_modes
-from lathesim.stability.lesson_cut import Cut, with_modes
+from lathesim.stability.lesson_settings import Cut, tap_until_good, with_modes
 from lathesim.stability.modal_fit import ModalModel, weights_of_mean
 from lathesim.stability.response_files import read_response, write_response
 from lathesim.stability.tap import TapEstimate, TapSettings, estimate_response, judged_hits, tap
-from lathesim.stability.tap_lesson import tap_until_good
 from lathesim.stability.tool_point import FrequencyResponse, Mode, Quantity, ToolPoint, ends_too_low
 
 THREE = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7), Mode(1180.0, 0.012, 9e7)), (1.0, 1.0, 1.0))

@@ -12,7 +12,7 @@ from lathesim.analysis.metric import MissingChannelError, NoValueError
 from lathesim.analysis.turned_part import wave_roughness, waves_figure, waves_on_part
 from lathesim.engine.run import run
 from lathesim.record import Record
-from lathesim.stability.growth import rig
+from lathesim.stability.lobes import rig
 from lathesim.stability.tool_point import Mode, ToolPoint
 from lathesim.tui.drawing.lathe_picture import draw_waves, scene_of_record
 from tests.tui.driving import opened, run_to_end, until

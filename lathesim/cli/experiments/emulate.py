@@ -70,7 +70,7 @@ def emulate(
     from lathesim.experiments.emulation import emulate as learn
     from lathesim.experiments.emulation_report import as_json as as_json_of
     from lathesim.experiments.emulation_report import told_lines, write_emulation
-    from lathesim.experiments.searches import Effort
+    from lathesim.experiments.objective import Effort
     from lathesim.lessons.lesson import keep_read_lesson
 
     question = EmulationQuestion(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lathesim.experiments.experiment import DesignWish
-    from lathesim.experiments.prediction import Foretold
+    from lathesim.experiments.experiment_files import Foretold
     from lathesim.experiments.rivals import NamedRival
 
 
@@ -179,8 +179,7 @@ def _for_rivals(
 
     from lathesim.experiments.experiment import design_experiment
     from lathesim.experiments.experiment_files import as_json as as_json_of
-    from lathesim.experiments.experiment_files import told_lines, write_experiment, write_program_and_lesson
-    from lathesim.experiments.prediction import tried_design
+    from lathesim.experiments.experiment_files import told_lines, tried_design, write_experiment, write_program_and_lesson
 
     registry, named = chosen.registry, _rivals(chosen, aim)
     with interruptible() as stop:

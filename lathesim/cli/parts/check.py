@@ -82,7 +82,7 @@ def _checked_yaml(path: Path, registry: Registry) -> str:
     lesson = load_lesson(path)
     components = check_lesson(lesson, registry)
     if lesson.settings.tool_point is not None:
-        from lathesim.stability.lesson_cut import cut_of
+        from lathesim.stability.lesson_settings import cut_of
 
         cut_of(lesson)
     variants = f", {len(lesson.variants)} variants" if lesson.variants else ""

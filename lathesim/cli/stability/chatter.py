@@ -14,8 +14,7 @@ from lathesim.cli.options import grouped, json_option, open_registry, read_ends,
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
-    from lathesim.stability.diagnose_cut import CutDiagnosis
-    from lathesim.stability.recorded_cut import RecordedCut
+    from lathesim.stability.diagnose_cut import CutDiagnosis, RecordedCut
 
 _LINES = 8
 """Lines of the spectrum that are shown."""
@@ -64,8 +63,7 @@ def chatter(
     It is told by order, width and growth of its lines, and by the modes of --lesson. Where one cut does not decide, a second one is
     proposed; --second takes it into account.
     """
-    from lathesim.stability.diagnose_cut import diagnose_cut
-    from lathesim.stability.recorded_cut import recorded_cut
+    from lathesim.stability.diagnose_cut import diagnose_cut, recorded_cut
 
     readers = open_registry(()).readers
     cut = recorded_cut(file.recording, readers, channel=file.channel, speed=file.speed, rate=file.rate, tacho=file.tacho)
@@ -81,7 +79,7 @@ def _modes(lesson: str | None) -> tuple[float, ...]:
     if lesson is None:
         return ()
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.stability.lesson_cut import cut_of, natural_frequencies
+    from lathesim.stability.lesson_settings import cut_of, natural_frequencies
 
     return natural_frequencies(cut_of(load_lesson(lesson)))
 

@@ -12,8 +12,8 @@ from lathesim.errors import LatheSimError
 from lathesim.units import from_si, in_unit
 
 if TYPE_CHECKING:
+    from lathesim.stability.belief import TriedCut
     from lathesim.stability.next_cut import ConcealedMachine
-    from lathesim.stability.tried_cuts import TriedCut
 
 _SCORES = (
     Heading("", -10), Heading("cuts", 6, "d"), Heading("rate [rpm*mm]", 16, ".0f"), Heading("of the best", 13, ".0%"),

@@ -84,8 +84,8 @@ def cuts(
     answers your cuts; points are the removal rate reached, a cut that chatters breaks a tool, and the program plays beside.
     """
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.stability.belief import read_cuts
     from lathesim.stability.learned_map import learned_map
-    from lathesim.stability.tried_cuts import read_cuts
 
     if not 0.0 < inside.widest < math.inf:
         raise click.UsageError(f"--widest {inside.widest:g}: give one above 0.")

@@ -13,9 +13,9 @@ from lathesim.cli.options import json_option, read_range, save_option
 from lathesim.cli.writing import CommandResult, Heading, sentence, table, write
 
 if TYPE_CHECKING:
-    from lathesim.stability.lesson_cut import Cut
+    from lathesim.stability.belief import TriedCut
+    from lathesim.stability.lesson_settings import Cut
     from lathesim.stability.lobes import StabilityMap
-    from lathesim.stability.tried_cuts import TriedCut
     from lathesim.stability.uncertain_cut import LimitBand
 
 
@@ -39,7 +39,7 @@ def lobes(lesson: str, method: str | None, speeds: str, tried: Path | None, as_j
     """
     from lathesim.cli.progress import progress_bar
     from lathesim.lessons.lesson import load_lesson
-    from lathesim.stability.lesson_cut import cut_of
+    from lathesim.stability.lesson_settings import cut_of
     from lathesim.stability.lobes import stability_map
     from lathesim.stability.uncertain_cut import spreads_of
 
@@ -64,7 +64,7 @@ def _band(cut: Cut, spreads: Any, speeds: list[float]) -> LimitBand | None:
 
 
 def _tried(path: Path | None) -> tuple[TriedCut, ...]:
-    from lathesim.stability.tried_cuts import read_cuts
+    from lathesim.stability.belief import read_cuts
 
     return () if path is None else read_cuts(path)
 

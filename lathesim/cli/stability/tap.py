@@ -33,8 +33,8 @@ def tap(lesson: str, recording: Path | None, seed: int | None, hits: int | None,
     acceleration, with their units. 'lathesim modes' finds the modes in the file that is written.
     """
     from lathesim.lessons.lesson import load_lesson, results_folder
+    from lathesim.stability.lesson_settings import recorded_tap, tap_lesson
     from lathesim.stability.response_files import write_response
-    from lathesim.stability.tap_lesson import recorded_tap, tap_lesson
 
     loaded = load_lesson(lesson)
     found = recorded_tap(recording) if recording is not None else tap_lesson(loaded, loaded.settings.seed if seed is None else seed, hits)

@@ -24,7 +24,7 @@ from lathesim.diagnosis.records.search import Found
 from lathesim.identification.machine.roles import closes_a_loop
 from lathesim.identification.replay.controller_rate import MOST
 from lathesim.identification.replay.experiment import Experiment, Machine
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.raw_table import Finding
 
 Check = Callable[..., str]
 Checks = Mapping[str, Check]

@@ -19,7 +19,7 @@ from lathesim.diagnosis.records.diagnosis import Diagnosis, listed
 from lathesim.diagnosis.records.search import Found, Gain, Tried
 from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, plain
 from lathesim.diagnosis.verdict.doubt import Doubt
-from lathesim.recordings.finding import Finding, counted
+from lathesim.recordings.raw_table import Finding, counted
 
 HEAD = ("explanation", "gain", "error", "chance level", "kept", "why")
 ON_NOTHING = "depends on nothing recorded"

@@ -16,7 +16,7 @@ from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagno
 from lathesim.diagnosis.reporting.next_step import next_step
 from lathesim.diagnosis.reporting.number_text import interval_texts, percent, probability_text, quantity_text
 from lathesim.identification.signal.analysis import root_mean_square
-from lathesim.recordings.finding import counted
+from lathesim.recordings.raw_table import counted
 
 OF_RECORDING = "recording"
 """The family of effects that are faults of a recording and not of a machine."""

@@ -15,8 +15,7 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
-from lathesim.recordings.finding import Finding
-from lathesim.recordings.reading import MOST_COMPARED
+from lathesim.recordings.raw_table import MOST_COMPARED, Finding
 from lathesim.recordings.recording_faults import recording_faults
 
 

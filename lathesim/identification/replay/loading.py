@@ -22,9 +22,8 @@ from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.record import Record
-from lathesim.recordings.finding import Finding
 from lathesim.recordings.mapping import MappedRecording, RecordingMapping, map_recording
-from lathesim.recordings.reading import MOST_COMPARED, MOST_STEPS, SHORTER, read_recording
+from lathesim.recordings.raw_table import MOST_COMPARED, MOST_STEPS, SHORTER, Finding, read_recording
 from lathesim.recordings.recording_faults import recording_faults
 from lathesim.units import split_quantity
 

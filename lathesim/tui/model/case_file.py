@@ -45,8 +45,7 @@ class ColumnMeaning:
 
 def guessed_columns(file: Path, case: Prepared, registry: Registry) -> list[ColumnMeaning]:
     """Return a guess for each column of a recording, by its name and the unit in its header; raises :class:`RecordingError`."""
-    from lathesim.recordings.raw_table import split_unit
-    from lathesim.recordings.reading import read_recording
+    from lathesim.recordings.raw_table import read_recording, split_unit
 
     table = read_recording(file, registry.readers)
     found = []

@@ -19,9 +19,8 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
 from lathesim.stability.choose_modes import FoundModes, find_modes
 from lathesim.stability.frequency_limit import speeds_of
-from lathesim.stability.lesson_cut import cut_of
+from lathesim.stability.lesson_settings import cut_of, tap_lesson
 from lathesim.stability.lobes import stability_map
-from lathesim.stability.tap_lesson import tap_lesson
 from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.tui.drawing.curves import PlotLine
 from lathesim.tui.widgets.time_plot import TimePlot

@@ -9,9 +9,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import lathesim.diagnosis.diagnose
-import lathesim.experiments.experiment_files
-import lathesim.experiments.prediction  # noqa: F401  (imported for the forks)
 from lathesim.cli.main import run_command_line
 
 

@@ -11,7 +11,7 @@ from lathesim.identification.replay.loading import LEAST_SAMPLES, Recorded, at_p
 from lathesim.lessons.lesson import load_lesson, load_machine
 from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
-from lathesim.recordings.finding import Finding
+from lathesim.recordings.raw_table import Finding
 from tests.diagnosis.pushed_table import FORCE, LESSON, MASS, POSITION, VISCOUS, machine, recording, write_case
 
 

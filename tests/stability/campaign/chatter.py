@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import LatheSimError
-from lathesim.stability.diagnose_cut import diagnose_cut, difference_sizes, first_sign
-from lathesim.stability.recorded_cut import RecordedCut, cutting_stretch
+from lathesim.stability.diagnose_cut import RecordedCut, cutting_stretch, diagnose_cut, difference_sizes, first_sign
 from tests.stability.campaign.results import collected
 from tests.stability.campaign.rig_cuts import KINDS, Recording, recording
 

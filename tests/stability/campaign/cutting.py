@@ -16,9 +16,9 @@ from lathesim.stability.assembly_file import Base, Joint, ToolAssembly, base_sha
 from lathesim.stability.beams import Material, cylinder
 from lathesim.stability.choose_modes import find_modes
 from lathesim.stability.frequency_limit import limit_at, smallest_limit
-from lathesim.stability.growth import rig, time_limit
+from lathesim.stability.lesson_settings import tap_until_good
+from lathesim.stability.lobes import rig, time_limit
 from lathesim.stability.tap import TapSettings
-from lathesim.stability.tap_lesson import tap_until_good
 from lathesim.stability.tool_point import FrequencyResponse, ToolPoint
 from tests.stability.campaign.results import collected
 

@@ -16,12 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.stability.belief import Belief, Prior, begin, learn
+from lathesim.stability.belief import Belief, Prior, TriedCut, begin, learn
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.learned_map import adequacy, gaussian_process, limits_after, network, stable_by
 from lathesim.stability.next_cut import CutRange, best_stable, next_cut
 from lathesim.stability.tool_point import Mode, ToolPoint
-from lathesim.stability.tried_cuts import TriedCut
 from tests.stability.campaign.results import collected
 
 PRIOR = Prior(np.log([100.0, 0.05, 0.01]), np.array([0.1, 0.3, math.hypot(0.2, 0.2)]))

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from lathesim.stability.choose_modes import find_modes
+from lathesim.stability.lesson_settings import tap_until_good
 from lathesim.stability.tap import TapSettings, judged_hits, tap
-from lathesim.stability.tap_lesson import tap_until_good
 from lathesim.stability.tool_point import Mode, ToolPoint
 from tests.stability.campaign.results import collected
 

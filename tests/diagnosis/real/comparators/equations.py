@@ -20,7 +20,7 @@ from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from lathesim.record import Record
 from lathesim.recordings.mapping import map_recording
-from lathesim.recordings.reading import read_recording
+from lathesim.recordings.raw_table import read_recording
 from tests.diagnosis.real.cases import Case
 
 Array = NDArray[np.float64]
