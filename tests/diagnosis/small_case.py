@@ -2,6 +2,14 @@
 
 from pathlib import Path
 
+from lathesim.identification.replay.experiment import Machine
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import prepare, run_prepared
+from lathesim.plugins import load_registry
+from lathesim.record import Record
+
+REFERENCE, POSITION, VOLTAGE, CURRENT = "x_controller.reference", "x_encoder.position", "x_controller.voltage", "x_drive.current"
+
 PROGRAM = """\
 (Out and back at three speeds)
 G21 G90 G94 G18
@@ -40,3 +48,12 @@ def write_lesson(folder: Path, duration: str = "2.2 s", extra: str = "") -> Path
     path = folder / "small.yaml"
     path.write_text(LESSON.format(duration=duration) + extra, encoding="utf-8")
     return path
+
+
+def controlled_axis(folder: Path, compare: tuple[str, ...] = (POSITION, VOLTAGE)) -> tuple[Machine, Record]:
+    """Return the machine, of which nothing is uncertain, and a record of the reference and the channels that are compared."""
+    prepared = prepare(load_lesson(write_lesson(folder)), load_registry(installed=False))
+    run = run_prepared(prepared)
+    asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
+    record = Record(run.time, {**{name: run.channels[name] for name in compare}, REFERENCE: asked}, dict(run.meta))
+    return Machine(prepared.machinery, (REFERENCE,), compare, {}, {}), record

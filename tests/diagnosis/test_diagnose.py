@@ -18,8 +18,8 @@ from lathesim.identification.execution.budget import Deadline
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from lathesim.recordings.raw_table import Finding
-from tests.diagnosis.controlled_axis import controlled_axis
 from tests.diagnosis.pushed_table import EFFECTS, MASS, POSITION, Hidden, machine, recording
+from tests.diagnosis.small_case import controlled_axis
 
 
 def offset(v: float, q: float, t: float) -> float:

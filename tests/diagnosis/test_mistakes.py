@@ -1,18 +1,28 @@
 """Mistakes that a diagnosis makes easily, each with the smallest recording that invites it."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.location.direction import one_way
+from lathesim.diagnosis.question import Question
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.effects.drive_errors import TorqueRipple
+from lathesim.diagnosis.verdict.ranking import is_told_by_direction
+from lathesim.effects.drive_errors import Cogging, TorqueRipple
 from lathesim.effects.effect import Effect
-from lathesim.effects.friction import CoulombFriction, StribeckFriction
-from lathesim.effects.offset_and_gain import DriveGainError, ForceOffset
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PositionDependentFriction, StribeckFriction
+from lathesim.effects.offset_and_gain import ConverterOffset, DriveGainError, ForceOffset
 from lathesim.effects.time_shift import TransportDelay
-from lathesim.identification.replay.loading import Recorded
+from lathesim.identification.replay.loading import Recorded, load_case
+from lathesim.lessons.lesson import load_lesson
+from lathesim.plugins import load_registry
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import (
     EFFECTS,
@@ -24,11 +34,13 @@ from tests.diagnosis.pushed_table import (
     Hidden,
     Law,
     as_record,
+    experiments,
     force,
     machine,
     recording,
     travel,
 )
+from tests.diagnosis.rigs.cases import case_of, write_case
 
 
 def diagnosed(first: Record, second: Record, effects: Sequence[type[Effect]] = EFFECTS) -> Diagnosis:
@@ -65,7 +77,7 @@ def test_the_corner_of_a_friction_is_called_no_stribeck_peak() -> None:
 
 def test_friction_and_a_push_are_tied_where_the_table_never_turns() -> None:
     """In one direction both are a constant force; the answer says so, and what to run to tell them apart."""
-    found = diagnosed(one_way(1), one_way(2), (CoulombFriction, ForceOffset))
+    found = diagnosed(pushed_ahead(1), pushed_ahead(2), (CoulombFriction, ForceOffset))
     assert found.verdict == "tied"
     (effect,) = found.effects
     assert {effect.effect, *effect.tied_with} == {"CoulombFriction", "ForceOffset"}
@@ -74,7 +86,7 @@ def test_friction_and_a_push_are_tied_where_the_table_never_turns() -> None:
     assert any(sentence.startswith("The lines to paste hold") for sentence in found.not_told)
 
 
-def one_way(seed: int) -> Record:
+def pushed_ahead(seed: int) -> Record:
     pushed = np.abs(force(2000, seed)) + 30.0
     place = np.round(travel(pushed, Hidden(dry=8.0)) / RESOLUTION) * RESOLUTION
     return as_record({FORCE: ("N", pushed), POSITION: ("m", place)})
@@ -147,3 +159,64 @@ def test_a_channel_in_another_unit_names_no_physics(factor: float) -> None:
     found = diagnosed(wrong[0], wrong[1])
     assert found.verdict in ("unknown", "recording_fault")
     assert names(found) == []
+
+
+UNEVEN = (CoulombFriction, AsymmetricFriction, ForceOffset)
+
+
+def forward(dry: float, seed: int, pull: float = 80.0) -> Record:
+    """Return a recording of a table that is pulled forward all the time, with more force and with less."""
+    pushed = pull + 0.5 * force(2000, seed)
+    place = travel(pushed, Hidden(dry=dry)) + 0.3e-6 * np.random.default_rng(seed).standard_normal(2000)
+    return as_record({FORCE: ("N", pushed), POSITION: ("m", np.round(place / RESOLUTION) * RESOLUTION)})
+
+
+def test_it_is_no_candidate_where_no_recording_moves_its_host_both_ways() -> None:
+    ahead = experiments(forward(8.0, 1), forward(8.0, 2), effects=UNEVEN)
+    assert all(one_way(experiment, "x_axis") for experiment in ahead)
+    (experiment, _) = without_one_sided(ahead)
+    assert {candidate.name for candidate in experiment.candidates} == {"CoulombFriction", "ForceOffset"}
+    assert [candidate.name for candidate in experiment.one_sided] == ["AsymmetricFriction"]
+
+
+def test_a_ripple_is_tied_with_a_friction_that_varies_along_the_way() -> None:
+    """In one direction the one is the other; a wave of friction that no friction is under would be the stranger of the two."""
+    ahead = experiments(forward(8.0, 1), forward(8.0, 2), effects=(CoulombFriction, PositionDependentFriction, Cogging, ForceOffset))
+    (experiment, _) = without_one_sided(ahead)
+    (varying,) = experiment.one_sided
+    told = {candidate.name: is_told_by_direction(candidate, varying) for candidate in experiment.candidates}
+    assert (varying.name, told) == ("PositionDependentFriction", {"CoulombFriction": False, "Cogging": True, "ForceOffset": False})
+
+
+def test_one_recording_both_ways_is_enough_to_look_for_it() -> None:
+    pair = experiments(forward(8.0, 1), recording(Hidden(dry=8.0), seed=2), effects=UNEVEN)
+    assert [one_way(experiment, "x_axis") for experiment in pair] == [True, False]
+    assert [experiment.one_sided for experiment in without_one_sided(pair)] == [(), ()]
+
+
+def test_the_plain_friction_is_tied_with_it_and_the_experiment_is_named() -> None:
+    first, second = (Recorded(f"{seed}.csv", forward(8.0, seed), ()) for seed in (1, 2))
+    found = diagnose(Question("A table", machine(sure=0.02), first, second, UNEVEN))
+    (friction,) = [effect for effect in found.effects if effect.effect == "CoulombFriction"]
+    assert found.verdict == "tied"
+    assert "AsymmetricFriction" in friction.tied_with
+    assert friction.parameters["level"].value == pytest.approx(8.0, rel=0.2)
+    assert "both directions" in (friction.separating_experiment or "")
+
+
+@pytest.mark.slow
+def test_a_current_tells_an_offset_of_a_force_from_one_of_a_converter(tmp_path: Path) -> None:
+    """From command and place alone they are the same; the current shows which of the two it is."""
+    case = case_of("screw_tacho_1k", "single", keys=("gravity",), number=24)
+    folder = write_case(replace(case, rig=replace(case.rig, seconds=3.0)), tmp_path)[0]
+    lesson = folder / "lesson.yaml"
+    without = folder / "without.yaml"
+    without.write_text("".join(line for line in lesson.read_text().splitlines(keepends=True) if "current" not in line))
+    told = {}
+    for file in (lesson, without):
+        loaded = load_case(load_lesson(file), [folder / "fit.csv", folder / "validate.csv"], load_registry())
+        told[file] = diagnose(ask("a rig", loaded.machine, loaded.recordings, (ForceOffset, ConverterOffset)))
+    assert [told[lesson].verdict, told[without].verdict] == ["named", "tied"]
+    (effect,) = told[without].effects
+    assert (effect.separating_experiment or "").startswith("Not isolable with these channels: record x_drive.current too, where ")
+    assert told[lesson].effects[0].effect == "ForceOffset"

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
-import json
 import math
 import tempfile
 import time
@@ -14,11 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from tests.diagnosis import pushed_table
+from tests.diagnosis.asking import ask_here, truth_of, words_of
 from tests.diagnosis.calibration.draws import Draw, shortened
 from tests.diagnosis.pushed_table import FORCE, LESSON, MASS, POSITION, VISCOUS, Hidden
-from tests.diagnosis.rigs import cases as first
-from tests.diagnosis.rigs.second import cases as second
-from tests.diagnosis.suite import generate
+from tests.diagnosis.rigs.cases import schedule as rig_schedule
+from tests.diagnosis.rigs.cases import write_case as write_rig
+from tests.diagnosis.suite.cases import write_case
 from tests.diagnosis.suite.schedule import schedule
 
 RIPPLE = ("TorqueRipple", "Cogging")
@@ -47,7 +45,7 @@ def tables(seed: int, number: int, at_most: float, kept: Container[str] = ()) ->
         right = () if kind == "sound" else (RIPPLE if kind in RIPPLE else (kind,),)
         with tempfile.TemporaryDirectory() as folder:
             _write_table(Path(folder), hidden, int(rng.integers(2**31)))
-            told, seconds = _ask(Path(folder), "fit.csv", "validate.csv", at_most)
+            told, seconds = _ask(Path(folder), at_most)
         yield Draw("table", name, kind, right, sizes, told, seconds)
 
 
@@ -69,21 +67,16 @@ def _write_table(folder: Path, hidden: Hidden, seed: int) -> None:
 
 def rigs(seed: int, sound: int, single: int, at_most: float, kept: Container[str] = ()) -> Iterator[Draw]:
     """Yield sound machines and single effects of all rigs of both sets, each in one description, another one from case to case."""
-    counts = {"sound": sound, "single": single}
-    every = [
-        *((one, first.write_case) for one in first.schedule(seed, counts)),
-        *((one, second.write_case) for one in second.schedule(seed, counts)),
-    ]
-    for case, write in sorted(every, key=lambda one: one[0].number):
+    for case in rig_schedule(seed, {"sound": sound, "single": single}):
         if (name := f"{case.name} {seed}") in kept:
             continue
         with tempfile.TemporaryDirectory() as place:
-            folders = write(case, Path(place))  # type: ignore[operator]
+            folders = write_rig(case, Path(place))
             folder = folders[case.number % len(folders)]
-            truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+            truth = truth_of(folder)
             if not truth.get("answerable", True):
                 continue
-            told, seconds = _ask(folder, "fit.csv", "validate.csv", at_most)
+            told, seconds = _ask(folder, at_most)
         hidden = tuple(tuple(names) for names in truth["right"].values())
         yield Draw("rigs", name, case.kind, hidden, {}, told, seconds, tuple(truth["beside"]))
 
@@ -96,29 +89,16 @@ def suite(seed: int, number: int, at_most: float, kept: Container[str] = ()) -> 
             continue
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
-            generate.write_case(seed, index, folder)
-            truth = generate.truth_of(folder)
-            told, seconds = _ask(folder, "fit.csv", "validate.csv", at_most)
-        hidden = tuple(tuple(one["right"]) for one in truth["effects"])
+            write_case(seed, index, folder)
+            truth = truth_of(folder)
+            told, seconds = _ask(folder, at_most)
+        hidden = tuple(tuple(names) for names in truth["right"].values())
         sizes = {name: one["true"] for name, one in truth["baseline"].items()}
         sizes |= {f"{one['effect']}.{key}": size["value"] for one in truth["effects"] for key, size in one["parameters"].items()}
-        yield Draw("suite", name, truth["category"], hidden, sizes, told, seconds)
+        yield Draw("suite", name, truth["kind"], hidden, sizes, told, seconds, tuple(truth["beside"]))
 
 
-def _ask(folder: Path, fitted: str, held_out: str, at_most: float) -> tuple[dict[str, object], float]:
-    """Call ``lathesim diagnose`` as a person does; return what it answers and the seconds of processor time."""
-    from lathesim.cli.main import run_command_line
-
-    began, file = time.process_time(), folder / "answer.json"
-    words = ["diagnose", folder / "lesson.yaml", folder / fitted, "--validate", folder / held_out, "--json", file, "--no-report"]
-    words += [
-        "--out",
-        folder / "out",
-        "--at-most",
-        f"{at_most:g}s",
-        *(["--plugins", folder / "parts"] if (folder / "parts").is_dir() else []),
-    ]
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        run_command_line([str(word) for word in words])
-    told = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
-    return shortened(told), time.process_time() - began
+def _ask(folder: Path, at_most: float) -> tuple[dict[str, object], float]:
+    """Return what the program answers to the case in a folder, and the seconds of processor time."""
+    began = time.process_time()
+    return shortened(ask_here(*words_of(folder), "--at-most", f"{at_most:g}s")), time.process_time() - began

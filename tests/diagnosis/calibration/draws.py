@@ -10,7 +10,8 @@ from typing import Any
 
 from scipy.stats import norm
 
-NAMING = ("named", "tied")
+from tests.diagnosis.scoring import SOUND, are_found, effects_of
+
 LEVEL = 0.95
 """Probability of the intervals that the program gives."""
 
@@ -88,7 +89,7 @@ def intervals(draw: Draw) -> Iterator[Interval]:
 
 def tied_set(draw: Draw) -> tuple[str, ...]:
     """Return the names that an answer leaves open for its first effect but what may stand beside it; one that names none leaves none."""
-    effects = [one for one in draw.told["effects"] if one["effect"] not in draw.beside] if draw.told["verdict"] in NAMING else []
+    effects = [one for one in effects_of(draw.told) if one["effect"] not in draw.beside]
     if not effects:
         return ()
     first = effects[0]
@@ -98,10 +99,8 @@ def tied_set(draw: Draw) -> tuple[str, ...]:
 def is_right(draw: Draw) -> bool:
     """Return whether an answer names exactly what is hidden; for a sound machine, that it names nothing and doubts nothing."""
     if not draw.hidden:
-        return draw.told["verdict"] in ("no_mismatch", "parameters_only")
-    names = [one["effect"] for one in draw.told["effects"]] if draw.told["verdict"] in NAMING else []
-    names = [name for name in names if name not in draw.beside]
-    return len(names) == len(draw.hidden) and all(any(name in right for name in names) for right in draw.hidden)
+        return draw.told["verdict"] in SOUND
+    return are_found(effects_of(draw.told), draw.hidden, draw.beside, tied=False)
 
 
 def read(file: Path) -> list[Draw]:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import chisquare
 
 from tests.diagnosis.calibration.draws import Draw, intervals, is_right, tied_set
-from tests.diagnosis.rigs.scoring import wilson
+from tests.diagnosis.scoring import wilson
 
 BINS = 10
 CHANCE = 0.01

@@ -1,7 +1,5 @@
 """A wave of negative size is told as the same wave of positive size, half a turn on."""
 
-import dataclasses
-import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,7 +15,6 @@ from lathesim.effects.drive_errors import Cogging, TorqueRipple
 from lathesim.effects.encoder_error import EncoderInterpolationError
 from lathesim.effects.friction import PositionDependentFriction
 from lathesim.identification.catalogue.placement import insert_candidates
-from lathesim.identification.estimation.estimates import _same_way_round
 from lathesim.identification.records.candidate import WAVES, Candidate
 from tests.diagnosis.pushed_table import experiments, machine, recording
 
@@ -102,27 +99,3 @@ def test_of_two_sizes_with_one_phase_the_larger_by_what_is_usual_decides() -> No
     assert phases_to_turn(candidate, {amplitude: -20.0, share: 0.004}) == [phase]
     assert phases_to_turn(candidate, {amplitude: 1.0, share: -0.04}) == [phase]
     assert phases_to_turn(candidate, {}) == []
-
-
-def test_two_fits_are_brought_the_same_way_round_wave_by_wave() -> None:
-    @dataclasses.dataclass
-    class Fit:
-        names: tuple[str, ...]
-        values: np.ndarray
-
-        @property
-        def by_name(self) -> dict[str, float]:
-            return dict(zip(self.names, self.values, strict=True))
-
-    for effect in (Cogging, SignedInterpolationError):
-        candidate = term_of(effect)
-        one = values_of(candidate, {"amplitude": 8.0, "second": 2.0})
-        other = {**one, "second": -2.0, "second_phase": -0.9 + math.pi} if effect is Cogging else {**one, "amplitude": -8.0, "second": -2.0}
-        if effect is SignedInterpolationError:
-            other["phase"] = 0.5 + math.pi
-        named = {name: name.partition(".")[2] for name in candidate.parameters}
-        first, second = (Fit(tuple(named), np.array([values[short] for short in named.values()])) for values in (one, other))
-        found = _same_way_round(second, first, [candidate])  # type: ignore[arg-type]
-        assert {named[name]: value for name, value in found.by_name.items()}["second"] == pytest.approx(2.0)
-        assert {named[name]: value for name, value in found.by_name.items()}["amplitude"] == pytest.approx(8.0)
-        assert law(candidate, {named[name]: value for name, value in found.by_name.items()}) == pytest.approx(law(candidate, one), abs=1e-9)

@@ -8,21 +8,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import resource
-import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from tests.diagnosis.real.cases import Case
+from tests.diagnosis.asking import HERE, Answer, ask
 from tests.diagnosis.real.recordings import cases
-from tests.diagnosis.real.scoring import RULE, Answer, changed, counted, row, table
-
-HERE = Path(__file__).parents[3]
-"""The checkout that these tests belong to."""
+from tests.diagnosis.real.scoring import RULE, changed, counted, row, table
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,9 +32,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     asked = parser.parse_args(arguments)
     chosen = [case for case in cases(every_lesson=asked.every_lesson) if any(part in case.name for part in asked.only.split(","))]
     kept = read(asked.json) if asked.json.is_file() else {}
+    more = ["--at-most", f"{asked.at_most:g}s"] if asked.at_most else []
     if not asked.table:
         with ThreadPoolExecutor(asked.jobs) as pool:
-            for case, answer in zip(chosen, pool.map(lambda one: ask(one, asked.at_most, asked.checkout), chosen), strict=True):
+            answers = pool.map(lambda one: ask([*one.words, *more], checkout=asked.checkout.resolve()), chosen)
+            for case, answer in zip(chosen, answers, strict=True):
                 kept[case.name] = answer
                 write(asked.json, kept)
                 print(f"{case.name}: {' | '.join(row(case, answer)[2:])}", file=sys.stderr, flush=True)
@@ -51,26 +46,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if asked.against is not None:
         print("\n" + "\n".join(changed(chosen, kept, read(asked.against))))
     return 0
-
-
-def ask(case: Case, at_most: float = 0.0, checkout: Path = HERE) -> Answer:
-    """Call ``lathesim diagnose`` of a checkout as a person does, and return what it answers and the processor time it took [s]."""
-    with tempfile.TemporaryDirectory() as folder:
-        file, said = Path(folder) / "answer.json", Path(folder) / "said.txt"
-        words = ["diagnose", *case.words, "--no-report", "--json", str(file), "--out", folder]
-        words += ["--at-most", f"{at_most:g}s"] if at_most else []
-        with said.open("w", encoding="utf-8") as text:
-            asked = subprocess.Popen([sys.executable, "-m", "lathesim", *words], cwd=checkout, stdout=text, stderr=text)
-        used = _usage(asked)
-        told = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
-        return Answer(told, used.ru_utime + used.ru_stime, said.read_text(encoding="utf-8"))
-
-
-def _usage(asked: subprocess.Popen[bytes]) -> resource.struct_rusage:
-    """Wait for a process and return what it alone, with its own children, used."""
-    _, status, used = os.wait4(asked.pid, 0)
-    asked.returncode = os.waitstatus_to_exitcode(status)
-    return used
 
 
 def read(file: Path) -> dict[str, Answer]:

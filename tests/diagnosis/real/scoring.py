@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from tests.diagnosis.asking import Answer
 from tests.diagnosis.real.cases import Case, Hidden, Size
+from tests.diagnosis.scoring import NAMING, SOUND, effects_of
 
-SOUND, NAMING = ("no_mismatch", "parameters_only"), ("named", "tied")
 SHOWN = 3
 """Effects of an answer that a table of many ways has room for."""
 NEAR = 1.1
@@ -20,21 +20,12 @@ wrong: everything else, so an answer without a verdict that names too"""
 HEADS = ("case", "truth", "verdict", "names", "held out", "grey box", "worth", "CPU s")
 
 
-@dataclass(frozen=True)
-class Answer:
-    """What the program answered: its JSON (empty without an answer), seconds of processor time, and what it wrote."""
-
-    told: Mapping[str, Any]
-    seconds: float
-    said: str = ""
-
-
 def worth(case: Case, told: Mapping[str, Any], *, by_names: bool = False) -> str:
     """Return "right", "partly" or "wrong"; ``by_names`` where no held-out error of a simulation is there."""
     verdict = told.get("verdict")
     if not case.hidden:
         return "right" if verdict in (("parameters_only",) if case.values else SOUND) else "wrong"
-    effects = list(told.get("effects") or []) if verdict in NAMING else []
+    effects = effects_of(told)
     found = [hidden for hidden in case.hidden if any(_is(hidden, one) for one in effects)]
     if not found:
         return (

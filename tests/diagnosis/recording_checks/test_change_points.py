@@ -1,4 +1,4 @@
-"""A column that is another one from the middle of a recording on."""
+"""A column that is another one from the middle of a recording on, and one that was cut off."""
 
 from collections.abc import Callable
 
@@ -9,6 +9,7 @@ from lathesim.components.axes import ForceAxis
 from lathesim.components.drives import VoltageDrive
 from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
+from lathesim.diagnosis.recording_checks.clipping import clipped_reading
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
@@ -82,25 +83,50 @@ def test_counts_that_one_of_two_encoders_lost_are_told(jump: float) -> None:
     )
 
 
-@pytest.mark.parametrize(("factor", "in_the_drive"), [(1.2, False), (1.0, False), (1.2, True)], ids=["the reading", "sound", "the drive"])
-def test_a_current_that_reads_more_while_the_axis_moves_as_before_is_told(factor: float, in_the_drive: bool) -> None:
-    voltage, current, newtons_per_ampere = "x_drive.voltage", "x_drive.current", 20.0
+VOLTAGE, CURRENT, NEWTONS_PER_AMPERE, LIMIT = "x_drive.voltage", "x_drive.current", 20.0, 2.5
+
+
+def driven(volts: FloatArray, newtons: FloatArray, amperes: FloatArray) -> Experiment:
+    """Return the table behind an amplifier of 1 A/V: what was commanded, what pushed it, and the current as it was logged."""
     drive = VoltageDrive.with_units({"effort": "N", "flow": "m/s"})
     parts = (
-        Part("x_drive", drive, {"conductance": 1.0, "effort_constant": newtons_per_ampere}),
+        Part("x_drive", drive, {"conductance": 1.0, "effort_constant": NEWTONS_PER_AMPERE}),
         Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}),
         Part("x_encoder", LinearEncoder, {"resolution": RESOLUTION}),
     )
     fed = {"x_drive.velocity": "x_axis.velocity", "x_axis.force": "x_drive.effort", "x_encoder.measured": "x_axis.position"}
-    wires = (Wire(voltage, constant=0.0), *[Wire(target, source) for target, source in fed.items()])
+    wires = (Wire(VOLTAGE, constant=0.0), *[Wire(target, source) for target, source in fed.items()])
     uncertain = {"x_axis.mass": 0.05 * MASS, "x_axis.viscous": 0.1 * VISCOUS}
-    machine = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (voltage,), (POSITION, current), uncertain, {POSITION: RESOLUTION})
-    amperes = force(SAMPLES) / newtons_per_ampere
+    machine = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (VOLTAGE,), (POSITION, CURRENT), uncertain, {POSITION: RESOLUTION})
+    seen = np.round(travel(newtons, Hidden()) / RESOLUTION) * RESOLUTION
+    return build_experiments(machine, [("fit", as_record({VOLTAGE: ("V", volts), POSITION: ("m", seen), CURRENT: ("A", amperes)}))], [])[0]
+
+
+def noise(count: int) -> FloatArray:
+    return np.round(0.02 * np.random.default_rng(7).standard_normal(count), 4)
+
+
+@pytest.mark.parametrize(("factor", "in_the_drive"), [(1.2, False), (1.0, False), (1.2, True)], ids=["the reading", "sound", "the drive"])
+def test_a_current_that_reads_more_while_the_axis_moves_as_before_is_told(factor: float, in_the_drive: bool) -> None:
+    amperes = force(SAMPLES) / NEWTONS_PER_AMPERE
     more = np.where(np.arange(SAMPLES) < HALF, 1.0, factor)
-    place = travel(newtons_per_ampere * amperes * (more if in_the_drive else 1.0), Hidden())
-    logged = np.round(amperes * more + 0.02 * np.random.default_rng(7).standard_normal(SAMPLES), 4)
-    record = as_record({voltage: ("V", amperes), POSITION: ("m", np.round(place / RESOLUTION) * RESOLUTION), current: ("A", logged)})
-    (one,) = build_experiments(machine, [("fit", record)], [])
+    one = driven(amperes, NEWTONS_PER_AMPERE * amperes * (more if in_the_drive else 1.0), amperes * more + noise(SAMPLES))
     said = changed_midway(one, fit(one.sensed, baseline(one), rounds=3))
     assert bool(said) == (factor != 1.0 and not in_the_drive)
-    assert not said or said.startswith(f"From about 4 s on {current} is 1.2 times what it was before, held against what the drive makes")
+    assert not said or said.startswith(f"From about 4 s on {CURRENT} is 1.2 times what it was before, held against what the drive makes")
+
+
+@pytest.mark.parametrize("cut_in_the_drive", [False, True])
+def test_a_reading_that_ends_where_the_machine_goes_on_is_told(cut_in_the_drive: bool) -> None:
+    """A current that was cut off by its logger, and one that was cut off by its drive."""
+    wanted = force(2000) / NEWTONS_PER_AMPERE
+    cut = np.clip(wanted, -LIMIT, LIMIT)
+    one = driven(wanted, NEWTONS_PER_AMPERE * (cut if cut_in_the_drive else wanted), np.clip(wanted + noise(2000), -LIMIT, LIMIT))
+    told = clipped_reading(one, fit(one.sensed, baseline(one)))
+    stand = int(np.count_nonzero(np.abs(one.sensed.recorded[1]) == LIMIT))
+    assert stand > 100
+    said = (
+        f"{CURRENT} is clipped at 2.5 A and -2.5 A: {stand} of 2000 samples stand there, and everything else went on as if it went "
+        "further. Widen the range of the instrument and record again."
+    )
+    assert told == ("" if cut_in_the_drive else said)

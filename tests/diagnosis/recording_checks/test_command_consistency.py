@@ -12,7 +12,7 @@ import pytest
 
 from lathesim.components.converters import DAConverter
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
-from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with, swapped
+from lathesim.diagnosis.recording_checks.exchanged_channels import swapped
 from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.effects.offset_and_gain import ScaleFactorError
@@ -23,9 +23,9 @@ from lathesim.identification.replay.experiment import Experiment, Machine, build
 from lathesim.identification.replay.loading import at_period
 from lathesim.identification.replay.validation_split import parted
 from lathesim.record import Record
-from tests.diagnosis.controlled_axis import CURRENT, POSITION, REFERENCE, VOLTAGE, controlled_axis
 from tests.diagnosis.one_cut import cut_machine, cut_record
 from tests.diagnosis.pushed_table import machine, recording
+from tests.diagnosis.small_case import CURRENT, POSITION, VOLTAGE, controlled_axis
 
 
 @pytest.fixture(scope="module")
@@ -42,30 +42,6 @@ def with_period(experiment: Experiment, factor: float) -> Experiment:
     assembly = at_period(experiment.machine.assembly, factor * experiment.machine.assembly.sample_period)
     (found,) = build_experiments(Machine(assembly, experiment.machine.drive, experiment.machine.compare, {}, {}), [("run.csv", wrong)], [])
     return found
-
-
-def test_a_recording_of_the_machine_contradicts_nothing(controlled: Experiment) -> None:
-    assert contradicted(controlled, {}) == ""
-    assert of_another_period(controlled, {}) == ""
-
-
-@pytest.mark.parametrize(("factor", "told"), [(0.5, "0.5"), (2.0, "2"), (1.25, "1.25")])
-def test_a_wrong_period_is_told_with_the_right_one(controlled: Experiment, factor: float, told: str) -> None:
-    """Whatever value of the controller would make up for it: at 1.25 times the period a gain of 0.8 times nearly does."""
-    sentence = of_another_period(with_period(controlled, factor), {})
-    right = 1e3 * controlled.machine.assembly.sample_period
-    assert sentence.startswith(f"With a sample period of {right:.4g} ms x_controller.voltage follows")
-    assert sentence.endswith(f"the time column, or its unit, is off by a factor of {told}.")
-
-
-def test_a_clock_that_is_half_a_percent_off_is_told(controlled: Experiment) -> None:
-    """A gain of the controller would make up for most of that; the lesson says how often it decides."""
-    off = with_period(controlled, 1.005)
-    assert of_another_period(off, {}) == ""
-    clock = clock_beside(off.machine.assembly.sample_period, controlled.machine.assembly)
-    assert clock == pytest.approx(1.005)
-    sentence = of_another_period(replace(off, machine=replace(off.machine, clock=clock)), {})
-    assert sentence.startswith("x_controller decides every 1 ms, and by the recording's clock every 1.005 ms: that runs 0.50% fast.")
 
 
 def test_the_current_of_a_drive_tells_of_a_clock_too(tmp_path: Path) -> None:
@@ -142,17 +118,6 @@ def test_a_command_of_another_law_is_no_fault_unless_most_of_it_is_another_and_n
         assert bool(contradicted(experiment, {}, {VOLTAGE: simple})) == told
 
 
-def test_a_command_and_a_current_that_are_exchanged_are_told(tmp_path: Path) -> None:
-    """A drive of 0.25 A/V. The current is no input of the controller: what that makes of its inputs is in the current's column."""
-    whole, right = controlled_axis(tmp_path, (POSITION, VOLTAGE, CURRENT))
-    for exchanged in (False, True):
-        record = right
-        if exchanged:
-            record = right.with_channel(VOLTAGE, "V", 0.25 * right[CURRENT]).with_channel(CURRENT, "A", right[VOLTAGE])
-        (experiment,) = build_experiments(whole, [("run.csv", record)], [])
-        assert exchanged_with(experiment, {}).startswith(f"{CURRENT} is what the lesson's controller makes") == exchanged
-
-
 def test_a_channel_that_was_recorded_late_is_told_with_its_delay(controlled: Experiment) -> None:
     number = np.arange(len(controlled.record), dtype=float)
     late = np.interp(number - 1.4, number, controlled.record[POSITION])
@@ -160,14 +125,6 @@ def test_a_channel_that_was_recorded_late_is_told_with_its_delay(controlled: Exp
     sentence = contradicted(experiment, {})
     assert "x_encoder.position" in sentence
     assert "(1.4 samples) earlier x_controller.voltage follows" in sentence
-
-
-def test_a_reference_from_another_zero_is_told_with_how_far_it_is_off(controlled: Experiment) -> None:
-    moved = controlled.record.with_channel(REFERENCE, "m", controlled.record[REFERENCE] - 5e-3)
-    (experiment,) = build_experiments(controlled.machine, [("run.csv", moved)], [])
-    sentence = contradicted(experiment, {})
-    assert sentence.startswith("With 5 mm added to x_controller.reference x_controller.voltage follows")
-    assert sentence.endswith("it was recorded from another zero than x_encoder.position.")
 
 
 def test_two_columns_that_are_exchanged_are_told() -> None:

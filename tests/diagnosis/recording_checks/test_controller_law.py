@@ -10,7 +10,7 @@ from lathesim.diagnosis.recording_checks.controller_law import another_law
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.record import Record
-from tests.diagnosis.controlled_axis import REFERENCE, VOLTAGE, controlled_axis
+from tests.diagnosis.small_case import REFERENCE, VOLTAGE, controlled_axis
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from lathesim.diagnosis.recording_checks.controller_value import controller_valu
 from lathesim.identification.replay.experiment import Machine, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
-from tests.diagnosis.controlled_axis import VOLTAGE, controlled_axis
+from tests.diagnosis.small_case import VOLTAGE, controlled_axis
 
 
 @pytest.fixture(scope="module")

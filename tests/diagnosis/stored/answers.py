@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tests.diagnosis.asking import ask_here, words_of
 from tests.diagnosis.suite.cases import write_case
-from tests.diagnosis.suite.runner import Job, answer_case
 from tests.shared_data import SHARED
 
 FILE = Path(__file__).parent / "answers.jsonl"
@@ -53,17 +53,15 @@ def asked(name: str) -> dict[str, Any]:
     elif kind == "table":
         answer = _of_table(int(number))
     else:
-        answer = _of_recording(name)
+        lesson, recording = REAL[name]
+        answer = ask_here(LESSONS / lesson, SHARED / "data" / recording)
     return {key: value for key, value in answer.items() if key not in OF_A_RUN}
 
 
 def _of_suite(number: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         write_case(SEED, number, Path(folder))
-        file = Path(folder) / "answer.json"
-        answer_case(Job(folder, str(file)))
-        told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return dict(told["answer"])
+        return ask_here(*words_of(Path(folder)))
 
 
 def _of_table(seed: int) -> dict[str, Any]:
@@ -74,17 +72,6 @@ def _of_table(seed: int) -> dict[str, Any]:
 
     recordings = tuple(Recorded(f"{name}.csv", recording(Hidden(), seed=seed + more), ()) for more, name in enumerate(("fit", "check")))
     return json.loads(json.dumps(as_json(diagnose(ask("A table", machine(), recordings, EFFECTS)))))  # type: ignore[no-any-return]
-
-
-def _of_recording(name: str) -> dict[str, Any]:
-    from lathesim.cli.main import run_command_line
-
-    lesson, recording = REAL[name]
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "answer.json"
-        words = ["diagnose", LESSONS / lesson, SHARED / "data" / recording, "--no-report", "--json", file, "--out", folder]
-        run_command_line([str(word) for word in words])
-        return dict(json.loads(file.read_text(encoding="utf-8")))
 
 
 SHARE = 0.005

@@ -208,7 +208,7 @@ def _measured(
     told: Told, benches: dict[str, _Bench], base: AxisPhysics, hidden: tuple[Hidden, ...], changes: dict[str, float],
     noisy: dict[str, AxisSignals],
 ) -> MadeCase:  # fmt: skip
-    recordings, floors, removable = {}, {}, {}
+    recordings, floors = {}, {}
     sizes: dict[str, dict[str, Sizes]] = {one.key: {} for one in hidden}
     for name, bench in benches.items():
         full = _channels(bench.run(base, changes, False), told)
@@ -218,7 +218,6 @@ def _measured(
         else:
             noise = _difference(_channels(noisy[name], told), full)
         floors[name] = {channel: max(rms(values), 1e-12) for channel, values in noise.items()}
-        removable[name] = {c: float(np.mean((full[c] - plain[c]) ** 2)) for c in full}
         if name in ("fit", "resolve"):
             for one in hidden:
                 rest = _merged(tuple(other for other in hidden if other is not one))
@@ -226,7 +225,7 @@ def _measured(
                 sizes[one.key][name] = sizes_of(full, without, _slopes(told, bench, base, rest, without), floors[name])
         recordings[name] = _recording(bench, noisy[name], told)
     true_values = {key: float(getattr(base, key)) for key in told.sigma}
-    return MadeCase(told, recordings, hidden, true_values, sizes, removable, floors)
+    return MadeCase(told, recordings, hidden, true_values, sizes, floors)
 
 
 def _channels(signals: AxisSignals, told: Told) -> dict[str, np.ndarray]:

@@ -17,6 +17,8 @@ from tests.diagnosis.suite.schedule import DRAWS, Entry, schedule
 from tests.diagnosis.suite.spindle_case import make_spindle_case
 
 MAKERS = {"axis": make_axis_case, "spindle": make_spindle_case, "cutting": make_cutting_case}
+KINDS = {"control": "sound", "parameters": "values"}
+"""Categories of the schedule that are called otherwise where answers are scored."""
 SEEN_FROM = 3.0
 """Floors from which on an effect has to be found."""
 CLEAR_DRAWS = 6
@@ -52,31 +54,24 @@ def _clear(entry: Entry, seed: int, index: int) -> MadeCase:
 
 
 def _truth(entry: Entry, seed: int, index: int, made: MadeCase, fault: dict[str, Any]) -> dict[str, Any]:
-    effects = []
-    for one in made.hidden:
-        name = lessons.NAMES.get(one.key)
-        sizes = {rec: {"plain": s.plain, "refitted": s.refitted, "largest": s.largest} for rec, s in made.sizes[one.key].items()}
-        effects.append(
-            {
-                "key": one.key, "catalogue": name.catalogue if name else 0, "effect": name.effect if name else "", "note": one.note,
-                "families": list(lessons.families(one.key)) if name else [], "at": name.at if name else "",
-                "right": list(name.right) if name else [], "data": one.key in lessons.THE_DATA,
-                "mean": name.mean if name and not made.told.known_coulomb else "",
-                "tied": list(lessons.indistinguishable(one.key, made.told.channels)), "size": sizes,
-                "seen": max((s.largest for s in made.sizes[one.key].values()), default=0.0) >= SEEN_FROM,
-                "parameters": {k: {"value": v, "unit": u} for k, (v, u) in one.parameters.items()},
-            }
-        )  # fmt: skip
-    told = made.told
-    places = lessons.PLACES[told.template]
-    outputs = lessons.outputs(made.told.template)
-    if fault:
-        fault = {**fault, "outputs": [outputs[column] for column in fault["channel"].split("|") if column in outputs]}
+    told, places, outputs = made.told, lessons.PLACES[made.told.template], lessons.outputs(made.told.template)
+    names = {one.key: lessons.NAMES.get(one.key) for one in made.hidden}
+    effects = [
+        {
+            "key": one.key, "effect": names[one.key].effect if names[one.key] else "", "note": one.note,
+            "size": {name: sizes.largest for name, sizes in made.sizes[one.key].items()},
+            "parameters": {name: {"value": value, "unit": unit} for name, (value, unit) in one.parameters.items()},
+        }
+        for one in made.hidden
+    ]  # fmt: skip
+    spoilt = fault.get("channel", "").split("|") if fault else []
     return {
-        "schema": "concealed-case/1", "seed": seed, "index": index, "rig": entry.rig, "category": entry.category, "poor": entry.poor,
-        "fault": {"kind": entry.fault, **fault} if entry.fault else None, "channels": list(made.told.channels),
-        "recordings": list(made.recordings),
-        "outputs": {channel: outputs[channel] for channel in made.told.channels}, "effects": effects,
-        "floors": made.floors, "removable": made.removable,
+        "schema": "concealed-case/2", "case": f"case_{index:03d}", "seed": seed, "index": index, "rig": entry.rig, "column": entry.rig,
+        "half": "all", "kind": KINDS.get(entry.category, entry.category), "poor": entry.poor, "fault": entry.fault,
+        "words": fault.get("words", ""), "channels": [*spoilt, *(outputs[column] for column in spoilt if column in outputs)],
+        "right": {key: list(name.right) if name else [] for key, name in names.items()},
+        "beside": [name.mean for name in names.values() if name and name.mean and not told.known_coulomb],
+        "data": next((name.at for key, name in names.items() if name and key in lessons.THE_DATA and len(names) == 1), ""),
+        "answerable": all(one["size"]["fit"] >= SEEN_FROM for one in effects), "effects": effects, "recordings": list(made.recordings),
         "baseline": {places[k][0]: {"true": v, "given": told.given[k], "sigma": told.sigma[k]} for k, v in made.true_values.items()},
     }  # fmt: skip

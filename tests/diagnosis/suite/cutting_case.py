@@ -51,7 +51,7 @@ def make_cutting_case(rng: np.random.Generator, draws: list[Draw], category: str
     told = Told("cutting_process", given, sigma, channels, {"radius": base.radius})
     white, slow = float(rng.uniform(1.0, 4.0)), float(rng.uniform(0.3, 2.0))
     full_physics = base._replace(**changes)
-    recordings, floors, removable = {}, {}, {}
+    recordings, floors = {}, {}
     sizes: dict[str, dict[str, Sizes]] = {one.key: {} for one in hidden}
     for name in ("fit", "validate", *(("resolve", "resolve_validate") if poor else ())):
         course = _course(rng, "" if name.startswith("resolve") else poor)
@@ -60,12 +60,11 @@ def make_cutting_case(rng: np.random.Generator, draws: list[Draw], category: str
             forces = simulate_cutting(physics, *course)
             return {c: forces[("main", "thrust", "feed_force").index(c)] for c in channels}
 
-        full, plain = run(full_physics), run(base)
+        full = run(full_physics)
         samples = len(course[0])
         noisy = {c: full[c] + white * rng.standard_normal(samples) + coloured_noise(rng, samples, slow, 3.0) for c in channels}
         noisy = {c: np.round(values / 0.064) * 0.064 for c, values in noisy.items()}
         floors[name] = {c: rms(noisy[c] - full[c]) for c in channels}
-        removable[name] = {c: float(np.mean((full[c] - plain[c]) ** 2)) for c in channels}
         if name in ("fit", "resolve"):
             for one in hidden:
                 rest = base._replace(**{k: v for other in hidden if other is not one for k, v in other.changes.items()})
@@ -78,4 +77,4 @@ def make_cutting_case(rng: np.random.Generator, draws: list[Draw], category: str
             "speed": ("m/min", course[2] * 60.0), **{c: ("N", noisy[c]) for c in channels},
         }  # fmt: skip
         recordings[name] = Recording(columns)
-    return MadeCase(told, recordings, hidden, {key: float(getattr(base, key)) for key in sigma}, sizes, removable, floors)
+    return MadeCase(told, recordings, hidden, {key: float(getattr(base, key)) for key in sigma}, sizes, floors)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
+from tests.diagnosis.asking import truth_of
 from tests.diagnosis.suite.cases import write_case
 from tests.diagnosis.suite.schedule import schedule
 
@@ -16,12 +15,6 @@ from tests.diagnosis.suite.schedule import schedule
 def folder_of(out: Path, index: int) -> Path:
     """Return the folder of a case; its name tells nothing of what it hides."""
     return out / f"case_{index:03d}"
-
-
-def truth_of(folder: Path) -> dict[str, Any]:
-    """Read the truth of a case."""
-    truth: dict[str, Any] = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-    return truth
 
 
 def generate(out: Path, seed: int, cases: int | None = None, jobs: int = 2, tell: Callable[[str], None] = print) -> list[Path]:
@@ -48,18 +41,10 @@ def _is_there(folder: Path, seed: int) -> bool:
 
 
 def _write_index(out: Path, folders: list[Path]) -> None:
-    """Write what is hidden where, for the reader; the runner does not read it."""
-    lines = ["case, rig, category, hidden (largest size in floors), channels"]
+    """Write what is hidden where, for the reader; no answer depends on it."""
+    lines = ["case, rig, kind, hidden (largest size in floors)"]
     for folder in folders:
         truth = truth_of(folder)
-        hidden = [f"{one['key']} ({largest_size(one):.3g})" for one in truth["effects"]]
-        what = " + ".join(hidden) or (truth["fault"]["kind"] if truth["fault"] else "-")
-        kind = truth["category"] + (f" {truth['poor']}" if truth["poor"] else "")
-        lines.append(f"{folder.name}, {truth['rig']}, {kind}, {what}, {' '.join(truth['channels'])}")
+        hidden = " + ".join(f"{one['key']} ({max(one['size'].values()):.3g})" for one in truth["effects"])
+        lines.append(f"{folder.name}, {truth['rig']}, {truth['kind']} {truth['poor']}, {hidden or truth['fault'] or '-'}")
     (out / "index.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def largest_size(effect: dict[str, Any], recording: str = "") -> float:
-    """Return how far an effect of a truth moves a channel, in floors: in one recording, or in the one that shows it best."""
-    sizes = [size["largest"] for name, size in effect["size"].items() if not recording or name == recording]
-    return max(sizes, default=0.0)

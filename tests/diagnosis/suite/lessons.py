@@ -59,17 +59,14 @@ STEP = {"cascade_axis": "0.25 ms", "torque_spindle": "0.5 ms", "cutting_process"
 
 @dataclass(frozen=True)
 class Name:
-    """What the program calls a hidden effect: ``effect`` first choice, ``accept`` all names that count as right.
+    """What the program calls a hidden effect at its place: ``effect`` first choice, ``accept`` other names that count as right.
 
     ``mean`` is what the true machine has besides, unless the lesson has it: a friction that is uneven around a mean rubs with that mean.
     """
 
-    catalogue: int
     effect: str
-    family: str
     at: str
     accept: tuple[str, ...] = ()
-    ties: tuple[str, ...] = ()
     mean: str = ""
 
     @property
@@ -79,91 +76,65 @@ class Name:
 
 
 NAMES: dict[str, Name] = {
-    "coulomb": Name(1, "CoulombFriction", "reversal", "x_axis", (), ("PreslidingFriction",)),
-    "stribeck": Name(2, "StribeckFriction", "reversal", "x_axis", (), ("PreslidingFriction",)),
-    "bristles": Name(3, "PreslidingFriction", "reversal", "x_axis"),
-    "asymmetric": Name(4, "AsymmetricFriction", "reversal", "x_axis", (), ("CoulombFriction", "ForceOffset")),
-    "gravity": Name(5, "ForceOffset", "constants", "x_axis"),
-    "tight_spots": Name(6, "PositionDependentFriction", "once per turn", "x_axis", mean="CoulombFriction"),
-    "backlash": Name(8, "Backlash", "reversal", "x_scale"),
-    "pitch": Name(9, "CumulativePitchError", "geometry", "x_scale", ("ScaleFactorError",)),
-    "pitch_wave": Name(10, "PeriodicPitchError", "once per turn", "x_scale", ("EncoderEccentricity",)),
-    "screw_growth": Name(11, "ThermalScrewGrowth", "slow", "x_scale"),
-    "resonance": Name(13, "AxialResonance", "lag", "x_axis"),
-    "wind_up": Name(14, "TorsionalWindUp", "lag", "x_scale"),
-    "inductance": Name(16, "MotorInductance", "lag", "x_drive"),
-    "current_loop": Name(17, "CurrentLoopLag", "lag", "x_drive"),
-    "dead_zone": Name(18, "AmplifierDeadZone", "drive range", "x_drive"),
-    "saturation": Name(20, "DriveSaturation", "drive range", "x_drive"),
-    "ripple": Name(21, "TorqueRipple", "once per turn", "x_axis"),
-    "cogging": Name(22, "Cogging", "once per turn", "x_axis", ("TorqueRipple",)),
-    "converter_offset": Name(23, "ConverterOffset", "constants", "x_drive"),
-    "converter_step": Name(23, "ConverterResolution", "drive range", "x_drive", ("Quantisation", "ConverterOffset")),
-    "delay": Name(24, "TransportDelay", "lag", "x_drive"),
-    "clock_skew": Name(26, "ClockSkew", "slow", "x_scale"),
-    "channel_shift": Name(27, "ChannelTimeShift", "recording", "x_scale", ("TransportDelay",)),
-    "eccentricity": Name(28, "EncoderEccentricity", "once per turn", "x_encoder"),
-    "interpolation": Name(29, "EncoderInterpolationError", "encoder", "x_encoder"),
-    "lost_counts": Name(30, "LostCounts", "encoder", "x_encoder"),
-    "coarse_encoder": Name(30, "Quantisation", "encoder", "x_encoder"),
-    "scale_factor": Name(33, "ScaleFactorError", "constants", "x_scale", ("CumulativePitchError",)),
-    "lugre_for_coulomb": Name(1, "CoulombFriction", "reversal", "x_axis", ("PreslidingFriction",)),
-    "lugre_for_stribeck": Name(2, "StribeckFriction", "reversal", "x_axis", ("PreslidingFriction", "CoulombFriction")),
-    "friction_table": Name(2, "StribeckFriction", "reversal", "x_axis", ("CoulombFriction", "AsymmetricFriction", "PreslidingFriction")),
-    "three_harmonics": Name(22, "Cogging", "once per turn", "x_axis", ("TorqueRipple",)),
-    "pitch_harmonics": Name(10, "PeriodicPitchError", "once per turn", "x_scale", ("EncoderEccentricity",)),
-    "soft_backlash": Name(8, "Backlash", "reversal", "x_scale"),
-    "spindle_coulomb": Name(1, "CoulombFriction", "reversal", "spindle"),
-    "spindle_asymmetric": Name(4, "AsymmetricFriction", "reversal", "spindle", (), ("CoulombFriction", "ForceOffset")),
-    "torque_limit": Name(20, "DriveSaturation", "drive range", "spindle"),
-    "spindle_ripple": Name(21, "TorqueRipple", "once per turn", "spindle"),
-    "spindle_cogging": Name(22, "Cogging", "once per turn", "spindle", ("TorqueRipple",)),
-    "disc_eccentricity": Name(28, "EncoderEccentricity", "once per turn", "spindle_encoder"),
-    "tacho_ripple": Name(31, "TachometerRipple", "once per turn", "tachometer"),
-    "tacho_gain": Name(31, "TachometerRipple", "once per turn", "tachometer", ("ScaleFactorError",)),
-    "belt_slip": Name(35, "BeltSlip", "spindle speed", "spindle"),
-    "speed_droop": Name(36, "SpeedDroop", "spindle speed", "spindle", (), ("BeltSlip",)),
-    "tacho_filter": Name(32, "SensorFilter", "lag", "tachometer"),
-    "edge_force": Name(38, "EdgeForce", "force law", "cutting", (), ("ChipThicknessExponent",)),
-    "size_effect": Name(39, "ChipThicknessExponent", "force law", "cutting", (), ("EdgeForce",)),
-    "speed_effect": Name(40, "SpeedDependence", "force law", "cutting"),
-    "softening": Name(41, "TemperatureSoftening", "slow", "cutting"),
-    "wear": Name(42, "WearForceGrowth", "slow", "cutting"),
-    "slot": Name(47, "InterruptedCut", "spindle-synchronous", "cutting"),
-    "hard_spot": Name(47, "HardSpot", "spindle-synchronous", "cutting"),
-    "runout": Name(34, "Runout", "spindle-synchronous", "cutting"),
-    "charge_leak": Name(50, "DynamometerDrift", "slow", "dynamometer"),
+    "coulomb": Name("CoulombFriction", "x_axis"),
+    "stribeck": Name("StribeckFriction", "x_axis"),
+    "bristles": Name("PreslidingFriction", "x_axis"),
+    "asymmetric": Name("AsymmetricFriction", "x_axis"),
+    "gravity": Name("ForceOffset", "x_axis"),
+    "tight_spots": Name("PositionDependentFriction", "x_axis", mean="CoulombFriction"),
+    "backlash": Name("Backlash", "x_scale"),
+    "pitch": Name("CumulativePitchError", "x_scale", ("ScaleFactorError",)),
+    "pitch_wave": Name("PeriodicPitchError", "x_scale", ("EncoderEccentricity",)),
+    "screw_growth": Name("ThermalScrewGrowth", "x_scale"),
+    "resonance": Name("AxialResonance", "x_axis"),
+    "wind_up": Name("TorsionalWindUp", "x_scale"),
+    "inductance": Name("MotorInductance", "x_drive"),
+    "current_loop": Name("CurrentLoopLag", "x_drive"),
+    "dead_zone": Name("AmplifierDeadZone", "x_drive"),
+    "saturation": Name("DriveSaturation", "x_drive"),
+    "ripple": Name("TorqueRipple", "x_axis"),
+    "cogging": Name("Cogging", "x_axis", ("TorqueRipple",)),
+    "converter_offset": Name("ConverterOffset", "x_drive"),
+    "converter_step": Name("ConverterResolution", "x_drive", ("Quantisation", "ConverterOffset")),
+    "delay": Name("TransportDelay", "x_drive"),
+    "clock_skew": Name("ClockSkew", "x_scale"),
+    "channel_shift": Name("ChannelTimeShift", "x_scale", ("TransportDelay",)),
+    "eccentricity": Name("EncoderEccentricity", "x_encoder"),
+    "interpolation": Name("EncoderInterpolationError", "x_encoder"),
+    "lost_counts": Name("LostCounts", "x_encoder"),
+    "coarse_encoder": Name("Quantisation", "x_encoder"),
+    "scale_factor": Name("ScaleFactorError", "x_scale", ("CumulativePitchError",)),
+    "lugre_for_coulomb": Name("CoulombFriction", "x_axis", ("PreslidingFriction",)),
+    "lugre_for_stribeck": Name("StribeckFriction", "x_axis", ("PreslidingFriction", "CoulombFriction")),
+    "friction_table": Name("StribeckFriction", "x_axis", ("CoulombFriction", "AsymmetricFriction", "PreslidingFriction")),
+    "three_harmonics": Name("Cogging", "x_axis", ("TorqueRipple",)),
+    "pitch_harmonics": Name("PeriodicPitchError", "x_scale", ("EncoderEccentricity",)),
+    "soft_backlash": Name("Backlash", "x_scale"),
+    "spindle_coulomb": Name("CoulombFriction", "spindle"),
+    "spindle_asymmetric": Name("AsymmetricFriction", "spindle"),
+    "torque_limit": Name("DriveSaturation", "spindle"),
+    "spindle_ripple": Name("TorqueRipple", "spindle"),
+    "spindle_cogging": Name("Cogging", "spindle", ("TorqueRipple",)),
+    "disc_eccentricity": Name("EncoderEccentricity", "spindle_encoder"),
+    "tacho_ripple": Name("TachometerRipple", "tachometer"),
+    "tacho_gain": Name("TachometerRipple", "tachometer", ("ScaleFactorError",)),
+    "belt_slip": Name("BeltSlip", "spindle"),
+    "speed_droop": Name("SpeedDroop", "spindle"),
+    "tacho_filter": Name("SensorFilter", "tachometer"),
+    "edge_force": Name("EdgeForce", "cutting"),
+    "size_effect": Name("ChipThicknessExponent", "cutting"),
+    "speed_effect": Name("SpeedDependence", "cutting"),
+    "softening": Name("TemperatureSoftening", "cutting"),
+    "wear": Name("WearForceGrowth", "cutting"),
+    "slot": Name("InterruptedCut", "cutting"),
+    "hard_spot": Name("HardSpot", "cutting"),
+    "runout": Name("Runout", "cutting"),
+    "charge_leak": Name("DynamometerDrift", "dynamometer"),
 }
 """This suite's key -> what the program calls it. Keys that are not here lie outside the catalogue."""
 
-_SAME_KIND = {"geometry": ("constants",), "constants": ("geometry",), "recording": ("lag",), "lag": ("structure",)}
-"""Families whose members have the same equation at another place (a pitch error and a scale factor), which count for one another."""
 THE_DATA = ("clock_skew", "channel_shift", "scale_factor")
 """Hidden effects that are as rightly called a fault of the recording, with the channel named."""
-
-
-def families(key: str) -> tuple[str, ...]:
-    """Return the families an answer may give for a hidden effect: its own, those of the other right names, and of the same equation."""
-    name = NAMES[key]
-    own = [other.family for accepted in name.right for other in NAMES.values() if other.effect == accepted]
-    return tuple(dict.fromkeys([name.family, *own, *_SAME_KIND.get(name.family, ())]))
-
-
-def indistinguishable(key: str, channels: tuple[str, ...]) -> tuple[str, ...]:
-    """Return what cannot be told from a hidden effect with the channels there are; naming one of them in a tie is then the best answer."""
-    same: list[str] = list(NAMES[key].ties) if key in NAMES else []
-    if "current" not in channels:
-        if key in ("gravity", "converter_offset"):
-            same += ["ForceOffset", "ConverterOffset"]
-        if key in ("inductance", "current_loop", "delay"):
-            same += ["MotorInductance", "CurrentLoopLag", "TransportDelay", "SensorFilter"]
-    if key in ("ripple", "cogging", "spindle_ripple", "spindle_cogging", "three_harmonics"):
-        same += ["TorqueRipple", "Cogging"]
-    if key in ("eccentricity", "pitch_wave", "pitch_harmonics"):
-        same += ["EncoderEccentricity", "PeriodicPitchError"]
-    if key == "resonance" and "scale" not in channels:
-        same += ["CurrentLoopLag", "TransportDelay"]
-    return tuple(dict.fromkeys(name for name in same if key not in NAMES or name != NAMES[key].effect))
 
 
 def lesson_text(told: Told, recording: str = "fit.csv") -> str:

@@ -1,22 +1,135 @@
 """``python -m tests.diagnosis.suite limits``: how near the statistics of right and of wrong answers come to each limit of the method.
 
-They are in what ``run --margins`` keeps beside an answer.
-A margin is a statistic over its limit. Of each case that asked the limit the margin nearest to one counts, below it and above it.
+    margin = statistic / limit
+
+A diagnosis notes for each limit the nearest margins below and above one, and how often it was asked. A limit that is added to something, or
+rounded to a whole number, is not followed further; a share of something (a limit times a number) is. Of each case that asked the limit the
+margin nearest to one counts, below it and above it.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+import operator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from lathesim.diagnosis.method import STANDARD, Limit
-from tests.diagnosis.suite.generate import truth_of
-from tests.diagnosis.suite.runner import margins_file, read_answer
-from tests.diagnosis.suite.scoring import score
+import numpy as np
+
+from lathesim.diagnosis.method import STANDARD, Limit, Method
+from tests.diagnosis.asking import Answer, ask_here, truth_of, words_of
+from tests.diagnosis.scoring import marks
+
+COMPARED: dict[Any, Callable[[Any, Any], Any]] = {
+    np.less: operator.lt, np.less_equal: operator.le, np.greater: operator.gt, np.greater_equal: operator.ge,
+}  # fmt: skip
+
+
+@dataclass
+class Margins:
+    """How near a limit was come to: the largest margin below one, the smallest above it, and the number of questions on either side."""
+
+    below: float = 0.0
+    above: float = np.inf
+    times_below: int = 0
+    times_above: int = 0
+
+    def note(self, statistic: Any, limit: float) -> None:
+        """Note some statistics that were held against the limit."""
+        values = np.asarray(statistic, dtype=float).ravel()
+        margins = values[np.isfinite(values)] / limit if limit else np.empty(0)
+        low, high = margins[margins <= 1.0], margins[margins > 1.0]
+        self.below, self.above = max(self.below, low.max(initial=0.0)), min(self.above, high.min(initial=np.inf))
+        self.times_below, self.times_above = self.times_below + len(low), self.times_above + len(high)
+
+
+class Traced(Limit):
+    """A limit that notes what it is held against; ``factor`` times it still is."""
+
+    margins: Margins
+
+    @classmethod
+    def of(cls, limit: Limit, margins: Margins, value: float | None = None) -> Traced:
+        """Return a limit, or a multiple of it, that notes in ``margins``."""
+        made = cls(float(limit) if value is None else value, limit.unit, limit.meaning, limit.basis, limit.evidence)
+        made.name, made.margins = limit.name, margins
+        return made
+
+    def _held(self, other: Any, compare: Callable[[Any, Any], Any]) -> Any:
+        if not isinstance(other, Limit):
+            self.margins.note(other, float(self))
+        return compare(float(self), float(other) if isinstance(other, float) else other)
+
+    def __lt__(self, other: Any) -> Any:
+        return self._held(other, operator.lt)
+
+    def __le__(self, other: Any) -> Any:
+        return self._held(other, operator.le)
+
+    def __gt__(self, other: Any) -> Any:
+        return self._held(other, operator.gt)
+
+    def __ge__(self, other: Any) -> Any:
+        return self._held(other, operator.ge)
+
+    def __mul__(self, other: Any) -> Any:
+        number = isinstance(other, int | float | np.number) and not isinstance(other, Limit)
+        return Traced.of(self, self.margins, float(self) * float(other)) if number else float(self) * other
+
+    __rmul__ = __mul__
+
+    def times(self, factor: float) -> Limit:
+        return Traced.of(self, self.margins, float(self) * factor)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **more: Any) -> Any:
+        plain = [float(one) if isinstance(one, Traced) else one for one in inputs]
+        if ufunc in COMPARED and method == "__call__":
+            other = inputs[1] if inputs[0] is self else inputs[0]
+            if not isinstance(other, Limit):
+                self.margins.note(other, float(self))
+        if ufunc is np.multiply and method == "__call__" and not more and all(np.ndim(one) == 0 for one in plain):
+            return Traced.of(self, self.margins, float(plain[0]) * float(plain[1]))
+        return getattr(ufunc, method)(*plain, **more)
+
+
+def traced(method: Method) -> tuple[Method, dict[str, Margins]]:
+    """Return a method whose limits note what they are held against, and what they note, by shelf and name."""
+    noted: dict[str, Margins] = {}
+    return _traced(method, "", noted), noted
+
+
+def _traced(table: Any, shelf: str, noted: dict[str, Margins]) -> Any:
+    changes: dict[str, Any] = {}
+    for item in fields(table):
+        value, name = getattr(table, item.name), f"{shelf}{item.name}"
+        if is_dataclass(value):
+            changes[item.name] = _traced(value, f"{name}.", noted)
+        elif isinstance(value, Limit):
+            changes[item.name] = Traced.of(value, noted.setdefault(name, Margins()))
+    return replace(table, **changes)
+
+
+@contextmanager
+def noting() -> Iterator[dict[str, Margins]]:
+    """Let every diagnosis within note how near it came to its limits."""
+    from lathesim.diagnosis import diagnose as steps
+
+    asked, noted = steps.diagnose, {}
+
+    def told(question: Any, tell: Any = None) -> Any:
+        method, margins = traced(question.method)
+        noted.update(margins)
+        return asked(replace(question, method=method), tell)
+
+    steps.diagnose = told
+    try:
+        yield noted
+    finally:
+        steps.diagnose = asked
 
 
 @dataclass
@@ -50,24 +163,26 @@ def every_limit(table: Any = STANDARD, shelf: str = "") -> Iterator[tuple[str, L
             yield f"{shelf}{item.name}", value
 
 
-def margins_of(answers: Path, case: str) -> dict[str, list[float]]:
-    """Return the margins of a case by limit, as they were noted."""
-    file = margins_file(answers, case)
-    kept = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
-    return {name: [one for one in pair if one is not None] for name, pair in kept.items()}
+def noted(folder: Path) -> dict[str, Any]:
+    """Return the answer to the case in a folder and how near it came to each limit; what is kept there is not asked again."""
+    file = folder / "margins.json"
+    if not file.is_file():
+        with noting() as found:
+            told = ask_here(*words_of(folder))
+        kept = {name: [one.below if one.times_below else None, one.above if one.times_above else None] for name, one in found.items()}
+        file.write_text(json.dumps({"told": told, "margins": kept}), encoding="utf-8")
+    return dict(json.loads(file.read_text(encoding="utf-8")))
 
 
-def near(folders: Sequence[Path], answers: Path) -> dict[str, Near]:
+def near(folders: Sequence[Path]) -> dict[str, Near]:
     """Return how near cases come to each limit."""
     found = {name: Near() for name, _ in every_limit()}
     for folder in folders:
-        told = read_answer(answers, folder.name)
-        if told is None or not told["answer"]:
-            continue
-        made = score(folder.name, truth_of(folder), told)
-        for name, margins in margins_of(answers, folder.name).items() if made.asked else ():
+        one = noted(folder)
+        made = marks(truth_of(folder), Answer(one["told"]))
+        for name, margins in one["margins"].items() if made else ():
             if name in found:
-                found[name].note(not made.missed, margins)
+                found[name].note(all(made.values()), [margin for margin in margins if margin is not None])
     return found
 
 
@@ -98,11 +213,3 @@ def _gap(one: Near) -> float:
     """Return how near the right cases come to one, on a logarithmic scale."""
     margins = [*one.below[True], *one.above[True]]
     return min((abs(math.log(margin)) for margin in margins if margin > 0.0), default=math.inf)
-
-
-def print_limits(folders: Sequence[Path], answers: Path, markdown: Path | None) -> None:
-    """Print the table, and write it where asked."""
-    lines = table(near(folders, answers))
-    print("\n".join(lines))
-    if markdown is not None:
-        markdown.write_text("\n".join(lines) + "\n", encoding="utf-8")

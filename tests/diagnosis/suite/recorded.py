@@ -46,11 +46,9 @@ class Sizes:
     """How much an effect moves the channels of one recording, each over its own floor.
 
     ``plain`` is the noise-free difference with and without it; ``refitted`` what is left of that once the baseline's uncertain values are
-    re-tuned within three declared deviations (linearised), which is what can be found at all; ``floor`` [unit of the channel] is the noise
-    carried through the loop.
+    re-tuned within three declared deviations (linearised), which is what can be found at all.
     """
 
-    floor: dict[str, float]
     plain: dict[str, float]
     refitted: dict[str, float]
 
@@ -69,9 +67,7 @@ class MadeCase:
     hidden: tuple[Hidden, ...]
     true_values: dict[str, float]
     sizes: dict[str, dict[str, Sizes]]
-    removable: dict[str, dict[str, float]]
     floors: dict[str, dict[str, float]]
-    note: str = ""
 
 
 def sizes_of(
@@ -82,11 +78,11 @@ def sizes_of(
     difference = np.concatenate([(with_it[c] - without[c]) / floor[c] for c in channels])
     plain = {c: float(np.sqrt(np.mean(((with_it[c] - without[c]) / floor[c]) ** 2))) for c in channels}
     if not slopes:
-        return Sizes(floor, plain, dict(plain))
+        return Sizes(plain, dict(plain))
     rows = np.column_stack([np.concatenate([slope[c] / floor[c] for c in channels]) for slope in slopes])
     fitted = lsq_linear(rows, difference, bounds=(-3.0, 3.0)).x
     left = (difference - rows @ fitted).reshape(len(channels), -1)
-    return Sizes(floor, plain, {c: float(np.sqrt(np.mean(row * row))) for c, row in zip(channels, left, strict=True)})
+    return Sizes(plain, {c: float(np.sqrt(np.mean(row * row))) for c, row in zip(channels, left, strict=True)})
 
 
 def with_differences(channels: dict[str, np.ndarray], conductance: float) -> dict[str, np.ndarray]:

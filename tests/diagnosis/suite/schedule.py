@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -90,8 +89,3 @@ def schedule(seed: int) -> list[Entry]:
         order = [group[int(i)] for i in rng.permutation(len(group))]
         spread += [((place + rng.uniform(0.2, 0.8)) / len(group), number, entry) for number, (place, entry) in enumerate(enumerate(order))]
     return [entry for _, _, entry in sorted(spread, key=lambda item: item[:2])]
-
-
-def counts(entries: list[Entry]) -> dict[str, int]:
-    """Return the number of cases per category."""
-    return {name: len(list(group)) for name, group in itertools.groupby(sorted(e.category for e in entries))}

@@ -85,15 +85,14 @@ def make_spindle_case(rng: np.random.Generator, draws: list[Draw], category: str
     for one in hidden:
         changes |= one.changes
     told = _told(rng, base, category, hidden)
-    recordings, floors, removable = {}, {}, {}
+    recordings, floors = {}, {}
     sizes: dict[str, dict[str, Sizes]] = {one.key: {} for one in hidden}
     full_physics = base._replace(**changes)
     for name, run in runs.items():
         torque = np.round(run.log_torque(full_physics) / (rated / 4096.0)) * (rated / 4096.0)
         noisy = run.play(full_physics, torque, True)
-        full, plain = run.play(full_physics, torque, False), run.play(base, torque, False)
+        full = run.play(full_physics, torque, False)
         floors[name] = {c: max(rms(noisy[c] - full[c]), 1e-12) for c in full}
-        removable[name] = {c: float(np.mean((full[c] - plain[c]) ** 2)) for c in full}
         if name in ("fit", "resolve"):
             for one in hidden:
                 rest = {k: v for other in hidden if other is not one for k, v in other.changes.items()}
@@ -104,7 +103,7 @@ def make_spindle_case(rng: np.random.Generator, draws: list[Draw], category: str
             "encoder": ("rad", noisy["encoder"]), "tachometer": ("V", noisy["tachometer"]),
         }  # fmt: skip
         recordings[name] = Recording(columns)
-    return MadeCase(told, recordings, hidden, {key: float(getattr(base, key)) for key in told.sigma}, sizes, removable, floors)
+    return MadeCase(told, recordings, hidden, {key: float(getattr(base, key)) for key in told.sigma}, sizes, floors)
 
 
 def _slopes(told: Told, run: _Run, base: SpindlePhysics, torque: np.ndarray, at: dict[str, np.ndarray]) -> list[dict[str, np.ndarray]]:

@@ -19,7 +19,7 @@ import numpy as np
 from tests.diagnosis.real.cases import Case
 from tests.diagnosis.real.comparators.candidates import Candidate, candidates
 from tests.diagnosis.real.comparators.equations import Array, Equation, equations
-from tests.diagnosis.suite.comparators.sindy import Residual, sparse_terms
+from tests.diagnosis.real.comparators.sindy import Residual, sparse_terms
 
 EXPLAINED = 0.9
 POINTS = 200

@@ -12,8 +12,8 @@ from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment, build_experiments
 from tests.cli.command import call
-from tests.diagnosis.controlled_axis import POSITION, REFERENCE, VOLTAGE, controlled_axis
-from tests.diagnosis.rigs.cases import schedule, write_case
+from tests.diagnosis.rigs.cases import case_of, write_case
+from tests.diagnosis.small_case import POSITION, REFERENCE, VOLTAGE, controlled_axis
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +65,7 @@ def test_another_column_is_no_unrecorded_input(controlled: Experiment) -> None:
 
 
 def answered(capsys: pytest.CaptureFixture[str], folder: Path, rig: str, number: int) -> tuple[dict[str, object], str]:
-    cases = schedule(1, {"input": number + 1})
-    case = next(case for case in cases if case.rig.name == rig and case.number == number)
+    case = case_of(rig, "input", seed=number)
     place = write_case(case, folder)[0]
     words = [place / "lesson.yaml", place / "fit.csv", "--validate", place / "validate.csv"]
     said = call(capsys, "diagnose", *words, "--no-report", "--json", "-", "--out", folder)

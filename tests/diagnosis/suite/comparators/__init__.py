@@ -1,1 +1,0 @@
-"""Other ways to answer the same cases, written anew: what a person would try without the program. They see lesson and recordings only."""

@@ -1,0 +1,294 @@
+"""The words of an answer: six lines, its table and remarks at a terminal; nothing that another line contradicts."""
+
+import re
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from lathesim.diagnosis.records.comparison import Explanation
+from lathesim.diagnosis.records.diagnosis import (
+    VERDICTS,
+    BaselineValue,
+    ChannelFit,
+    Diagnosis,
+    FoundEffect,
+    Interval,
+    Location,
+    Unnamed,
+    as_json,
+    with_unit,
+)
+from lathesim.diagnosis.reporting.explanations import explanation_lines
+from lathesim.diagnosis.reporting.number_text import plain
+from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
+from lathesim.diagnosis.reporting.summary import headline, summary_lines
+from lathesim.diagnosis.reporting.terminal_text import answer_lines
+from tests.diagnosis.sample_diagnoses import ALL, CLEAN, COULOMB, FAULT, NAMED, PARAMETERS, TIED, UNKNOWN
+
+FOREIGN = re.compile(r"\b(floors?|nats?|shaken|replicates?|null|of the rest|residual|held.out|catalogue)\b")
+"""Words that a reader from outside does not know."""
+MOST_WORDS = 25
+SCALE = "x_scale.position"
+OFF = {"x_encoder.position": ChannelFit("m", 3e-7, 9e-7, 5e-7, "v"), SCALE: ChannelFit("m", 3e-7, 2e-6, 1.77e-6, "v")}
+"""Noise of a force that adds up to many times the noise of a position."""
+
+
+def lines(diagnosis: Diagnosis) -> dict[str, str]:
+    """Return the lines that have a label, by it."""
+    return dict(plain(line).split(": ", 1) for line in summary_lines(diagnosis)[1:])  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_an_answer_is_six_lines_in_words_that_a_control_engineer_knows(name: str) -> None:
+    told = summary_lines(ALL[name])
+    assert 2 <= len(told) <= 6
+    assert "Next" in lines(ALL[name])
+    assert not [line for line in told if FOREIGN.search(line)]
+    sentences = [sentence for line in told for sentence in re.split(r"(?<=[.;:]) ", line)]
+    assert not [sentence for sentence in sentences if len(sentence.split()) > MOST_WORDS]
+
+
+def test_a_named_effect_is_told_with_place_size_doubt_comparison_and_next_step() -> None:
+    assert headline(NAMED) == "The simulation left out CoulombFriction at x_axis."
+    told = lines(NAMED)
+    assert told["Where"] == "x_axis and x_drive."
+    assert told["Size"].startswith(
+        "CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). Where each part gets its recorded inputs, this"
+    )
+    assert told["Size"].endswith(" explains 98.3 % of the error.")
+    assert told["Sure"] == (
+        "97.4 % probable among all that was compared. The closest rival, AsymmetricFriction at x_axis, "
+        "is a finer form of CoulombFriction, and explains little of what that leaves."
+    )
+    assert told["Compared"].startswith(
+        "with other values of 3 uncertain parameters of the lesson and 7 effects at 7 places. "
+        "Each was fitted to recording.csv and judged by validate.csv. "
+        "The whole simulation is off there by (lesson alone -> with this): x_encoder.position 27 um -> 0.44 um; "
+    )
+    assert told["Next"].startswith("Paste the lines below into the lesson")
+
+
+def test_one_recording_that_judges_itself_is_said_to_do_so() -> None:
+    halves = replace(NAMED, validation="recording.csv, second half", judges_itself=True)
+    said = "recording.csv judges itself: each was fitted to one part of it and judged by the other (second half)."
+    assert said in lines(halves)["Compared"]
+
+
+def test_beside_a_recording_from_before_a_change_the_answer_is_what_is_new() -> None:
+    assert headline(replace(NAMED, before="march.h5")) == "New since march.h5: CoulombFriction at x_axis."
+    assert headline(replace(CLEAN, before="march.h5")) == "Nothing is new since march.h5: the lesson explains the recording."
+
+
+@pytest.mark.parametrize(
+    ("diagnosis", "beginning"),
+    [(CLEAN, "the lesson explains the recording"), (PARAMETERS, "other values of the lesson explain the recording")],
+    ids=["as it is", "other values"],
+)
+def test_a_channel_that_stays_off_and_that_nothing_predicts_is_said_beside_the_verdict(diagnosis: Diagnosis, beginning: str) -> None:
+    told = headline(replace(diagnosis, fit=OFF))
+    assert told == f"No physics is missing: {beginning}. {SCALE} stays off by 1.77 µm; nothing recorded predicts that."
+    assert "Where" not in lines(replace(diagnosis, fit=OFF))
+    assert headline(replace(diagnosis, fit=CLEAN.fit)) == f"No physics is missing: {beginning}."
+
+
+def test_a_value_that_is_far_off_is_named() -> None:
+    told = headline(replace(PARAMETERS, far_off=("x_axis.mass",), fit=CLEAN.fit))
+    assert told == "No physics is missing, but x_axis.mass is further off than the lesson declares possible."
+
+
+@pytest.mark.parametrize("name", ["named", "tied", "unknown", "parameters_only"])
+@pytest.mark.parametrize(("after", "word"), [(2.9e-5, "WORSE"), (2.72e-5, "slightly worse")])
+def test_what_predicts_the_judging_recording_worse_is_said_so(name: str, after: float, word: str) -> None:
+    fit = {**NAMED.fit, "x_encoder.position": replace(NAMED.fit["x_encoder.position"], after=after)}
+    told = lines(replace(ALL[name], fit=fit))
+    assert re.search(rf"x_encoder\.position 27 um -> 2[79][.\d]* um, {word}", told["Compared"])
+    assert ("Do not " in told["Next"]) == (word == "WORSE" and name != "unknown")
+
+
+def test_what_is_certain_is_named_also_where_something_is_left() -> None:
+    rest = Unnamed("x_axis.disturbance", 0.62, "N", ("depends on position of x_axis",))
+    left = replace(NAMED, adequate=False, unnamed=(rest,))
+    assert headline(left) == (
+        "The simulation left out CoulombFriction at x_axis. "
+        "What is left at x_axis.disturbance depends on position of x_axis and has no name."
+    )
+    assert re.search(
+        r"Without a name: 620 mN \(root mean square\) at x_axis\.disturbance, [\d.]+ % of what acts there\.$", lines(left)["Size"]
+    )
+
+
+def test_what_has_no_name_is_said_with_its_place_size_and_how_sure_that_is() -> None:
+    assert headline(UNKNOWN) == (
+        "Physics is missing at x_axis that no known effect explains. "
+        "What is left at x_axis.disturbance depends on position and direction of x_axis and has no name."
+    )
+    told = lines(UNKNOWN)
+    assert told["Sure"].startswith("A smooth function of the motion, which has no name, predicts x_controller.voltage clearly better: ")
+    assert told["Sure"].endswith(" its gain is 2220, and 630 may be chance.")
+    assert told["Size"].startswith("Without a name: 3.1 N (root mean square) at x_axis.disturbance, ")
+    law = replace(UNKNOWN, explanations=(), unnamed=(), rule="a controller follows another law than the lesson's")
+    assert lines(law)["Sure"] == "A controller follows another law than the lesson's."
+
+
+def test_an_effect_whose_interval_holds_zero_is_no_find() -> None:
+    doubtful = replace(
+        COULOMB, effect="ForceOffset", parameters={"offset": Interval(0.2, "N", -0.4, 0.8)}, may_be_zero=True, tied_with=("Weight",)
+    )
+    both = replace(NAMED, effects=(COULOMB, doubtful))
+    assert headline(both) == "The simulation left out CoulombFriction at x_axis."
+    assert " ForceOffset helps to predict too, of a size that may be zero." in lines(both)["Size"]
+    assert "ForceOffset 200 mN (95 % interval -400 to 800 mN), may be zero" in lines(replace(both, effects=(doubtful,)))["Size"]
+    only = headline(replace(both, effects=(doubtful,)))
+    assert only == (
+        "Something is missing that ForceOffset at x_axis describes best. This recording does not determine its size, which may be zero."
+    )
+
+
+def test_where_recordings_determine_a_product_alone_that_is_the_size() -> None:
+    parameters = {"growth": Interval(222.0, "1/m", 0.0, 13096.0), "rate": Interval(0.0, "m/s", 0.0, 4e-8)}
+    wear = replace(COULOMB, effect="WearForceGrowth", parameters=parameters, undetermined=("growth",))
+    wear = replace(wear, products={"growth x break_in": Interval(0.018, "1", 0.0174, 0.0186)})
+    assert lines(replace(NAMED, effects=(wear,)))["Size"].startswith(
+        "WearForceGrowth growth x break in 0.01800 (95 % interval 0.01740 to 0.01860). "
+    )
+
+
+def test_effects_at_one_place_name_it_once_and_a_fault_of_the_recording_is_no_physics() -> None:
+    late = replace(COULOMB, effect="ChannelTimeShift", at="x_scale", family="recording")
+    cogging = replace(COULOMB, effect="Cogging", tied_with=("TorqueRipple",))
+    told = headline(replace(NAMED, effects=(COULOMB, late, cogging)))
+    assert told.startswith("The simulation left out CoulombFriction and Cogging (or TorqueRipple) at x_axis. ")
+    assert told.endswith("The recording is at fault: ChannelTimeShift at x_scale.")
+
+
+def test_a_tie_names_the_rivals_of_each_effect_and_what_would_tell() -> None:
+    told = lines(TIED)
+    assert (
+        told["Sure"] == "52 % probable among all that was compared. This recording cannot tell ForceOffset from ConverterOffset at x_drive."
+    )
+    assert told["Next"].startswith("To tell ForceOffset from ConverterOffset at x_drive: Record the current as well")
+    open_ = replace(COULOMB, separating_experiment="Creep both ways.")
+    assert lines(replace(NAMED, effects=(open_,)))["Next"] == "To determine CoulombFriction: Creep both ways."
+    second = replace(COULOMB, effect="Cogging", tied_with=("TorqueRipple",))
+    several = lines(replace(TIED, effects=(*TIED.effects, second)))["Sure"]
+    assert several.startswith("Each is 52 % probable or more among")
+    assert several.endswith("cannot tell ForceOffset from ConverterOffset at x_drive, nor Cogging from TorqueRipple.")
+
+
+def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> None:
+    assert lines(CLEAN)["Sure"] == "No effect predicts the recording better than chance may."
+    pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 669.0, False, "needs a size that machines do not have")
+    told = lines(replace(CLEAN, explanations=(*CLEAN.explanations, pitch)))["Sure"]
+    assert told == f"The best of the effects, PeriodicPitchError at {SCALE}, needs a size that machines do not have."
+    assert "Sure" not in lines(replace(CLEAN, explanations=()))
+
+
+def test_values_that_moved_are_told_with_interval_and_the_given_value() -> None:
+    moved = {f"x.v{place}": BaselineValue("kg", 10.0, 10.0, 12.0 + place, 11.0, 15.0) for place in range(5)}
+    told = lines(replace(PARAMETERS, baseline=moved))["Size"]
+    assert told.startswith("x.v4 is 16.0 kg (95 % interval 11.0 to 15.0 kg) and not 10 kg; ")
+    assert told.endswith("; 2 more below.")
+
+
+def test_a_fault_of_the_recording_keeps_its_sentence() -> None:
+    assert headline(FAULT) == FAULT.sentence
+    assert headline(replace(FAULT, sentence=VERDICTS["recording_fault"])).startswith(VERDICTS["recording_fault"])
+    assert "Where" not in lines(replace(FAULT, location=Location()))
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_verdict_says_its_sentence_and_what_is_left(name: str) -> None:
+    lines = answer_lines(ALL[name])
+    assert lines[0] == plain(headline(ALL[name]))
+    assert {f"- {line}" for line in ALL[name].left} <= set(lines)
+    assert ("The search was stopped" in "\n".join(lines)) != ALL[name].complete
+
+
+def test_a_search_that_was_stopped_says_what_it_had_not_tried() -> None:
+    names = tuple(f"Effect{number} at x_axis" for number in range(9))
+    lines = answer_lines(replace(ALL["stopped"], untried=names))
+    assert lines[-1] == f"Not tried: {', '.join(names[:6])} and 3 more."
+    assert as_json(replace(ALL["stopped"], untried=names))["untried"] == list(names)
+
+
+def test_a_name_comes_with_its_probability_and_its_values() -> None:
+    text = "\n".join(answer_lines(NAMED))
+    assert "CoulombFriction  x_axis  level 20.41 N (20.22 to 20.60 N)  97.4 %\n" in text
+    assert "x_encoder.position           27 um   0.44 um  0.21 um\n" in text
+    assert "\nPaste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: 20.41 N}" in text
+
+
+def test_values_that_are_others_beside_what_is_pasted_are_told() -> None:
+    """A line pasted without them leaves more: what a friction is, is worked out beside another viscosity."""
+    assert not any(line.startswith("These lines belong") for line in answer_lines(NAMED))
+    moved = replace(NAMED, baseline={**NAMED.baseline, "ways.level": BaselineValue("N", 40.0, 61.0, 49.22, 48.1, 50.3)})
+    assert "These lines belong with ways.level = 49.22 N, as in the _explained.yaml." in answer_lines(moved)
+
+
+def test_what_is_not_determined_is_marked_and_a_pure_number_has_no_unit() -> None:
+    shape = replace(COULOMB, parameters={"hump": Interval(0.48, "1", -0.9, 5.0)}, undetermined=("hump",))
+    assert "hump 0.5 (-0.9 to 5.0, not determined here)" in "\n".join(answer_lines(replace(NAMED, effects=(shape,))))
+
+
+def test_an_interval_is_wider_than_nothing() -> None:
+    parameters = {"shift": Interval(6.99996e-3, "s", 6.99991e-3, 7.00001e-3), "level": Interval(0.0, "N", 0.0, 0.25)}
+    text = "\n".join(answer_lines(replace(NAMED, effects=(replace(COULOMB, parameters=parameters),))))
+    assert "shift 6.999960 ms (6.999910 to 7.000010 ms)" in text
+    assert "level 0 mN (0 to 250 mN)" in text
+
+
+def test_the_table_of_the_decision_holds_all_that_competed_and_says_what_its_columns_mean() -> None:
+    lines = explanation_lines(UNKNOWN)
+    assert lines[2].split() == ["explanation", "gain", "error", "chance", "level", "kept", "why"]
+    assert [line.split("  ")[0] for line in lines[4:8]] == [
+        "the lesson, its uncertain values refitted", "TorqueRipple at x_axis", "Backlash at x_scale", "TransportDelay at x_drive"
+    ]  # fmt: skip
+    smooth = (
+        "smooth functions, for what is left at x_controller.voltage  2220  210    630           yes   predicts what is left; it depends on"
+    )
+    assert lines[8].startswith(smooth)
+    assert lines[9] == "Not judged, as the first recording is fitted hardly better: 1 effect."
+    assert lines[-1] == "Chance level: smaller gains may be chance. It is 3 errors, or 10 and 3 for each fitted value if that is more."
+    assert "unit at x_encoder.position" in explanation_lines(FAULT)[4]
+
+
+def test_a_pure_number_has_no_unit() -> None:
+    assert (with_unit("0.4", "1"), with_unit("0.4", "mm")) == ("0.4", "0.4 mm")
+
+
+PRESSURE = "cutting.specific_force"
+BASELINE = {PRESSURE: BaselineValue("N/m^2", 8.5e8, 1.05e9, 1.05e9)}
+
+
+def test_a_value_that_is_impossible_is_told_with_what_it_does() -> None:
+    (whole,) = value_instead((PRESSURE,), BASELINE, whole=True)
+    assert whole.startswith(
+        f"{PRESSURE} of 1.05e+09 N/m^2 (+24%) explains by itself what is missing, though the lesson holds it impossible."
+    )
+    (part,) = value_instead((PRESSURE, "cutting.width"), BASELINE, whole=False)
+    assert "takes away a part of what is missing, and not the whole" in part
+    assert "; so would another value of cutting.width." in part
+    assert value_instead((), BASELINE, whole=True) == []
+
+
+def test_ties_and_open_values_say_what_the_lines_to_paste_hold_and_each_experiment_stands_once() -> None:
+    effects = (
+        FoundEffect("LostCounts", "x_scale", "encoder", 0.5, {}, ("LostCounts at x_encoder",), "Return to the index mark."),
+        FoundEffect("StribeckFriction", "x_axis", "reversal", 1.0, {}, (), "Creep.", undetermined=("stribeck_velocity", "excess")),
+    )
+    name, values, experiment = not_determined(effects)
+    assert name == "The lines to paste hold LostCounts at x_scale, and not LostCounts at x_encoder."
+    assert values.startswith(
+        "stribeck velocity and excess of StribeckFriction are not determined by this recording; the lines to paste hold a set"
+    )
+    assert experiment == "What would tell more of StribeckFriction: Creep."
+
+
+def test_a_value_that_no_channel_shows_is_said_to_be_one() -> None:
+    slopes = np.array([[[0.0, 1e-5]], [[0.0, 1e-2]], [[0.0, 0.0]]])
+    fitted: Any = SimpleNamespace(names=["tachometer.gain", "spindle.inertia", "spindle.speed"], sensitivity=slopes)
+    (sentence,) = not_shown(fitted, {"tachometer.gain": 1.0, "spindle.inertia": 1.0}, np.array([0.1]))
+    assert sentence.startswith("tachometer.gain moves nothing that is compared")
