@@ -4,8 +4,9 @@ Friction that answers to velocity: the trace is a step or a peak of the missing 
 
 All of these stick exactly and still pass through fixed-step RK4: the friction is the force that would bring the body to rest within two
 integration steps, limited to what the surfaces can carry (Karnopp 1985, with the width tied to the step and not to a speed). In sliding
-that is level * sgn(v); at rest it balances whatever pushes. Place friction after offsets and ripples on the same port, so that it sees
-them; several frictions in a row share the load. A host that does not tell its driving force is served too: at rest it then creeps by
+that is level * sgn(v); at rest it balances whatever pushes. What is driven back by more than that is not held: its friction turns round
+with its velocity, and not a step before. Place friction after offsets and ripples on the same port, so that it sees them; several
+frictions in a row share the load. A host that does not tell its driving force is served too: at rest it then creeps by
 (driving force) * 2 step / inertia.
 """
 
@@ -27,6 +28,24 @@ def resisting(demand: float, backward: float, forward: float) -> float:
     if demand < -backward:
         return -backward
     return demand
+
+
+def dry(applied: float, incoming: float, inertia: float, flow: float, step: float, backward: float, forward: float) -> float:
+    """Return the dry friction of a body, between -backward and +forward.
+
+    A body that is driven back by more than its friction passes rest and is not held there: its friction turns round with its velocity. The
+    force that would bring it to rest within two steps would turn round before it, and drive it.
+    """
+    demand = demand_to_rest(applied, incoming, inertia, flow, step)
+    if driven_back(demand, inertia, flow, step, backward, forward):
+        return forward if flow > 0.0 else -backward
+    return resisting(demand, backward, forward)
+
+
+def driven_back(demand: float, inertia: float, flow: float, step: float, backward: float, forward: float) -> bool:
+    """Return whether what pushes a moving body back is more than its friction, -backward to +forward, can hold."""
+    pushing = demand - inertia * flow / (_STEPS_TO_REST * step)
+    return (flow > 0.0 and pushing < -backward) or (flow < 0.0 and pushing > forward)
 
 
 def demand_to_rest(applied: float, incoming: float, inertia: float, flow: float, step: float) -> float:
@@ -73,7 +92,7 @@ class CoulombFriction(Effect):
     def output(incoming: float, applied: float, inertia: float, flow: float, level: float, step: float) -> float:
         if level == 0.0:
             return incoming
-        return incoming + resisting(demand_to_rest(applied, incoming, inertia, flow, step), level, level)
+        return incoming + dry(applied, incoming, inertia, flow, step, level, level)
 
 
 class StribeckFriction(Effect):
@@ -116,7 +135,7 @@ class StribeckFriction(Effect):
         if excess == 0.0:
             return incoming
         level = excess * math.exp(-power(abs(flow) / stribeck_velocity, shape))
-        return incoming + resisting(demand_to_rest(applied, incoming, inertia, flow, step), level, level)
+        return incoming + dry(applied, incoming, inertia, flow, step, level, level)
 
 
 class AsymmetricFriction(Effect):
@@ -166,8 +185,7 @@ class AsymmetricFriction(Effect):
         if level == 0.0 and viscous_difference == 0.0:
             return incoming
         viscous = incoming + viscous_difference * abs(flow)
-        demand = demand_to_rest(applied, viscous, inertia, flow, step)
-        return viscous + resisting(demand, level * (1.0 - asymmetry), level * (1.0 + asymmetry))
+        return viscous + dry(applied, viscous, inertia, flow, step, level * (1.0 - asymmetry), level * (1.0 + asymmetry))
 
 
 class PositionDependentFriction(Effect):
@@ -227,9 +245,11 @@ class PositionDependentFriction(Effect):
             return incoming
         angle = 2.0 * math.pi * displacement / period + phase
         level = amplitude * (sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
-        demand = demand_to_rest(applied, incoming, inertia, flow, step)
         if level >= 0.0:
-            return incoming + resisting(demand, level, level)
+            return incoming + dry(applied, incoming, inertia, flow, step, level, level)
+        demand = demand_to_rest(applied, incoming, inertia, flow, step)
+        if driven_back(demand, inertia, flow, step, -level, -level):
+            return incoming + (level if flow > 0.0 else -level)
         return incoming - resisting(demand - resisting(demand, -level, -level), -level, -level)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -67,10 +68,12 @@ def turns(feedforward: float, bits: int, start: float = 0.0, count: int = 3) -> 
 @pytest.mark.parametrize("variant", ROWS)
 def test_a_turn_with_friction_is_the_exact_one(variant: str) -> None:
     feedforward, bits, _ = ROWS[variant]
-    record = simulate(load_lesson("07_circular_test"), load_registry(), variant)
+    lesson = load_lesson("07_circular_test")
+    finely = replace(lesson, settings=lesson.settings.model_copy(update={"step": 1e-4}))
+    record = simulate(finely, load_registry(), variant)
     spread = 1e3 * float(np.ptp(circles(record)[-1].radial))
-    # what a step of 0.5 ms is off; at 0.02 ms it is 0.5 %
-    assert spread == pytest.approx(turns(feedforward, bits)[-1], rel=0.055)
+    # friction turns round between two steps: the lesson's own step of 0.5 ms is off by up to 5.6 %
+    assert spread == pytest.approx(turns(feedforward, bits)[-1], rel=0.006)
 
 
 @pytest.mark.parametrize("variant", ROWS)

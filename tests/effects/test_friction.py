@@ -64,6 +64,18 @@ def test_coulomb_lets_slip_what_pushes_more(tmp_path: Path) -> None:
     assert record(pushed, 0.5)["x_axis.velocity"][-1] == pytest.approx(5.0 / 100.0 * 0.5, rel=1e-3)
 
 
+@pytest.mark.parametrize("effect", [("CoulombFriction", {}), ("AsymmetricFriction", {"asymmetry": 0.2})], ids=["alike", "asymmetric"])
+def test_friction_turns_round_with_the_velocity(tmp_path: Path, effect: tuple[str, dict[str, float]]) -> None:
+    """A body that is driven back by more than its friction slows down by (A + F) / m until it rests, and comes back by (A - F) / m."""
+    push, level, speed, mass = 60.0, 20.0, 0.05, 100.0
+    name, more = effect
+    forward, backward = (level * (1.0 + sign * more.get("asymmetry", 0.0)) for sign in (1.0, -1.0))
+    rest = speed * mass / (push + forward)
+    driven = with_effect(frictionless(pushed_axis(tmp_path, np.full(501, -push))), name, "x_axis", level=level, **more)
+    found = record(driven, 0.5, x_axis__speed=speed)
+    assert found["x_axis.velocity"][-1] == pytest.approx(-(push - backward) / mass * (0.5 - rest), rel=2e-4)
+
+
 def test_the_stopping_distance_follows_small_changes_of_the_level(tmp_path: Path) -> None:
     """A fit steps by as little: the change of m v^2 / 2 F must come out right, not only its size."""
     levels = 20.0 + 0.01 * np.arange(7)
