@@ -16,6 +16,7 @@ from lathesim.errors import RecordingError
 from lathesim.hdf5_guard import stands_elsewhere
 from lathesim.record import FloatArray, is_record, load
 from lathesim.recordings.raw_table import MOST_VALUES, RawTable, Reader, as_table, plain_unit, refuse_size
+from lathesim.recordings.thresholds import READING
 
 _PATIENCE, _BYTES_A_SECOND = 20.0, 10e6
 """Seconds of computing that a trial may take, and how much it reads in each further one at least. Assumed, for a slow processor."""
@@ -86,7 +87,7 @@ class ArrayColumns:
             self._put(name, squeezed, unit)
         elif squeezed.ndim == 2:
             table = squeezed if squeezed.shape[0] >= squeezed.shape[1] else squeezed.T
-            if table.shape[1] > 64:
+            if table.shape[1] > READING.matrix:
                 self.left_out.append(name)
                 return
             for number, column in enumerate(table.T, start=1):
@@ -133,7 +134,7 @@ def reads_hdf5(path: Path) -> bool:
     with path.open("rb") as file:
         for place in (0, 512, 1024, 2048):
             file.seek(place)
-            if file.read(8) == _SIGNATURE:
+            if file.read(len(_SIGNATURE)) == _SIGNATURE:
                 return True
     return False
 
@@ -174,7 +175,7 @@ def _walk(found: ArrayColumns, group: Any, prefix: str, between: str, hidden: tu
             continue
         item = group[name]
         if isinstance(item, h5py.Group):
-            if depth < 12:
+            if depth < READING.depth:
                 _walk(found, item, full, between, hidden, depth + 1)
         elif isinstance(item, h5py.Dataset):
             _take(found, full, item)
@@ -207,6 +208,11 @@ HDF5_READER = Reader("HDF5", (".h5", ".hdf5", ".hdf"), "HDF5 file", reads_hdf5, 
 
 
 _DEPTH = 6
+_HEAD = 128
+"""Bytes of the header of a MAT file of version 5."""
+_VERSION_5 = tuple(version + order for version in (b"\x00\x01", b"\x01\x00") for order in (b"IM", b"MI"))
+_PRECISIONS, _MATRICES = range(6), range(3)
+"""Types of numbers and of matrices of version 4."""
 _VERSION_4 = struct.Struct("5i")
 _LONGEST_NAME = 64
 _TRIAL = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1])"
@@ -215,8 +221,9 @@ _TRIAL = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1])"
 def reads_mat(path: Path) -> bool:
     """Return whether a file is a MAT file of version 5 or 4."""
     with path.open("rb") as file:
-        head = file.read(128)
-    return _is_version_4(head) or (len(head) == 128 and head[126:128] in (b"IM", b"MI") and head[124:126] in (b"\x00\x01", b"\x01\x00"))
+        head = file.read(_HEAD)
+    version = head[-4:]
+    return _is_version_4(head) or (len(head) == _HEAD and version in _VERSION_5)
 
 
 def _is_version_4(head: bytes) -> bool:
@@ -229,7 +236,13 @@ def _is_version_4(head: bytes) -> bool:
         name = head[_VERSION_4.size : _VERSION_4.size + length] if 1 < length <= _LONGEST_NAME else b""
         precision, matrix = divmod(kind - numbers, 10)
         sized = rows >= 0 and columns >= 0 and is_complex in (0, 1)
-        if sized and 0 <= precision <= 5 and matrix in (0, 1, 2) and name.endswith(b"\x00") and name[:-1].decode("latin-1").isidentifier():
+        if (
+            sized
+            and precision in _PRECISIONS
+            and matrix in _MATRICES
+            and name.endswith(b"\x00")
+            and name[:-1].decode("latin-1").isidentifier()
+        ):
             return True
     return False
 

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import Finding
 from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, rate, runs_of
+from lathesim.recordings.thresholds import FROZEN, MOTION, ROUNDING
 
 _BEFORE = 10
 """Samples before a step in which a motion, differentiated, shows nothing of it yet."""
@@ -43,7 +44,7 @@ def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], pe
             continue
         begins, ends = runs_of(channel.steps == 0.0)
         lengths = ends - begins + 1
-        long = lengths >= max(_LONG, 8.0 * _usual_run(lengths))
+        long = lengths >= max(_LONG, FROZEN.longer * _usual_run(lengths))
         stuck = [
             (int(begin), int(end) + 1)
             for begin, end in zip(begins[long], ends[long], strict=True)
@@ -60,7 +61,7 @@ def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], pe
 
 def _usual_run(lengths: npt.NDArray[np.int64]) -> float:
     """Return the length of the runs in which most samples lie that repeat at all, without the longest few."""
-    if len(lengths) < 10:
+    if len(lengths) < FROZEN.runs:
         return 0.0
     ordered = np.sort(lengths)[:-5]
     reached = np.cumsum(ordered) / max(float(ordered.sum()), 1.0)
@@ -71,10 +72,10 @@ def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[Re
     """Return whether a run of equal values, samples ``begin`` to ``end`` - 1, cannot be the machine's own rest."""
     value = channel.values[begin]
     extreme = value in (channel.values.max(), channel.values.min())
-    if extreme and np.count_nonzero(channel.values == value) > 1.5 * (end - begin):
+    if extreme and np.count_nonzero(channel.values == value) > FROZEN.comes_again * (end - begin):
         return False
     for pair in found_pairs:
-        if channel in (pair.first, pair.second) and abs(pair.correlation) > 0.9:
+        if channel in (pair.first, pair.second) and abs(pair.correlation) > MOTION.alike:
             if _leaves_partner(pair, channel, begin, end) and not (channel is pair.second and _is_stepped(pair, end)):
                 return True
             if channel.unit in ("m", "rad"):
@@ -110,10 +111,10 @@ def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) 
         gone = np.abs(np.ptp(pair.second.values[begin:end])) / max(abs(pair.slope), 1e-300)
     else:
         return False
-    if gone < max(0.003 * channel.span, _COUNTS * _count(channel)) or end + 20 >= len(channel.values):
+    if gone < max(FROZEN.gone * channel.span, _COUNTS * _count(channel)) or end + FROZEN.after >= len(channel.values):
         return False
-    step, after = abs(channel.steps[end - 1]), float(np.abs(channel.steps[end + 1 : end + 20]).max())
-    return _jumps_at_end(channel, begin, end) or bool(step > 8.0 * after + 10.0 * channel.roughness)
+    step, after = abs(channel.steps[end - 1]), float(np.abs(channel.steps[end + 1 : end + FROZEN.after]).max())
+    return _jumps_at_end(channel, begin, end) or bool(step > FROZEN.leap * after + FROZEN.noise * channel.roughness)
 
 
 def _is_stepped(pair: Pair, end: int) -> bool:
@@ -134,14 +135,15 @@ def _count(channel: RecordedChannel) -> float:
 
 def _moves(channel: RecordedChannel, begin: int, end: int) -> bool:
     inside = channel.values[begin:end]
-    return not channel.constant and float(np.ptp(inside)) > 0.05 * channel.span + 6.0 * channel.roughness
+    return not channel.constant and float(np.ptp(inside)) > FROZEN.moves * channel.span + FROZEN.moves_noise * channel.roughness
 
 
 def _stops_on_its_way(channel: RecordedChannel, begin: int) -> bool:
     """Return whether a channel changes up to the begin of a run and enters it without a jump; a cut that ends leaves its force by one."""
-    before = channel.steps[max(begin - 20, 0) : begin]
-    moving = len(before) == 20 and float(np.mean(before == 0.0)) < 0.2
-    return moving and float(np.abs(before[-3:]).max()) <= channel.usual_step
+    before = channel.steps[max(begin - FROZEN.after, 0) : begin]
+    moving = len(before) == FROZEN.after and float(np.mean(before == 0.0)) < FROZEN.resting
+    last = before[-3:]
+    return moving and float(np.abs(last).max()) <= channel.usual_step
 
 
 def _jumps_at_end(channel: RecordedChannel, begin: int, end: int) -> bool:
@@ -149,12 +151,12 @@ def _jumps_at_end(channel: RecordedChannel, begin: int, end: int) -> bool:
     if end >= len(channel.values):
         return False
     step = abs(channel.values[end] - channel.values[end - 1])
-    return bool(step > 5.0 * channel.usual_step and step > 10.0 * channel.roughness)
+    return bool(step > FROZEN.jump * channel.usual_step and step > FROZEN.noise * channel.roughness)
 
 
 def _alive(channel: RecordedChannel, begin: int, end: int) -> bool:
     """Return whether a channel changes from sample to sample all through a stretch."""
-    return float(np.mean(channel.steps[begin : end - 1] == 0.0)) < 0.3
+    return float(np.mean(channel.steps[begin : end - 1] == 0.0)) < FROZEN.alive
 
 
 def _noise_is_gone(channel: RecordedChannel, begin: int, end: int) -> bool:
@@ -162,8 +164,8 @@ def _noise_is_gone(channel: RecordedChannel, begin: int, end: int) -> bool:
     if channel.unit in ("m", "rad"):
         return False
     around = np.concatenate([channel.steps[max(begin - 200, 0) : begin], channel.steps[end - 1 : end + 199]])
-    turns = float(np.mean(around[1:] * around[:-1] < 0.0)) if len(around) > 100 else 0.0
-    return turns > 0.3 and float(np.mean(around == 0.0)) < 0.3 and end - begin >= 2 * _LONG
+    turns = float(np.mean(around[1:] * around[:-1] < 0.0)) if len(around) > FROZEN.least_noise else 0.0
+    return turns > FROZEN.alive and float(np.mean(around == 0.0)) < FROZEN.alive and end - begin >= 2 * _LONG
 
 
 def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
@@ -171,12 +173,12 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
     findings: list[Finding] = []
     for pair in found_pairs:
         channel = pair.second
-        if channel.driven or channel.unit not in MOTION_UNITS or pair.correlation < 0.5 or channel.unit != pair.first.unit:
+        if channel.driven or channel.unit not in MOTION_UNITS or pair.correlation < MOTION.loosely or channel.unit != pair.first.unit:
             continue
         if any(finding.channel == channel.name for finding in findings):
             continue
         inner = (channel.values > channel.values.min()) & (channel.values < channel.values.max())
-        if np.count_nonzero(inner) < 50:
+        if np.count_nonzero(inner) < FROZEN.inner:
             continue
         slope, constant = np.polyfit(pair.expected[inner], channel.values[inner], 1)
         beyond = slope * pair.expected + constant
@@ -184,7 +186,11 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
         for level, sign in ((channel.values.max(), 1.0), (channel.values.min(), -1.0)):
             flat = channel.values == level
             over = sign * (beyond - level)
-            if np.count_nonzero(flat) >= _LONG and np.median(over[flat]) > max(0.01 * channel.span, 2.0 * spread) and _flat_runs(flat):
+            if (
+                np.count_nonzero(flat) >= _LONG
+                and np.median(over[flat]) > max(FROZEN.beyond * channel.span, FROZEN.spread * spread)
+                and _flat_runs(flat)
+            ):
                 begin, end = (int(edge[np.argmax(runs_of(flat)[1] - runs_of(flat)[0])]) for edge in runs_of(flat))
                 side = "above" if sign > 0.0 else "below"
                 fact = (
@@ -270,7 +276,7 @@ def shifted_channels(channels: list[RecordedChannel], found_pairs: list[Pair], p
     findings = []
     for pair in found_pairs:
         first, second = pair.first, pair.second
-        if first.driven or second.driven or pair.correlation < 0.9:
+        if first.driven or second.driven or pair.correlation < MOTION.alike:
             continue
         late = motion_shift(pair.expected, second.values, first.unit == second.unit)
         if late is not None and abs(late) > 1.0 and _is_as_far_apart(pair, late):
@@ -297,7 +303,7 @@ def _is_rounding(command: RecordedChannel) -> bool:
     """Return whether the prediction errors of a command are within the steps of the converter behind which it was recorded. Such noise is
     the rounding of the converter and comes from no other channel."""
     new, sizes = _whitened(command.values), np.abs(command.steps)
-    changes = sizes[sizes > 1e-12 * float(np.abs(command.values).max())]
+    changes = sizes[sizes > ROUNDING * float(np.abs(command.values).max())]
     if new is None or not len(changes):
         return True
     size = 1.4826 * float(np.median(np.abs(new))) * float(np.abs(np.diff(command.values, 2)).max())
@@ -407,4 +413,4 @@ def _skew(pair: Pair, pieces: int = 6) -> float | None:
     slope, constant = np.polyfit(middles, shifts, 1)
     left = float(np.std(np.asarray(shifts) - (slope * np.asarray(middles) + constant)))
     grown = abs(slope) * len(pair.expected)
-    return float(slope) if grown > 1.0 and grown > 10.0 * left else None
+    return float(slope) if grown > 1.0 and grown > FROZEN.skew * left else None

@@ -19,6 +19,7 @@ import numpy as np
 from lathesim.record import FloatArray
 from lathesim.recordings.number_rows import NUMBER, STAMP, NumberRows, RowFormat, chunks, count_lines, head_lines, read_rows
 from lathesim.recordings.raw_table import RawTable, Reader, as_table, counted, is_unit, plain_unit, refuse_size, split_unit, unique_names
+from lathesim.recordings.thresholds import EQUAL, READING
 
 _NUMBER = re.compile(NUMBER)
 _VALUE = re.compile(r"[+-]?[\d.,]+([-:/.]\d+)*$|\d+([-:/.]\d+)+([ T]|$)")
@@ -99,9 +100,9 @@ def _written(sample: Sequence[str]) -> tuple[str, bool, int]:
             continue
         share = _numeric_share([cell for row in rows for cell in row], comma or (quoted and delimiter == ","))
         score = share * often / len(rows)
-        if score > best + 1e-9:
+        if score > best + EQUAL:
             best, found = score, (delimiter, comma, width)
-    if best >= 0.3:
+    if best >= READING.numeric:
         return found
     for comma in (False, True):
         if _numeric_share([line.strip().strip('"') for line in sample], comma) > 0.5:

@@ -16,6 +16,7 @@ from lathesim.errors import RecordingError
 from lathesim.record import Channel, FloatArray, Meta, Record
 from lathesim.recordings.raw_table import Finding, RawTable, counted, is_unit
 from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, Threshold, even_grid, regular_grid, switched
+from lathesim.recordings.thresholds import EQUAL, SPIKES
 from lathesim.units import conversion, convertible, same_dimension, si_factor
 
 __all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
@@ -202,7 +203,7 @@ def _check_header_unit(header: str, signal: SignalMapping, findings: list[Findin
         findings.append(Finding("unit", signal.target, fact, "the lesson counts"))
         return
     ratio = conversion(header, signal.kind) / conversion(signal.unit, signal.kind)
-    if abs(ratio - 1.0) > 1e-9:
+    if abs(ratio - 1.0) > EQUAL:
         fact = f"the unit of '{signal.column}' is {header} in the file and {signal.unit} in the lesson, a factor of {ratio:.6g}"
         findings.append(Finding("unit", signal.target, fact, f"the lesson counts; write unit: {header} there if the file is right", True))
 
@@ -238,7 +239,7 @@ def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -
     if name != "time":
         _note_other_name(table, "time", mapping.time_column, name, findings)
     header = table.units[name]
-    if is_unit(header) and same_dimension(header, "s") and abs(si_factor(header)[0] / si_factor(unit)[0] - 1.0) > 1e-9:
+    if is_unit(header) and same_dimension(header, "s") and abs(si_factor(header)[0] / si_factor(unit)[0] - 1.0) > EQUAL:
         fact = f"the time is in {header} in the file and in {unit} in the lesson"
         findings.append(Finding("unit", "time", fact, f"the lesson counts; write unit: {header} there if the file is right", True))
     times, factor = table.columns[name], si_factor(unit)[0]
@@ -338,7 +339,7 @@ def _far_out(spikes: Samples, period: float) -> str:
 def _spikes(values: FloatArray) -> Samples:
     """Return where single samples stand far from both neighbours, which agree; pulses that come regularly are signal."""
     none = np.zeros(0, dtype=np.int64)
-    if len(values) < 100:
+    if len(values) < SPIKES.least:
         return none
     away = np.full(len(values), np.nan)
     away[1:-1] = np.abs(values[1:-1] - 0.5 * (values[:-2] + values[2:]))
@@ -348,11 +349,11 @@ def _spikes(values: FloatArray) -> Samples:
     slope = np.full(len(values), np.nan)
     slope[2:-2] = np.maximum(np.abs(values[1:-3] - values[:-4]), np.abs(values[4:] - values[3:-1]))
     usual = float(np.nanquantile(away, 0.99)) if np.isfinite(away).any() else 0.0
-    alone = (apart < 0.2 * away) & ~(away < _STEEPER * slope)
+    alone = (apart < SPIKES.apart * away) & ~(away < _STEEPER * slope)
     spikes = np.flatnonzero((away > _FAR * usual) & alone) if usual > 0.0 else none
     between = np.diff(spikes)
-    regular = len(spikes) > 3 and float(np.std(between)) < 0.1 * float(np.mean(between))
-    return none if len(spikes) > max(3, len(values) // 1000) or regular else spikes
+    regular = len(spikes) > SPIKES.most and float(np.std(between)) < SPIKES.regular * float(np.mean(between))
+    return none if len(spikes) > max(SPIKES.most, int(SPIKES.share * len(values))) or regular else spikes
 
 
 def _bridge_short_runs(values: FloatArray) -> FloatArray:

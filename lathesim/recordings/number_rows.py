@@ -14,11 +14,16 @@ import numpy as np
 
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import refuse_size
+from lathesim.recordings.thresholds import READING
 
 CHUNK = 1 << 23
 """Bytes of text that are parsed at a time."""
 _HEAD = 1 << 17
 _WIDE = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+
+
+_LOOKED_AT = 4000
+"""Letters among which control characters are looked for."""
 
 
 def head_lines(path: Path) -> list[str]:
@@ -31,9 +36,10 @@ def head_lines(path: Path) -> list[str]:
     elif b"\x00" in head:
         return []
     text = head.decode(encoding, errors="replace")
-    if encoding == "utf-8" and "\ufffd" in text[:-4]:
+    whole = text[:-4]  # the last letter may be cut
+    if encoding == "utf-8" and "\ufffd" in whole:
         text = head.decode("latin-1")
-    if sum(letter < " " and letter not in "\t\r\n\f\x1a" for letter in text[:4000]) > 3:
+    if sum(letter < " " and letter not in "\t\r\n\f\x1a" for letter in text[:_LOOKED_AT]) > READING.controls:
         return []
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     if len(head) == _HEAD and len(lines) > 1:

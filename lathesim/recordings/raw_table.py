@@ -10,6 +10,7 @@ import numpy as np
 
 from lathesim.errors import RecordingError, nearest, visible
 from lathesim.record import FloatArray
+from lathesim.recordings.thresholds import READING
 
 
 def counted(number: int, noun: str, one: str = "", several: str = "") -> str:
@@ -84,8 +85,8 @@ class RawTable:
     def near(self, wanted: str) -> str:
         """Return the remedy for a missing column: the nearest name, or the names there are."""
         names = list(self.columns)
-        more = f" and {len(names) - 8} more" if len(names) > 8 else ""
-        return nearest(wanted, names) or (f"It has {', '.join(names[:8])}{more}." if names else "It has no columns.")
+        more = f" and {len(names) - READING.named} more" if len(names) > READING.named else ""
+        return nearest(wanted, names) or (f"It has {', '.join(names[: READING.named])}{more}." if names else "It has no columns.")
 
 
 def split_unit(header: str) -> tuple[str, str]:
@@ -118,7 +119,7 @@ def is_unit(text: str) -> bool:
     from lathesim.errors import UnitError
     from lathesim.units import si_factor
 
-    if not text or len(text) > 20:
+    if not text or len(text) > READING.unit:
         return False
     try:
         si_factor(text)

@@ -13,6 +13,7 @@ from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
 from lathesim.recordings.mapping import RecordingMapping
 from lathesim.recordings.raw_table import Finding
+from lathesim.recordings.thresholds import MOTION, ROUNDING
 
 _SECOND_DIFFERENCE = np.sqrt(6.0)
 """Standard deviation of the second difference of white noise of standard deviation one."""
@@ -54,7 +55,7 @@ class RecordedChannel:
     @cached_property
     def constant(self) -> bool:
         """Whether it never moves; the last bits of a computed constant do not count."""
-        return self.span <= 1e-12 * float(np.abs(self.values).max())
+        return self.span <= ROUNDING * float(np.abs(self.values).max())
 
     @cached_property
     def roughness(self) -> float:
@@ -206,7 +207,7 @@ def wrong_factors(found_pairs: list[Pair]) -> list[Finding]:
         whom = other.name if other.unit == blamed.unit else f"the rate of change of {other.name}"
         if other.unit != blamed.unit and blamed is pair.first:
             whom = f"what {other.name} says"
-        if pair.slope < 0.0 and 0.6 < abs(slope) < 1.6:
+        if pair.slope < 0.0 and MOTION.smaller < abs(slope) < MOTION.larger:
             findings.append(Finding("sign", blamed.name, f"it moves against {whom} throughout", "check the sign of its scale", True))
             continue
         name = known_factor(slope)
@@ -218,7 +219,7 @@ def wrong_factors(found_pairs: list[Pair]) -> list[Finding]:
 
 def _is_wrong(pair: Pair) -> bool:
     size = abs(pair.slope)
-    far = not 0.6 < size < 1.6 and (bool(known_factor(size)) or abs(pair.correlation) > 0.999)
+    far = not MOTION.smaller < size < MOTION.larger and (bool(known_factor(size)) or abs(pair.correlation) > MOTION.exact)
     places = pair.first.driven or pair.first.unit != pair.second.unit or pair.first.unit in ("m", "rad")
     return far or (pair.slope < 0.0 and places)
 
@@ -233,7 +234,7 @@ def swapped_columns(channels: list[RecordedChannel], period: float) -> list[Find
         for channel in same:
             likeness = abs(correlated(reference.values, channel.values))
             best = max(others, key=lambda other: abs(correlated(reference.values, other.values)), default=None)
-            if best is not None and likeness < 0.9 and abs(correlated(reference.values, best.values)) > _ALIKE:
+            if best is not None and likeness < MOTION.alike and abs(correlated(reference.values, best.values)) > _ALIKE:
                 fact = f"{best.name} follows {reference.name} and {channel.name} does not, so the two columns look swapped"
                 findings.append(Finding("swapped", f"{channel.name}, {best.name}", fact, "exchange them in the lesson", True))
         findings += [finding for channel in same if (finding := _leading(reference, channel)) is not None]
@@ -242,7 +243,7 @@ def swapped_columns(channels: list[RecordedChannel], period: float) -> list[Find
 
 def _leading(reference: RecordedChannel, measured: RecordedChannel) -> Finding | None:
     """Find a reference that follows what it should lead, and has the noise that the measured channel should have."""
-    if correlated(reference.values, measured.values) < _ALIKE or reference.roughness < 5.0 * measured.roughness:
+    if correlated(reference.values, measured.values) < _ALIKE or reference.roughness < MOTION.rougher * measured.roughness:
         return None
     ahead = [correlated(reference.values[shift:], measured.values[: len(measured.values) - shift]) for shift in (0, 2, 5)]
     behind = [correlated(measured.values[shift:], reference.values[: len(reference.values) - shift]) for shift in (0, 2, 5)]
@@ -263,7 +264,7 @@ def _swapped_speed(channels: list[RecordedChannel], period: float) -> list[Findi
                 continue
             right = abs(correlated(rate(place.values, period, 25), speed.values))
             wrong = abs(correlated(rate(speed.values, period, 25), place.values))
-            if wrong > _ALIKE and right < 0.5:
+            if wrong > _ALIKE and right < MOTION.loosely:
                 fact = f"{place.name} is the rate of change of {speed.name}, so the two columns look swapped"
                 findings.append(Finding("swapped", f"{place.name}, {speed.name}", fact, "exchange them in the lesson", True))
     return findings

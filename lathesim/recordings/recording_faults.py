@@ -24,6 +24,7 @@ from lathesim.recordings.recorded_channel import (
     swapped_columns,
     wrong_factors,
 )
+from lathesim.recordings.thresholds import FROZEN, JUMPS, MOTION
 
 _SPECIFIC = (5e7, 2e10)
 """Specific cutting force of anything that is turned [N/m^2], from plastics to hardened steel at small feeds. Range assumed."""
@@ -41,10 +42,10 @@ def senseless_forces(channels: list[RecordedChannel]) -> list[Finding]:
     if feed is None or depth is None or feed.group != depth.group or feed.unit != "m" or depth.unit != "m":
         return found
     cutting = (feed.values > 0.0) & (depth.values > 0.0)
-    if np.count_nonzero(cutting) < 20:
+    if np.count_nonzero(cutting) < MOTION.least_cut:
         return found
     ratio = float(np.median(feed.values[cutting] / depth.values[cutting]))
-    if ratio > 2.0 and float(feed.values.max()) > _COARSEST_FEED:
+    if ratio > MOTION.coarse_feed and float(feed.values.max()) > _COARSEST_FEED:
         largest = feed.values.max() * 1e3
         fact = f"the feed is {ratio:.3g} times the depth of cut (median), up to {largest:.3g} mm, so the two columns look swapped"
         return [*found, Finding("swapped", f"{feed.name}, {depth.name}", fact, "exchange them in the lesson", True)]
@@ -56,7 +57,7 @@ def senseless_forces(channels: list[RecordedChannel]) -> list[Finding]:
 
 def _specific_force(area: FloatArray, force: RecordedChannel) -> list[Finding]:
     """Hold the force against the area of cut: their ratio is the specific cutting force."""
-    if correlated(area, force.values) < 0.5:
+    if correlated(area, force.values) < MOTION.loosely:
         return []
     specific = float(area @ force.values) / float(area @ area)
     if _SPECIFIC[0] < specific < _SPECIFIC[1]:
@@ -93,16 +94,16 @@ def dropped_samples(found_pairs: list[Pair], period: float) -> list[Finding]:
     """
     for pair in found_pairs:
         first, second = pair.first, pair.second
-        if first.unit != second.unit or pair.correlation < 0.9 or first.unit not in ("m", "rad"):
+        if first.unit != second.unit or pair.correlation < MOTION.alike or first.unit not in ("m", "rad"):
             continue
         at = np.intersect1d(_jumps(first), _jumps(second))
-        at = at[np.abs(first.steps[at]) < 0.6 * first.span]
+        at = at[np.abs(first.steps[at]) < JUMPS.fall * first.span]
         ratio = second.steps[at] / (pair.slope * first.steps[at])
-        at = at[(ratio > 0.5) & (ratio < 2.0)]
+        at = at[(ratio > MOTION.same_jump) & (ratio < 1.0 / MOTION.same_jump)]
         if not len(at):
             continue
         lost = [_lost(first, int(place)) for place in at]
-        places = ", ".join(f"{(place + 1) * period:.6g}" for place in at[:5]) + (" and so on" if len(at) > 5 else "")
+        places = ", ".join(f"{(place + 1) * period:.6g}" for place in at[: JUMPS.listed]) + (" and so on" if len(at) > JUMPS.listed else "")
         fact = f"all channels jump together {len(at)} times, at {places} s, as if about {int(sum(lost))} samples were dropped there"
         return [Finding("dropped", "time", fact, "record again with a logger that keeps up, or cut the recording there", True)]
     return []
@@ -115,8 +116,8 @@ def _jumps(channel: RecordedChannel) -> npt.NDArray[np.int64]:
     usual = float(np.quantile(sudden, 0.99))
     around = np.maximum.reduce([np.roll(steps, shift) for shift in (-4, -3, -2, 2, 3, 4)])
     beside = np.maximum(np.roll(steps, 1), np.roll(steps, -1))
-    far = (steps > _FAR * around + 6.0 * channel.roughness) & (steps > 1.5 * beside) & (steps > 0.2 * channel.usual_step)
-    far &= sudden > 5.0 * usual
+    far = (steps > _FAR * around + JUMPS.noise * channel.roughness) & (steps > JUMPS.beside * beside)
+    far &= (steps > JUMPS.usual * channel.usual_step) & (sudden > JUMPS.sudden * usual)
     far[:4] = far[-4:] = False
     return np.flatnonzero(far)
 
@@ -132,16 +133,16 @@ def wrapped_counters(channels: list[RecordedChannel], period: float) -> list[Fin
     for channel in channels:
         if channel.constant or channel.unit not in ("m", "rad"):
             continue
-        jumps = np.flatnonzero(np.abs(channel.steps) > 0.6 * channel.span)
+        jumps = np.flatnonzero(np.abs(channel.steps) > JUMPS.fall * channel.span)
         jumps = jumps[(jumps > _AROUND) & (jumps < len(channel.steps) - _AROUND)]
-        if not len(jumps) or len(jumps) > len(channel.steps) // 20:
+        if not len(jumps) or len(jumps) > int(JUMPS.falls * len(channel.steps)):
             continue
         before = channel.values[jumps] - channel.values[jumps - _AROUND]
         after = channel.values[jumps + 1 + _AROUND] - channel.values[jumps + 1]
         against = (before * channel.steps[jumps] < 0.0) & (after * channel.steps[jumps] < 0.0)
-        against &= (np.abs(after) < 3.0 * np.abs(before)) & (np.abs(before) < 3.0 * np.abs(after))
-        middle = np.abs(channel.values - 0.5 * (channel.values.max() + channel.values.min())) < 0.25 * channel.span
-        if against.all() and np.mean(middle) > 0.2:
+        against &= (np.abs(after) < JUMPS.evenly * np.abs(before)) & (np.abs(before) < JUMPS.evenly * np.abs(after))
+        middle = np.abs(channel.values - 0.5 * (channel.values.max() + channel.values.min())) < JUMPS.half * channel.span
+        if against.all() and np.mean(middle) > JUMPS.passes:
             width = float(np.median(np.abs(channel.steps[jumps])))
             first = (jumps[0] + 1) * period
             fact = f"it falls back by {width:.6g} {channel.unit} {len(jumps)} times while it moves on, first at {first:.6g} s"
@@ -167,8 +168,8 @@ def repeated_blocks(channels: list[RecordedChannel], period: float) -> list[Find
     begins, ends = runs_of(np.concatenate([[False], (back[1:] == back[:-1]) & (back[1:] > 1)]))
     for begin, end in zip(begins - 1, ends, strict=True):
         distance = int(back[begin])
-        whole = end - begin >= 0.9 * distance
-        if distance >= 20 and whole and _seam(moving, int(begin)):
+        whole = end - begin >= JUMPS.copy * distance
+        if distance >= JUMPS.least_copy and whole and _seam(moving, int(begin)):
             fact = f"the rows from {(begin - distance) * period:.6g} to {(begin - 1) * period:.6g} s are written twice"
             return [Finding("repeated", "", fact, "take the second copy out", True)]
     return []
@@ -176,7 +177,7 @@ def repeated_blocks(channels: list[RecordedChannel], period: float) -> list[Find
 
 def _seam(channels: list[RecordedChannel], begin: int) -> bool:
     places = [channel for channel in channels if channel.unit in MOTION_UNITS]
-    return begin > 0 and any(abs(channel.steps[begin - 1]) > 5.0 * channel.usual_step for channel in places)
+    return begin > 0 and any(abs(channel.steps[begin - 1]) > FROZEN.jump * channel.usual_step for channel in places)
 
 
 def repeated_stretches(found_pairs: list[Pair], period: float) -> list[Finding]:
@@ -244,16 +245,21 @@ def slow_channels(channels: list[RecordedChannel], period: float) -> list[Findin
 def _rows_of_one_reading(channel: RecordedChannel) -> int:
     """Return the largest number of rows in whose turn nearly all changes come; 1 where they come in no turn."""
     changes = np.flatnonzero(channel.steps)
-    if len(changes) < _FEWEST or len(np.unique(np.round(channel.steps / np.abs(channel.steps).max(), 6))) < _SIZES:
+    if len(changes) < _FEWEST or _sizes(channel.steps) < _SIZES:
         return 1
     turns = range(_SLOWEST, 1, -1)
     return next((rows for rows in turns if np.bincount(changes % rows).max() > _IN_TURN * len(changes)), 1)
 
 
+def _sizes(steps: FloatArray) -> int:
+    """Return how many different steps there are, to a millionth of the largest."""
+    return len(np.unique(np.round(steps / np.abs(steps).max(), 6)))
+
+
 def _nth(number: int) -> str:
     """Return an ordinal number: 2nd, 16th."""
-    ending = {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th") if number % 100 not in (11, 12, 13) else "th"
-    return f"{number}{ending}"
+    ends = {11: "th", 12: "th", 13: "th", 1: "st", 2: "nd", 3: "rd"}
+    return f"{number}{ends.get(number % 100) or ends.get(number % 10, 'th')}"
 
 
 def recording_faults(record: Record, mapping: RecordingMapping) -> list[Finding]:

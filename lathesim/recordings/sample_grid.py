@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import Finding, counted
+from lathesim.recordings.thresholds import CLOCK
 from lathesim.units import in_unit
 
 
@@ -148,8 +149,8 @@ def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Find
     backward = np.flatnonzero(steps < 0.0)
     if not len(backward):
         return rows
-    anew = backward[-steps[backward] > 10.0 * usual]
-    if len(anew) and len(anew) <= max(20, len(rows) // 1000):
+    anew = backward[-steps[backward] > CLOCK.back * usual]
+    if len(anew) and len(anew) <= max(CLOCK.restarts, int(CLOCK.share * len(rows))):
         edges = np.concatenate([[0], anew + 1, [len(rows)]])
         pieces = [rows[begin:end] for begin, end in itertools.pairwise(edges)]
         longest = max(pieces, key=len)
@@ -169,13 +170,13 @@ def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Find
 def _without_rewinds(time: FloatArray, rows: npt.NDArray[np.int64], usual: float, findings: list[Finding]) -> npt.NDArray[np.int64]:
     """Leave out rows that were written twice: the clock goes back to where it was a while ago, not to its start, and then runs on."""
     times = time[rows]
-    back = np.flatnonzero(np.diff(times) < -10.0 * usual) + 1
+    back = np.flatnonzero(np.diff(times) < -CLOCK.back * usual) + 1
     if not len(back):
         return rows
     reached = np.maximum.accumulate(times)
     ends = [*back[1:], len(times)]
     rewound = [
-        times[begin] > times[0] + 10.0 * usual and times[begin:end].max() > reached[begin - 1]
+        times[begin] > times[0] + CLOCK.back * usual and times[begin:end].max() > reached[begin - 1]
         for begin, end in zip(back, ends, strict=True)
     ]
     if not all(rewound):
@@ -192,12 +193,12 @@ def _coarse(time: FloatArray) -> tuple[float, int] | None:
     """Return the period where the times are rounded so far that rows share them, and the number of values they take."""
     steps = np.diff(time)
     distinct = 1 + int(np.count_nonzero(steps > 0.0))
-    if distinct > 0.8 * len(time) or distinct < 3:
+    if distinct > CLOCK.shared * len(time) or distinct < CLOCK.fewest:
         return None
     quantum = float(np.quantile(steps[steps > 0.0], 0.9))
     number = np.arange(len(time))
     period, start = np.polyfit(number, time, 1)
-    if period <= 0.0 or np.abs(time - (start + period * number)).max() > 1.01 * quantum:
+    if period <= 0.0 or np.abs(time - (start + period * number)).max() > CLOCK.rounded * quantum:
         return None
     return _rounded(float(period), quantum / len(time)), distinct
 
