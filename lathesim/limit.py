@@ -33,9 +33,3 @@ class Limit(float):
     def __getnewargs__(self) -> tuple[float, str, str, Basis, str]:  # type: ignore[override]
         """Return what a copy is made of."""
         return float(self), self.unit, self.meaning, self.basis, self.evidence
-
-    def times(self, factor: float) -> Limit:
-        """Return the same limit, moved by a factor."""
-        moved = Limit(float(self) * factor, self.unit, self.meaning, self.basis, self.evidence)
-        moved.name = self.name
-        return moved

@@ -23,7 +23,7 @@ from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError, ProgramError
-from lathesim.identification.machine.position_loops import loops_of
+from lathesim.identification.position_loops import loops_of
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import lesson_from_text
 from lathesim.lessons.program_path import limits_of

@@ -18,12 +18,12 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
-from lathesim.identification.machine.position_loops import Loop, one_or_more, resolution_of
-from lathesim.identification.machine.sensor_noise import with_sensor_noise
+from lathesim.identification.position_loops import Loop, one_or_more, resolution_of
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, lesson_from_text
 from lathesim.lessons.part_values import write_table
+from lathesim.lessons.sensor_sides import with_sensor_noise
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 

@@ -20,7 +20,7 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
-from lathesim.identification.machine.position_loops import Loop, level_of, one_or_more, resolution_of
+from lathesim.identification.position_loops import Loop, level_of, one_or_more, resolution_of
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.simulate import Prepared
 

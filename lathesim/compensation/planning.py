@@ -14,7 +14,7 @@ from lathesim.component import Parameter
 from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.errors import PluginError
-from lathesim.identification.machine.position_loops import Loop
+from lathesim.identification.position_loops import Loop
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.plugins import Registry
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.compensation.diagnosed_machine import Bench
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.machine.position_loops import resolution_of
+from lathesim.identification.position_loops import resolution_of
 from lathesim.limit import Limit
 
 FORM_ERROR = Limit(

@@ -20,7 +20,7 @@ from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError, LessonError
-from lathesim.identification.machine.position_loops import level_of
+from lathesim.identification.position_loops import level_of
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson

@@ -16,7 +16,7 @@ from lathesim.engine.batch import Batch, Reduce
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError, WiringError, nearest
 from lathesim.identification.estimation.fit import Problem, Weighting
-from lathesim.identification.records.fit import Free
+from lathesim.identification.records import Free
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry

@@ -12,7 +12,7 @@ from lathesim.compensation.diagnosed_machine import Bench, InsertedRemedy
 from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray, Place, of_part
 from lathesim.identification.estimation.fit import Problem, fit
-from lathesim.identification.records.fit import Free
+from lathesim.identification.records import Free
 
 _SUMMED = ("bias",)
 """Values that add up, whatever else is set."""

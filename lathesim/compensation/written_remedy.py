@@ -17,7 +17,7 @@ from lathesim.effects.remedy import Remedy
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
-from lathesim.identification.machine.position_loops import loops_of
+from lathesim.identification.position_loops import loops_of
 from lathesim.json_text import eight_digits, parsed_json, written_json
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of

@@ -17,7 +17,7 @@ from collections.abc import Collection
 from dataclasses import replace
 
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.preparation import Question
 from lathesim.recordings.raw_table import Finding
 
 LEFT_OUT = {
@@ -50,7 +50,4 @@ def without(question: Question, steps: Collection[str]) -> Question:
 
 def _on_penalty_alone(method: Method, numbers: int) -> Method:
     """Return settings with which the gain in likelihood on ``numbers`` values decides alone."""
-    nothing = -math.inf
-    return replace(
-        method, margin=0.0, per_parameter=0.5 * math.log(numbers), share_of_all=nothing, share_of_rest=nothing, largest_size=math.inf,
-    )  # fmt: skip
+    return replace(method, margin=0.0, per_parameter=0.5 * math.log(numbers), material=0.0, share_of_rest=0.0, largest_size=math.inf)

@@ -13,12 +13,11 @@ from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.location.closed_loop_fit import Compared, compared
+from lathesim.diagnosis.location import Compared, compared
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.preparation import Prepared, as_measured, other_laws
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.preparation import Prepared, Question, as_measured, other_laws
 from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
-from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw
+from lathesim.diagnosis.recording_checks.controllers import AnotherLaw
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
 from lathesim.diagnosis.records.diagnosis import (
     NAMING,
@@ -34,18 +33,14 @@ from lathesim.diagnosis.records.diagnosis import (
     Verdict,
 )
 from lathesim.diagnosis.records.discovered import Discovered
-from lathesim.diagnosis.records.ranked_effect import RankedEffect
-from lathesim.diagnosis.records.search import Found, Gain
+from lathesim.diagnosis.records.search import Found, Gain, RankedEffect
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located
 from lathesim.diagnosis.reporting.explanations import explanations_of, faults_as_explanations
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import without_name
-from lathesim.diagnosis.verdict.deciding_channel import deciding_channel
-from lathesim.diagnosis.verdict.decision import decided
-from lathesim.diagnosis.verdict.doubt import Doubt, doubts
-from lathesim.diagnosis.verdict.ranking import ranked, removed_share
+from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, doubts, ranked, removed_share
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
@@ -53,9 +48,8 @@ from lathesim.identification.estimation.estimates import (
     Estimates,
 )
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.execution.budget import Progress
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Fitted, Free, with_start
+from lathesim.identification.execution import Progress
+from lathesim.identification.records import Candidate, Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.recordings.raw_table import Finding
@@ -108,7 +102,7 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
     doubted = doubts(study, found.model)
     laws = other_laws(question, found, experiment, validation)
     tied = bool(effects_found and effects_found[0].tied)
-    differ = is_clear(moved, method) and moved.share > method.share_of_all
+    differ = is_clear(moved, method) and moved.share > method.least_share
     rule = decided(bool(effects_found), doubted, tied=tied, values_differ=differ or bool(found.values_off), another_law=bool(laws))
     outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), rule.verdict in NAMING)
     effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **_read(counts)}))
@@ -144,7 +138,7 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
 
 def _sides(outcome: _Outcome, ranked: Sequence[RankedEffect]) -> list[str]:
     """Return what is assumed of the sensors at the springs that are named."""
-    hosts = dict.fromkeys(item.candidate.at.partition(".")[0] for item in ranked if item.candidate.effect.beyond)
+    hosts = dict.fromkeys(Place.of(item.candidate.at).part for item in ranked if item.candidate.effect.beyond)
     found = _sides_found(outcome.found)
     return [told for host in hosts if (told := assumed_sides(outcome.prepared.question.machine.assembly, host, found))]
 
@@ -190,14 +184,14 @@ def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequen
     goes_with = [name for doubt in outcome.doubts if doubt.clear or not outcome.names for name in doubt.variables]
     location = located(outcome.prepared.validation, found, outcome.evidence, goes_with, named=outcome.names, method=outcome.method)
     if found.controller and not effects:
-        location = replace(location, components=(found.controller.name.partition(".")[0],))
+        location = replace(location, components=(Place.of(found.controller.name).part,))
     if outcome.unnamed and not outcome.names:
         parts = [Place.of(left.at).part for left in outcome.unnamed]
         location = replace(location, components=tuple(dict.fromkeys([*parts, *location.components])))
     if outcome.laws and not outcome.names:
         location = replace(location, components=tuple(law.controller for law in outcome.laws))
     if counted:
-        hosts = [candidate.at.partition(".")[0] for candidate in (*found.model.candidates, *counted)]
+        hosts = [Place.of(candidate.at).part for candidate in (*found.model.candidates, *counted)]
         others = location.components if found.model.candidates else ()
         location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
     return location
@@ -222,13 +216,13 @@ def _entries(outcome: _Outcome, effects: Sequence[FoundEffect], ranked: Sequence
 
 def _left(outcome: _Outcome) -> tuple[str, ...]:
     """Return what is left and what speaks against the values, each in a sentence, in the order in which it is reported."""
-    found, method = outcome.found, outcome.method
+    found = outcome.found
     experiment = outcome.prepared.experiment
     return (
         *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in outcome.laws),
         *(f"{one} explains as much of the recording from before the change." for one in _there_before(found)),
         *map(without_name, outcome.unnamed[1:]),
-        *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors, method=method),
+        *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors),
         *value_instead(found.far_off, outcome.baseline, whole=outcome.adequate or outcome.names),
     )
 

@@ -14,19 +14,18 @@ from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.preparation import Prepared, as_given, prepare, with_other_sign
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.preparation import Prepared, Question, as_given, prepare, with_other_sign
 from lathesim.diagnosis.recording_checks.checks import against_model, fault, of_a_slow_log, with_a_wrong_unit
-from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import against_the_machine
+from lathesim.diagnosis.recording_checks.mapped_elsewhere import against_the_machine
+from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.records.history import Step
 from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.reporting.summary import headline
-from lathesim.diagnosis.verdict.added_signals import agrees, with_added_signals
+from lathesim.diagnosis.verdict import agrees, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
-from lathesim.identification.execution.budget import Progress
-from lathesim.identification.records.model import Standing
+from lathesim.identification.execution import Progress
+from lathesim.identification.records import Standing
 from lathesim.identification.replay.experiment import Machine
 from lathesim.identification.replay.loading import Recorded
 

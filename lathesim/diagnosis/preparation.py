@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
-from lathesim.diagnosis.question import Question
-from lathesim.diagnosis.recording_checks.added_input.unrecorded_input import unrecorded_inputs, with_inputs, with_signals
+from lathesim.diagnosis.method import Method
+from lathesim.diagnosis.recording_checks.added_input import unrecorded_inputs, with_inputs, with_signals
 from lathesim.diagnosis.recording_checks.checks import (
     CHECKS_OF_CLOCK,
     CHECKS_OF_MAPPING,
@@ -17,18 +17,33 @@ from lathesim.diagnosis.recording_checks.checks import (
     found_by,
     too_slow_for_commands,
 )
-from lathesim.diagnosis.recording_checks.controller_law import AnotherLaw, another_law
-from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
+from lathesim.diagnosis.recording_checks.controllers import AnotherLaw, another_law, controller_value, with_commands_followed
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
-from lathesim.diagnosis.records.controller_value import ControllerValue
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.search import ControllerValue, Found
+from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
+from lathesim.identification.records import Fitted
+from lathesim.identification.replay.experiment import Experiment, Machine, baseline_free, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.identification.replay.validation_split import parted
 from lathesim.recordings.raw_table import Finding
+
+
+@dataclass(frozen=True)
+class Question:
+    """What a diagnosis is asked: a machine, the recording it is fitted to, the one it is judged on, and the effects to be tried.
+
+    With a recording from ``before`` the machine changed the question is what changed, and no longer what the lesson left out.
+    """
+
+    lesson: str
+    machine: Machine
+    fitted: Recorded
+    validation: Recorded | None
+    effects: tuple[type[Effect], ...]
+    method: Method = field(default_factory=Method)
+    before: Recorded | None = None
 
 
 @dataclass(frozen=True)

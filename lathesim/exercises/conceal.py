@@ -28,9 +28,9 @@ from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
 from lathesim.exercises.hidden_effect import HiddenEffect, HiddenWish, drawn_values, place_wishes
 from lathesim.exercises.logger import LoggedColumn
-from lathesim.identification.machine.sensor_noise import with_sensor_noise
 from lathesim.identification.replay.open_loop import drive, seen
-from lathesim.identification.signal.resolution import channel_floor
+from lathesim.identification.signal import channel_floor
+from lathesim.lessons.sensor_sides import with_sensor_noise
 from lathesim.record import Record
 
 FINER = 10

@@ -12,8 +12,8 @@ from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Place
 from lathesim.errors import LessonError, nearest
-from lathesim.identification.catalogue.placement import WIDE_RANGE, insert_candidates
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.catalogue import WIDE_RANGE, insert_candidates
+from lathesim.identification.records import Candidate
 from lathesim.lessons.insertion import Machinery, effect_part_name, insert_effect
 from lathesim.units import quantity
 

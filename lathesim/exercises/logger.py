@@ -12,7 +12,7 @@ import numpy as np
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place
 from lathesim.errors import LessonError
-from lathesim.identification.signal.rounding import SLOPE_ROUNDING
+from lathesim.identification.signal import SLOPE_ROUNDING
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.schema import RecordedSignal

@@ -104,7 +104,7 @@ def gained(apart: FloatArray, values: int) -> FloatArray:
 
 def needed(explained: FloatArray, values: int, least: FloatArray | float = DECIDES) -> FloatArray:
     """Return what a run must gain [nats] to decide, where the true rival explains so much (T): ``least`` at the least."""
-    return np.maximum(least, STANDARD.selection.tie_share * gained(explained, values))
+    return np.maximum(least, STANDARD.material * gained(explained, values))
 
 
 def chance_to_decide(apart: FloatArray, explained: FloatArray, values: int, least: FloatArray | float = DECIDES) -> FloatArray:

@@ -18,7 +18,7 @@ import numpy as np
 
 from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
 from lathesim.diagnosis.diagnose import diagnose
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.preparation import Question
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
@@ -27,7 +27,7 @@ from lathesim.experiments.candidate_programs import Laid
 from lathesim.experiments.experiment import Designed, with_program
 from lathesim.experiments.rivals import NEXT_RUN, NOTHING
 from lathesim.experiments.scene import Scene
-from lathesim.identification.execution.budget import Deadline
+from lathesim.identification.execution import Deadline
 from lathesim.identification.replay.loading import load_case
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson

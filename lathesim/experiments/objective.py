@@ -24,7 +24,7 @@ from lathesim.errors import LatheSimError
 from lathesim.experiments.free_values import FreeValue, values_of
 from lathesim.experiments.waypoints import Wandering, Waypoints, likely_wandering, whitened
 from lathesim.identification.estimation.fit import Problem, fit
-from lathesim.identification.records.fit import Free
+from lathesim.identification.records import Free
 from lathesim.units import same_dimension
 
 FAR = 1.0

@@ -20,8 +20,8 @@ from lathesim.experiments.candidate_programs import Laid
 from lathesim.experiments.rivals import Rival
 from lathesim.experiments.scene import Scene
 from lathesim.identification.estimation.fit import Problem, Weighting, fit, fit_linear
-from lathesim.identification.records.candidate import Candidate as Term
-from lathesim.identification.records.fit import Free
+from lathesim.identification.records import Candidate as Term
+from lathesim.identification.records import Free
 
 _BEYOND = 10.0
 """Ranges beyond its usual bounds to which a rival may go when it is refitted: an unusual size is no proof against it."""

@@ -12,8 +12,8 @@ import numpy as np
 from lathesim.component import Output
 from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.errors import LatheSimError, nearest
-from lathesim.identification.catalogue.placement import insert_candidates
-from lathesim.identification.records.candidate import Candidate as Term
+from lathesim.identification.catalogue import insert_candidates
+from lathesim.identification.records import Candidate as Term
 from lathesim.json_text import parsed_json
 from lathesim.plugins import Registry
 

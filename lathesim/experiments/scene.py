@@ -26,8 +26,8 @@ from lathesim.experiments.families import CandidateProgram
 from lathesim.experiments.replica import given_values
 from lathesim.experiments.rivals import Rival
 from lathesim.experiments.room import Room
-from lathesim.identification.records.candidate import Candidate as Term
-from lathesim.identification.signal.resolution import channel_floor
+from lathesim.identification.records import Candidate as Term
+from lathesim.identification.signal import channel_floor
 
 _BITS = "bits"
 """Parameter of a converter that counts."""
@@ -59,7 +59,7 @@ def counts_of(assembly: Assembly) -> dict[str, tuple[float, float]]:
 
 def shown_lags(term: Term, sizes: FloatArray, plan: Plan) -> FloatArray:
     """Return sizes (..., parameters) with lags that are too short to show at none at all."""
-    least = STANDARD.selection.least_lag * plan.assembly.sample_period
+    least = STANDARD.least_lag * plan.assembly.sample_period
     found = np.array(sizes, dtype=float)
     for place, name in enumerate(term.parameters):
         if Place.of(name).port in term.effect.neutral and plan.unit(name) == "s":
@@ -138,12 +138,12 @@ def _is_at_a_limit(record: FloatArray, looked: Sequence[int], sound: FloatArray)
         return True
     still, usually_still = (_still(rows) for rows in (seen, sound))
     alive = ~still.all(axis=1)
-    moving = still[alive].mean(axis=0) < STANDARD.shared.larger_part if alive.any() else np.zeros(seen.shape[1] - 1, dtype=bool)
+    moving = still[alive].mean(axis=0) < STANDARD.larger_part if alive.any() else np.zeros(seen.shape[1] - 1, dtype=bool)
     for row, steps, usual, rests in zip(seen, still, sound, usually_still, strict=True):
         for extreme, is_beyond in ((row.max(), row.max() > usual.max()), (row.min(), row.min() < usual.min())):
             stands = steps & moving & ~rests
             there = int(np.count_nonzero(stands & (np.abs(row[1:] - extreme) <= _ROUNDING * np.ptp(row))))
-            if is_beyond and there >= _STANDS and there > STANDARD.shared.larger_part * np.count_nonzero(stands):
+            if is_beyond and there >= _STANDS and there > STANDARD.larger_part * np.count_nonzero(stands):
                 return True
     return False
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from lathesim.diagnosis.diagnose import diagnose
 from lathesim.diagnosis.method import STANDARD
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.preparation import Question
 from lathesim.diagnosis.records.diagnosis import NAMING, Diagnosis, FoundEffect, Verdict, as_json
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import wire
@@ -128,7 +128,7 @@ def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
 
     best = next((name for name in named if all(ahead(name, other) >= 0.0 for other in named)), next(iter(named)))
     joint = float(np.mean([own[best][0] for own in gains]) + sum(own[best][1] for own in gains))
-    resolution = max(STANDARD.per_parameter, STANDARD.selection.tie_share.times(abs(joint)))
+    resolution = max(STANDARD.per_parameter, STANDARD.material * abs(joint))
     rivals = {name for answer in answers for name in (*named, *_tied_names(answer.effects[0]))} - {best}
     behind = {name: ahead(best, name) for name in sorted(rivals)}
     probability = 1.0 / (1.0 + sum(math.exp(-max(0.0, by) / (0.5 * resolution)) for by in behind.values()))
@@ -150,7 +150,7 @@ def _together(answers: Sequence[Diagnosis]) -> Diagnosis:
         tied = tuple(dict.fromkeys(other for item in own for other in item.tied_with))
         gains = [judged for answer in answers for other, _, judged in answer.evidence.tried if other == name]
         behind = [by for answer in answers for first, _, by in answer.evidence.runners_up if first == name]
-        resolution = max(STANDARD.per_parameter, STANDARD.selection.tie_share.times(abs(sum(gains))))
+        resolution = max(STANDARD.per_parameter, STANDARD.material * abs(sum(gains)))
         told_apart = len(behind) == len(answers) and sum(behind) >= resolution
         probability = min(item.probability for item in own) if tied and not told_apart else max(item.probability for item in own)
         effects.append(replace(effect, probability=probability, tied_with=() if told_apart else tied))

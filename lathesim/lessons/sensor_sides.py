@@ -1,11 +1,15 @@
-"""On which side of a spring the sensors of a part sit, motor or load: as the lesson says, else as is assumed, and then told."""
+"""On which side of a spring the sensors of a part sit, motor or load: as the lesson says, else as is assumed, and then told.
+
+Noise before the sensors is part of the loops that they close.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
 
-from lathesim.component import Component, Input, Output, Parameter
+from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, Part, Place, Wire
 
@@ -110,3 +114,39 @@ def _taken(component: type[Component], given: str) -> str:
     if issubclass(component, Effect):
         return next((taken for taken, output in component.pairs().values() if output == given), "")
     return "incoming" if given == "outgoing" else ""
+
+
+Placed = TypeVar("Placed", bound=Assembly)
+
+
+class SensorNoise(Component):
+    """Noise before a sensor, new in each sample and held until the next:  out = in + size n_k."""
+
+    incoming = Input("{signal}", doc="what is measured")
+    outgoing = Output("{signal}", doc="what the sensor sees")
+    size = Parameter("{signal}", 0.0, low=0.0, doc="one standard deviation of the noise")
+    number = Noise(doc="standard normal number of the sample")
+    noise = DiscreteState("{signal}", doc="noise of this sample")
+
+    @staticmethod
+    def update(number: float, size: float) -> float:
+        return size * number
+
+    @staticmethod
+    def output(incoming: float, noise: float) -> float:
+        return incoming + noise
+
+
+def with_sensor_noise(assembly: Placed, sizes: Mapping[str, float]) -> Placed:
+    """Return the assembly with noise before each sensor of ``sizes``, one standard deviation [unit of what it measures]."""
+    parts, wires = list(assembly.parts), {wire.target: wire for wire in assembly.wires}
+    by_name = {part.name: part for part in parts}
+    for sensor, size in sizes.items():
+        part = by_name[sensor]
+        target = f"{sensor}.{part.component.ports['measured']}"
+        unit = part.component.declarations[part.component.ports["measured"]].unit
+        name = f"{sensor}_noise"
+        parts.append(Part(name, SensorNoise.with_units({"signal": unit}), {"size": size}))
+        wires[f"{name}.incoming"] = replace(wires[target], target=f"{name}.incoming")
+        wires[target] = Wire(target, f"{name}.outgoing")
+    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))

@@ -28,7 +28,7 @@ from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment, Machine, baseline_free, build_experiments
 from lathesim.record import Channel, Record
 

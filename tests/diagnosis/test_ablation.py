@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from lathesim.diagnosis.ablation import LEFT_OUT, without
 from lathesim.diagnosis.diagnose import ask, diagnose
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.preparation import Question
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.loading import Recorded

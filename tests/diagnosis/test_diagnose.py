@@ -11,10 +11,10 @@ import pytest
 
 import lathesim.diagnosis.answer as answering
 from lathesim.diagnosis.diagnose import ask, diagnose
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.preparation import Question
 from lathesim.diagnosis.recording_checks.checks import of_a_slow_log, too_slow_for_commands
 from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
-from lathesim.identification.execution.budget import Deadline
+from lathesim.identification.execution import Deadline
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from lathesim.recordings.raw_table import Finding

@@ -13,9 +13,9 @@ from lathesim.diagnosis.reporting.effect_report import bounded
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, without_undetermined, written
 from lathesim.effects.friction import AsymmetricFriction
 from lathesim.engine.wiring import wire
-from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records import Candidate
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine

@@ -8,12 +8,12 @@ import pytest
 
 from lathesim.components.sensors import AngularEncoder
 from lathesim.components.spindles import EmpiricalSpindle
-from lathesim.diagnosis.location.missing_force import missing_signal, passed_through, places
+from lathesim.diagnosis.location import missing_signal, passed_through, places
 from lathesim.diagnosis.records.diagnosis import Evidence, MissingSignal
 from lathesim.diagnosis.reporting.evidence import suspected
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.replay.loading import load_case
 from lathesim.identification.replay.validation_split import parted
@@ -104,18 +104,18 @@ def shown(*shares: float) -> Evidence:
 @pytest.mark.parametrize(
     ("shares", "off", "parts"),
     [
-        ((0.15, 0.033), (POSITION, "x_drive.current"), ["x_axis", "x_drive"]),
-        ((0.15, 0.033), (POSITION,), ["x_axis"]),
-        ((0.15, 0.029), (POSITION, "x_drive.current"), ["x_axis"]),
+        ((0.15, 0.016), (POSITION, "x_drive.current"), ["x_axis", "x_drive"]),
+        ((0.15, 0.016), (POSITION,), ["x_axis"]),
+        ((0.15, 0.014), (POSITION, "x_drive.current"), ["x_axis"]),
         ((0.007, 0.478), (POSITION, "x_drive.current"), ["x_drive"]),
         ((0.3, 0.5), (POSITION, "x_drive.current"), ["x_drive", "x_axis"]),
         ((float("nan"), 0.5), (POSITION, "x_drive.current"), ["x_drive"]),
         ((0.3, 0.5), (), []),
     ],
     ids=[
-        "a fifth",
+        "a tenth",
         "the other under its floor",
-        "less than a fifth",
+        "less than a tenth",
         "the drive",
         "the drive more",
         "nothing acts",

@@ -11,10 +11,10 @@ import pytest
 
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.diagnose import ask, diagnose
-from lathesim.diagnosis.location.direction import one_way
-from lathesim.diagnosis.question import Question
+from lathesim.diagnosis.location import one_way
+from lathesim.diagnosis.preparation import Question
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.verdict.ranking import is_told_by_direction
+from lathesim.diagnosis.verdict import is_told_by_direction
 from lathesim.effects.drive_errors import Cogging, TorqueRipple
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PositionDependentFriction, StribeckFriction

@@ -21,7 +21,7 @@ from lathesim.engine.lane_text import lane_module
 from lathesim.engine.run import run
 from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan, wire
-from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.catalogue import insert_candidates
 from lathesim.lessons.assemble import assemble
 from lathesim.lessons.lesson import lesson_files, load_lesson, load_machine
 from lathesim.lessons.simulate import check_machine

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
+from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
-from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.identification.replay.controller_memory import remembered_at_start
 from lathesim.identification.replay.controller_rate import at_controllers_rate, decisions_for_each

@@ -14,7 +14,6 @@ from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.effects.friction import ViscousWarmUp
 from lathesim.identification.estimation import estimates as parameters
-from lathesim.identification.estimation.bootstrap_bias import replay_bias
 from lathesim.identification.estimation.covariance import covariance_and_misfit, covariance_of
 from lathesim.identification.estimation.estimates import (
     Estimate,
@@ -22,11 +21,11 @@ from lathesim.identification.estimation.estimates import (
     estimates,
     interval_includes_neutral,
     joint_covariance,
+    replay_bias,
 )
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew, transferred
-from lathesim.identification.records.fit import Fitted, Free
-from lathesim.identification.records.model import Model
+from lathesim.identification.records import Fitted, Free, Model
 from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
 from lathesim.identification.replay.loading import load_case
 from lathesim.lessons.lesson import load_lesson

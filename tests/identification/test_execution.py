@@ -6,8 +6,7 @@ import time
 
 import pytest
 
-from lathesim.identification.execution.budget import Deadline, until
-from lathesim.identification.execution.threads import together
+from lathesim.identification.execution import Deadline, together, until
 
 
 def test_a_search_is_interrupted_once_at_the_first_step_after_its_time() -> None:

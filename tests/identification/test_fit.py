@@ -7,7 +7,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.fit import Fit, Problem, Weighting, fit_linear
 from lathesim.identification.estimation.fit import fit as descend
 from lathesim.identification.estimation.least_squares import Begun, fit, fit_each
-from lathesim.identification.records.fit import Free, with_start
+from lathesim.identification.records import Free, with_start
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden, baseline, experiments, machine, pair, recording
 
 TIME = np.linspace(0.0, 3.0, 60)

@@ -13,13 +13,13 @@ from lathesim.components.converters import ADConverter, DAConverter
 from lathesim.components.sensors import LinearEncoder, Tachometer
 from lathesim.components.servo_controllers import SpindleController
 from lathesim.components.spindles import EmpiricalSpindle
-from lathesim.diagnosis.location.missing_force import passed_through
+from lathesim.diagnosis.location import passed_through
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
-from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.replay import experiment as problem
 from lathesim.identification.replay.converter_rounding import plain_replay
 from lathesim.identification.replay.experiment import Experiment, Machine

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.noise import noise_model
-from lathesim.identification.noise.noise_model import (
+from lathesim.identification import noise as noise_model
+from lathesim.identification.noise import (
     NoiseShapes,
     carried_over,
     differences,
@@ -19,7 +19,7 @@ from lathesim.identification.noise.noise_model import (
     taper,
     white_noise,
 )
-from lathesim.identification.signal.resolution import channel_floor
+from lathesim.identification.signal import channel_floor
 
 SAMPLES, PERIOD = 4000, 2e-3
 NO_KICK = np.zeros((1, SAMPLES))

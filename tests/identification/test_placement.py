@@ -20,7 +20,7 @@ from lathesim.effects.structure import AxialResonance
 from lathesim.engine.assembly import Assembly, Place, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
-from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.catalogue import insert_candidates
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from lathesim.identification.signal.resolution import channel_floor, smallest_step
+from lathesim.identification.signal import channel_floor, smallest_step
 
 TIME = np.arange(4000) * 1e-3
 MOTION = 0.05 * np.sin(2.0 * math.pi * 0.7 * TIME)

@@ -13,7 +13,7 @@ from textual.screen import Screen
 from textual.widgets import Button, Input, Select, Static, TabbedContent
 
 from lathesim.cli.main import run_command_line
-from lathesim.identification.records.model import CandidateStanding
+from lathesim.identification.records import CandidateStanding
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.model.case_file import COMPARE, TIME, CaseFile, ColumnMeaning, Guess, recordings_entry
 from lathesim.tui.screens.detective import DetectiveScreen

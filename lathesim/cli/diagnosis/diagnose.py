@@ -13,9 +13,9 @@ from lathesim.cli.progress import interruptible, steps, terminated_as_interrupte
 from lathesim.whole_file import check_output, write_text
 
 if TYPE_CHECKING:
-    from lathesim.diagnosis.question import Question
+    from lathesim.diagnosis.preparation import Question
     from lathesim.diagnosis.records.diagnosis import Diagnosis
-    from lathesim.identification.execution.budget import Deadline
+    from lathesim.identification.execution import Deadline
     from lathesim.identification.replay.loading import LoadedCase
 
 
@@ -177,7 +177,7 @@ def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path, report: ReportO
 
 def _deadline(at_most: str | None) -> Deadline:
     """Return the deadline of the answer, counted from now: reading, compiling and reporting are included."""
-    from lathesim.identification.execution.budget import Deadline
+    from lathesim.identification.execution import Deadline
     from lathesim.units import quantity
 
     return Deadline() if at_most is None else Deadline.after(quantity(at_most, "s"))

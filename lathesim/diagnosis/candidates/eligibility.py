@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from lathesim.diagnosis.location.direction import one_way
+from lathesim.diagnosis.location import one_way
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.effects.effect import Effect
-from lathesim.identification.machine.roles import has_dry_friction
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Model
+from lathesim.engine.assembly import Place
+from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.roles import has_dry_friction
 
 
 def due(model: Model, experiment: Experiment) -> list[Candidate]:
@@ -59,7 +59,7 @@ def _in_baseline(experiment: Experiment) -> set[tuple[str, str]]:
     parts = {part.name: part.component for part in experiment.machine.assembly.parts}
     there = set()
     for wire in experiment.machine.assembly.wires:
-        source, target = wire.source.partition(".")[0], wire.target.partition(".")[0]
+        source, target = Place.of(wire.source).part, Place.of(wire.target).part
         for effect, host in ((source, target), (target, source)):
             if effect in parts and host in parts and issubclass(parts[effect], Effect):
                 there.add((parts[effect].__name__, host))

@@ -15,15 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import next_fast_len, rfft, rfftfreq
 
-from lathesim.diagnosis.location.direction import direction_of
-from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.location import direction_of, missing_signal
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.engine.assembly import FloatArray
-from lathesim.identification.machine.roles import acting
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Fitted
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.records import Candidate, Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output, recorded_motion, velocity_of
+from lathesim.identification.roles import acting
 
 PERIODS = ("lead", "turn", "period", "signal_period", "length")
 """What effects call the place after which they repeat."""
@@ -58,7 +56,7 @@ class _Wave:
 def _waves_of(candidates: Sequence[Candidate]) -> Iterator[_Wave]:
     """Return those of some candidates that repeat over a place."""
     for candidate in candidates:
-        names = tuple(name.partition(".")[2] for name in candidate.parameters)
+        names = tuple(Place.of(name).port for name in candidate.parameters)
         length = next((name for name in (*PERIODS, _ORDER) if name in names), "")
         size = next((name for name in (*_SIZES, *candidate.effect.neutral) if name in names), "")
         if length and size:
@@ -161,7 +159,7 @@ def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArr
     found: dict[str, tuple[str, FloatArray, FloatArray]] = {}
     for name, part in parts.items():
         ports = part.component.ports
-        host = name if "displacement" in ports else measured_output(parts, wires, f"{name}.{ports.get('reading', '')}").partition(".")[0]
+        host = name if "displacement" in ports else Place.of(measured_output(parts, wires, f"{name}.{ports.get('reading', '')}")).part
         of_host = parts[host].component.ports if host in parts else {}
         place, velocity = (motion.get(f"{host}.{of_host.get(role, '')}") for role in ("displacement", "flow"))
         if place is not None and velocity is not None and np.ptp(place) > 0.0:
@@ -183,7 +181,7 @@ def _way_per_sample(place: FloatArray, method: Method = STANDARD) -> float:
 def _driving(experiment: Experiment, part: str) -> FloatArray | None:
     """Return what drives a part in the replay, as a multiple of its usual size; none where nothing is wired to it."""
     plan = experiment.sensed.plan
-    source = next((source for target, source in acting(plan.assembly) if target.partition(".")[0] == part), "")
+    source = next((source for target, source in acting(plan.assembly) if Place.of(target).part == part), "")
     if source not in plan.channels:
         return None
     drive = np.nan_to_num(experiment.sensed.channel([], [], plan.channels.index(source)))
@@ -199,7 +197,7 @@ def _standardised(values: FloatArray) -> FloatArray:
 def _shortest(candidates: list[Candidate], at: set[str], method: Method = STANDARD) -> float:
     """Return the shortest wavelength that a candidate at one of some parts may have."""
     inside = [candidate for candidate in candidates if at & {candidate.at, candidate.part}]
-    there = [(candidate, column, name.partition(".")[2]) for candidate in inside for column, name in enumerate(candidate.parameters)]
+    there = [(candidate, column, Place.of(name).port) for candidate in inside for column, name in enumerate(candidate.parameters)]
     lengths = [float(candidate.least[column]) for candidate, column, name in there if name in PERIODS]
     lengths += [2.0 * math.pi / candidate.effect.identification.typical[_ORDER][1] for candidate, _, name in there if name == _ORDER]
     return min(lengths, default=math.inf) / method.candidates.beyond_typical
@@ -233,15 +231,15 @@ def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float, me
     ):
         left = np.where(inside, strength, 0.0)
         for other in found:
-            left[_beside(waves, other, method)] = 0.0
+            left[_beside(other, method)] = 0.0
         for _ in range(many):
             if left.max(initial=0.0) > 0.0:
                 found.append(int(np.argmax(left)))
-                left[_beside(waves, found[-1], method)] = 0.0
+                left[_beside(found[-1], method)] = 0.0
     return [float(1.0 / waves[place]) for place in found]
 
 
-def _beside(waves: FloatArray, place: int, method: Method) -> slice:
+def _beside(place: int, method: Method) -> slice:
     """Return the places that one line spreads over."""
     spread = method.candidates.line_spread
     return slice(max(0, place - spread), place + spread + 1)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records import Candidate
 
 
 def phases_to_turn(candidate: Candidate, values: Mapping[str, float]) -> list[str]:

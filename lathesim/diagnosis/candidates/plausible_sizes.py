@@ -11,19 +11,18 @@ from __future__ import annotations
 import numpy as np
 
 from lathesim.diagnosis.candidates.periodic_starts import PERIODS
-from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import Place
-from lathesim.identification.machine.roles import acting
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion
+from lathesim.identification.roles import acting
 from lathesim.units import same_dimension
 
 
-def possible_sizes(experiment: Experiment, method: Method = STANDARD) -> dict[str, float]:
+def possible_sizes(experiment: Experiment) -> dict[str, float]:
     """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, ways or speeds, grow with a
     speed, or are losses for each effort. A wavelength is read off the recording and has no bound here."""
     found: dict[str, float] = {}
-    for host, bounds in _bounds(experiment, method=method).items():
+    for host, bounds in _bounds(experiment).items():
         for candidate in (
             candidate.shaped or candidate
             for candidate in experiment.candidates
@@ -37,7 +36,7 @@ def possible_sizes(experiment: Experiment, method: Method = STANDARD) -> dict[st
     return found
 
 
-def _bounds(experiment: Experiment, method: Method = STANDARD) -> dict[str, dict[str, float]]:
+def _bounds(experiment: Experiment) -> dict[str, dict[str, float]]:
     """Return for each part that is pushed the units of an effort, a way, a speed, an effort over a speed, and a loss for each effort, with
     the largest of each: part -> unit -> size."""
     channels = experiment.sensed.plan.channels
@@ -66,7 +65,7 @@ def _bounds(experiment: Experiment, method: Method = STANDARD) -> dict[str, dict
         if "displacement" in ports:
             found[part.name][declarations[ports["displacement"]].unit] = float(np.ptp(place))
         if speed > 0.0 and effort > 0.0:
-            found[part.name] |= {f"({unit})/({flow})": effort / speed, f"({flow})/({unit})": method.candidates.most_lost * speed / effort}
+            found[part.name] |= {f"({unit})/({flow})": effort / speed, f"({flow})/({unit})": speed / effort}
         if effort > 0.0:
-            found[part.name] |= {f"1/({unit})": method.candidates.most_lost / effort}
+            found[part.name] |= {f"1/({unit})": 1.0 / effort}
     return found

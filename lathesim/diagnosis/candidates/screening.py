@@ -13,13 +13,12 @@ import numpy as np
 from scipy.fft import rfft
 
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.screened import Screened
+from lathesim.diagnosis.records.search import Screened
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.execution.threads import together
-from lathesim.identification.records.candidate import FAR_BEYOND, Candidate
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.execution import together
+from lathesim.identification.records import FAR_BEYOND, Candidate, Fitted
 from lathesim.identification.replay.simulator import Simulator
-from lathesim.identification.signal.rounding import SLOPE_ROUNDING
+from lathesim.identification.signal import SLOPE_ROUNDING
 
 _NOTHING = 1e-6
 """Whitened power of a response, share of the largest eigenvalue, and scales from a bound below which there is nothing."""
@@ -65,7 +64,7 @@ def screen(
         if not tried:
             return None
         basis = _basis(tried)
-        starts = tuple(_start(candidate, item, method=method) for item in _apart(candidate, tried)[:3])
+        starts = tuple(_start(candidate, item) for item in _apart(candidate, tried)[:3])
         promised = Screened(candidate, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
         return promised, float(np.max(0.5 * np.sum((basis @ draws.T) ** 2, axis=0)))
 
@@ -156,7 +155,7 @@ def _plausible(candidate: Candidate, share: float) -> float:
     return 0.05
 
 
-def _start(candidate: Candidate, item: _Response, method: Method = STANDARD) -> FloatArray:
+def _start(candidate: Candidate, item: _Response) -> FloatArray:
     _, share, point, _ = item
     size = float(np.clip(abs(share), 0.02, 20.0))
     if share < 0.0 and bool((candidate.low < 0.0).any()) and not _phases(candidate):

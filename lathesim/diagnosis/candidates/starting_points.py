@@ -9,15 +9,14 @@ import numpy as np
 from lathesim.component import Input
 from lathesim.diagnosis.candidates.periodic_starts import wave_points
 from lathesim.diagnosis.candidates.screening import is_limit
-from lathesim.diagnosis.location.missing_force import value_of
+from lathesim.diagnosis.location import value_of
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.engine.assembly import FloatArray
-from lathesim.identification.machine.roles import commands
-from lathesim.identification.records.candidate import INSTANT, Candidate
-from lathesim.identification.records.fit import Fitted
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.records import INSTANT, Candidate, Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion
-from lathesim.identification.signal.analysis import behind, strongest_jumps
+from lathesim.identification.roles import commands
+from lathesim.identification.signal import behind, strongest_jumps
 from lathesim.units import convertible
 
 
@@ -30,7 +29,7 @@ def starting_points(
         (instant, size) for row in fitted.residual for instant, size in strongest_jumps(row, experiment.machine.assembly.sample_period)
     ]
     for candidate in candidates:
-        names = [name.partition(".")[2] for name in candidate.parameters]
+        names = [Place.of(name).port for name in candidate.parameters]
         if INSTANT not in names or not jumps:
             continue
         points = np.tile(np.where(np.array(names) == INSTANT, 0.0, candidate.points[0]), (len(jumps), 1))
@@ -61,9 +60,7 @@ def _late_points(
         if late not in candidate.parameters or experiment.sensed.plan.unit(late) != "s" or not len(candidate.points):
             continue
         rows = [
-            row
-            for row, name in enumerate(experiment.machine.compare)
-            if candidate.at in (name, name.partition(".")[0]) and row not in seconds
+            row for row, name in enumerate(experiment.machine.compare) if candidate.at in (name, Place.of(name).part) and row not in seconds
         ]
         column = candidate.parameters.index(late)
         samples = np.array(
@@ -131,7 +128,7 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method
 def _induced(experiment: Experiment, candidate: Candidate) -> FloatArray | float:
     """Return what of a command the recorded motion takes up (samples,), for an effect that limits the rest of it; nothing for others."""
     plan, role = experiment.sensed.plan, "back_emf"
-    host = next(part for part in experiment.machine.assembly.parts if part.name == candidate.at.partition(".")[0])
+    host = next(part for part in experiment.machine.assembly.parts if part.name == Place.of(candidate.at).part)
     ports = host.component.ports
     if role not in candidate.effect.declared(Input) or role not in ports or "flow" not in ports:
         return 0.0

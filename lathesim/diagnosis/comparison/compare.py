@@ -18,16 +18,15 @@ import numpy as np
 from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.explanations.conditions import Term
 from lathesim.diagnosis.explanations.of_recording import of_channels
-from lathesim.diagnosis.location.missing_force import missing_signal, places
-from lathesim.diagnosis.location.missing_share import FORCES, missing_share
+from lathesim.diagnosis.location import FORCES, missing_share, missing_signal, places, wired_parts
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import CHECKS_OF_RECORDINGS, found_by
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
-from lathesim.engine.assembly import FloatArray
+from lathesim.diagnosis.records.shown import Shown
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Experiment, Machine
+from lathesim.identification.records import Fitted
+from lathesim.identification.replay.experiment import SETTLING, Experiment, Machine
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.identification.replay.simulator import LOST
 from lathesim.identification.replay.validation_split import parted
@@ -129,14 +128,14 @@ class Comparison:
     @property
     def off(self) -> float:
         """Noise floors above which a channel, or a part in the replay, counts as off."""
-        return self.method.reporting.near_floor
+        return self.method.errors
 
     @property
     def suspects(self) -> tuple[str, ...]:
         """The parts that the replay turns red, that in which most of what acts is missing first."""
         found: list[str] = []
         for item in self._off:
-            part = next((part for part in item.parts if item.at.partition(".")[0] == part), item.parts[0])
+            part = next((part for part in item.parts if Place.of(item.at).part == part), item.parts[0])
             found.append(self._read_by(part) or part)
         return tuple(dict.fromkeys(found))
 
@@ -148,13 +147,13 @@ class Comparison:
     @property
     def explained_by(self) -> tuple[Dependence, ...]:
         """What the mismatch depends on, where there is one in some part."""
-        shown = [item for item in self.depends_on if item.share > self.method.reporting.least_bar]
-        return tuple(shown[: self.method.reporting.most_bars]) if self.suspects else ()
+        shown = [item for item in self.depends_on if item.share > Shown.least_bar]
+        return tuple(shown[: Shown.most_bars]) if self.suspects else ()
 
     @property
     def _off(self) -> list[Replayed]:
         far = [item for item in self.replayed if item.over_floor > self.off and item.parts]
-        return [item for item in far if item.unit not in FORCES or not item.share < self.method.location.integration_error]
+        return [item for item in far if item.unit not in FORCES or not item.share < self.method.within_laws]
 
     @property
     def within_floors(self) -> bool:
@@ -168,7 +167,7 @@ class Comparison:
 
     def _read_by(self, part: str) -> str:
         """Return what several readings of one sensor have in common where they are off: what they measure."""
-        before = [item.parts[1:2] for item in self._off if item.parts[0] == item.at.partition(".")[0] == part]
+        before = [item.parts[1:2] for item in self._off if item.parts[0] == Place.of(item.at).part == part]
         return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else ""
 
 
@@ -185,7 +184,6 @@ def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = 
     faults = (*(str(item) for item in recorded.faults), *(str(item) for item in found_by(CHECKS_OF_RECORDINGS, [(experiment, {})], method)))
     findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment, method=method), *faults)
     findings = (*findings, *(_lost(item) for item in channels if item.is_lost))
-    wires = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in machine.assembly.wires if wire.source]
     return Comparison(
         lesson,
         recorded.name,
@@ -195,7 +193,7 @@ def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = 
         replayed,
         _depends_on((first, second), pieces, replayed, method),
         tuple(dict.fromkeys(findings)),
-        tuple(dict.fromkeys(wires)),
+        wired_parts(machine.assembly),
         faults,
         method,
     )
@@ -229,7 +227,7 @@ def _channels(experiment: Experiment, fitted: Fitted, method: Method = STANDARD)
         recorded = experiment.own.recorded[row]
         residual = (recorded - simulated[row])[begin:]
         unit = experiment.own.plan.unit(experiment.own.channels[row])
-        worst = _worst_stretch(time[begin:], residual, method)
+        worst = _worst_stretch(time[begin:], residual)
         found.append(ChannelResidual(channel, unit, experiment.floors[channel], _rms(residual), worst, time, recorded, simulated[row]))
     return found
 
@@ -241,9 +239,9 @@ def _lost(item: ChannelResidual) -> str:
     return f"{fact}; check the units and scales of the driven inputs, the gains and the step."
 
 
-def _worst_stretch(time: FloatArray, residual: FloatArray, method: Method) -> tuple[float, float]:
+def _worst_stretch(time: FloatArray, residual: FloatArray) -> tuple[float, float]:
     """Return the fiftieth of a recording in which the residual's mean square is largest."""
-    width = max(1, len(residual) // method.reporting.windows)
+    width = max(1, len(residual) // Shown.windows)
     count = len(residual) // width
     power = np.where(np.isfinite(residual), residual**2, 0.0)[: count * width].reshape(count, width).mean(axis=1)
     place = int(np.argmax(power)) * width
@@ -263,7 +261,7 @@ def _replayed(experiment: Experiment, fitted: Fitted, method: Method = STANDARD)
         missing = missing_signal(experiment, fitted, row)
         share, _ = missing_share(experiment, fitted, row)
         found.append(Replayed(place.channel, place.parts, place.over_floor, missing.at, missing.unit, _rms(missing.values), share))
-    near = method.reporting.near_floor
+    near = method.errors
     return tuple(sorted(found, key=lambda item: (item.over_floor <= near, -item.share if math.isfinite(item.share) else 0.0)))
 
 
@@ -273,7 +271,7 @@ def _depends_on(
     """Return what the flexible explanation makes of what is missing behind each channel that is off, the largest share first."""
     if any(item.over_floor >= LOST for item in replayed):
         return ()  # numbers without bound depend on nothing
-    off = [item.channel for item in replayed if item.over_floor > method.reporting.near_floor]
+    off = [item.channel for item in replayed if item.over_floor > method.errors]
     try:
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
             made = of_channels(experiments[0], fits[0], experiments[1], fits[1], off)

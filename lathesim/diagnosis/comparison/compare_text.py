@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import known_share, shown_with_unit, text_table
 from lathesim.diagnosis.comparison.compare import Comparison
+from lathesim.diagnosis.records.shown import Shown
 
 
 def comparison_lines(comparison: Comparison) -> list[str]:
@@ -55,7 +56,7 @@ def _replay_rows(comparison: Comparison) -> list[tuple[str, ...]]:
     for item in comparison.replayed:
         known = known_share(item.share)
         share = f"{known:.2%}" if known == known else "-"
-        made_by = _chain(item.parts, comparison.method.reporting.nearest_parts)
+        made_by = _chain(item.parts, Shown.nearest_parts)
         rows.append((item.channel, made_by, item.at, shown_with_unit(item.missing, item.unit, 3), share))
     return rows
 

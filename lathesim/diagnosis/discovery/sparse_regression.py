@@ -13,25 +13,82 @@ Source: Brunton, Proctor, Kutz, Discovering governing equations from data by spa
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.fft import irfft, rfft
+from scipy.signal import lombscargle
 
-from lathesim.diagnosis.discovery.function_library import Column, groups_of
-from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.location import missing_signal
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.discovered import Addend, Discovered, Span
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import Fitted, Free, with_start
+from lathesim.identification.records import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.replay.recorded_parts import SplineTerm
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.sensor_sides import first_input
+
+
+@dataclass(frozen=True)
+class Column:
+    """A function of the motion: its text, its unit in the letters of the motion (``v^2``), its values."""
+
+    text: str
+    unit: str
+    values: Callable[[Mapping[str, FloatArray]], FloatArray]
+
+
+def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray, method: Method = STANDARD) -> list[list[Column]]:
+    """Return the groups of functions to be tried on a signal; those whose letters the motion has."""
+    slow = float(f"{method.discovery.smoothed_reversal * float(np.max(np.abs(motion['v']))) or 1.0:.3g}")
+    simple = [
+        Column("1.0", "1", lambda m: np.ones_like(m["t"])),
+        Column("v", "v", lambda m: m["v"]),
+        Column("v * abs(v)", "v^2", lambda m: m["v"] * np.abs(m["v"])),
+        Column("v * v * v", "v^3", lambda m: m["v"] ** 3),
+        Column("abs(v)", "v", lambda m: np.abs(m["v"])),
+        Column("v * v", "v^2", lambda m: m["v"] ** 2),
+        Column(f"tanh(v / {slow!r})", "1", lambda m: np.tanh(m["v"] / slow)),
+        Column("q", "q", lambda m: m["q"]),
+        Column("q * q", "q^2", lambda m: m["q"] ** 2),
+        Column("q * q * q", "q^3", lambda m: m["q"] ** 3),
+        Column("t", "t", lambda m: m["t"]),
+        Column(f"q * tanh(v / {slow!r})", "q", lambda m: m["q"] * np.tanh(m["v"] / slow)),
+        Column("q * v", "q*v", lambda m: m["q"] * m["v"]),
+    ]
+    groups = [[column] for column in simple]
+    for letter in ("q", "t"):
+        wave = strongest_wave(motion[letter], signal, method)
+        if wave > 0.0:
+            groups.append([_wave("sin", np.sin, wave, letter), _wave("cos", np.cos, wave, letter)])
+    return groups
+
+
+def _wave(name: str, function: Callable[[FloatArray], FloatArray], wave: float, letter: str) -> Column:
+    return Column(f"{name}({wave!r} * {letter})", "1", lambda m: np.asarray(function(wave * m[letter])))
+
+
+def strongest_wave(where: FloatArray, signal: FloatArray, method: Method = STANDARD) -> float:
+    """Return the angular frequency over ``where`` at which the signal is strongest [rad a unit], 0 where ``where`` does not move.
+
+    Source: Lomb, Least-squares frequency analysis of unequally spaced data, Astrophysics and Space Science 39 (1976).
+    """
+    span = float(np.ptp(where))
+    if span <= 0.0:
+        return 0.0
+    thin = slice(None, None, max(1, len(where) // method.discovery.most_points))
+    frequencies = 2.0 * np.pi / span * np.geomspace(1.5, 150.0, method.discovery.waves)
+    power = lombscargle(where[thin], signal[thin] - np.mean(signal[thin]), frequencies)
+    best = int(np.argmax(power))
+    finer = np.linspace(frequencies[max(best - 1, 0)], frequencies[min(best + 1, method.discovery.waves - 1)], 41)
+    power = lombscargle(where[thin], signal[thin] - np.mean(signal[thin]), finer)
+    return float(f"{finer[int(np.argmax(power))]:.6g}")
+
 
 _TERM = "discovered_term"
 
@@ -86,7 +143,7 @@ def _draft(
                 tried = _columns(columns, motion, band, method=method), _columns(columns, other, band, method=method)
                 trials.append((*_explained(signal, scored, *tried, *taken), group))
         share, weights, group = max(trials, key=lambda trial: trial[0])
-        if share < best + method.discovery.worth:
+        if share < best + method.material:
             break
         best, amounts, chosen = share, weights, [*chosen, *group]
         groups = [left for left in groups if left is not group]
@@ -96,7 +153,7 @@ def _draft(
 def _motion(experiment: Experiment, at: str, row: int) -> dict[str, FloatArray] | None:
     """Return time, position, velocity and acceleration of the part where something is missing, none where nothing moves there."""
     period = experiment.machine.assembly.sample_period
-    part = at.partition(".")[0]
+    part = Place.of(at).part
     ports = next((item.component.ports for item in experiment.machine.assembly.parts if item.name == part), {})
     time = np.asarray(np.arange(experiment.sensed.samples) * period, dtype=np.float64)
     if "flow" in ports:
@@ -128,7 +185,7 @@ def _absorbed(
     for column in (Column("v", "v", lambda m: m["v"]), Column("a", "a", lambda m: m["a"])):
         values = _columns([column], motion, band, method=method)[:, 0]
         left = values - space @ np.linalg.lstsq(space, values, rcond=1e-8)[0]
-        if float(left @ left) < (1.0 - method.selection.almost_all) * float(values @ values):
+        if float(left @ left) < (1.0 - method.nearly_all) * float(values @ values):
             found.append(column)
     return found
 
@@ -179,7 +236,7 @@ def _replayed(
     starts = [float(amount * size) for amount, size in zip(draft.amounts, sizes, strict=True)]
     weights = [Free(name, start, max(abs(start), 1e-12)) for name, start in zip(names, starts, strict=True)]
     found = fit(first.sensed, [*with_start(fitted), *weights], fitted.constant, rounds=2)
-    sure = [abs(found.by_name[name]) > method.selection.significant * found.error(name) for name in names]
+    sure = [abs(found.by_name[name]) > method.errors * found.error(name) for name in names]
     if any(sure) and not all(sure):
         # what the machine's own values or the other addends explain as well is no part of the formula
         kept = [number for number, keeps in enumerate(sure) if keeps]
@@ -189,7 +246,7 @@ def _replayed(
     held = fit(second.sensed, with_start(judged), {name: value for name, value in found.by_name.items() if name not in own}, rounds=2)
     before, after = (missing_signal(one, by, draft.row).values for one, by in ((validation, judged), (second, held)))
     share = 1.0 - float(np.sum(_inner(after, method=method) ** 2)) / max(float(np.sum(_inner(before, method=method) ** 2)), 1e-300)
-    if share < method.discovery.worth:
+    if share < method.material:
         return None
     addends = tuple(
         Addend(found.by_name[name] / size, _unit_over(draft.unit, column.unit), column.text, found.error(name) / size, column.unit)
@@ -217,7 +274,7 @@ def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArra
     seen_as = dict(assembly.seen_as) if isinstance(assembly, Machinery) else {}
     wires = {item.target: item for item in assembly.wires}
     parts = {part.name: part for part in assembly.parts}
-    host, _, item = draft.at.partition(".")
+    host, item = Place.of(draft.at)
     declared = parts[host].component.declarations[item]
     if declared.kind == "output":
         wires[f"{_TERM}.incoming"] = Wire(f"{_TERM}.incoming", seen(assembly, draft.at))
@@ -233,7 +290,7 @@ def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArra
 
 
 def _role(experiment: Experiment, at: str) -> str:
-    host, _, item = at.partition(".")
+    host, item = Place.of(at)
     ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
     return next((role for role, port in ports.items() if port == item), "")
 

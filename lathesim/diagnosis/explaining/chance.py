@@ -13,7 +13,7 @@ def due(method: Method, parameters: int = 0) -> float:
 
 def chance_level(gain: Gain, method: Method, parameters: int = 0) -> float:
     """Return what a gain has to exceed: what chance and its parameters give, and its standard errors [nats]."""
-    return max(due(method, parameters), method.explaining.errors * gain.error)
+    return max(due(method, parameters), method.errors * gain.error)
 
 
 def is_clear(gain: Gain, method: Method, parameters: int = 0) -> bool:
@@ -23,5 +23,5 @@ def is_clear(gain: Gain, method: Method, parameters: int = 0) -> bool:
 
 def unresolved(difference: Gain, explained: float, method: Method) -> float:
     """Return the difference of two explanations that cannot be told, where the better one gains so much (``explained``) [nats]."""
-    share = method.selection.tie_share * abs(explained)
-    return max(method.explaining.tie_errors * difference.error, method.per_parameter, share)
+    share = method.material * abs(explained)
+    return max(method.tie_errors * difference.error, method.per_parameter, share)

@@ -32,8 +32,8 @@ from scipy.fft import irfft, rfft
 
 from lathesim.diagnosis.records.search import Gain
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.noise.noise_model import NoiseModel, taper
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.noise import NoiseModel, taper
+from lathesim.identification.records import Fitted
 
 BLOCKS = 24
 """Blocks that a recording is cut into: enough for a spread, each long against what a machine remembers."""

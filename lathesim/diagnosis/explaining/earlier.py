@@ -12,8 +12,7 @@ from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.search import Tried
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import with_start
-from lathesim.identification.records.model import is_full_band
+from lathesim.identification.records import is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, baseline_free
 
 
@@ -34,7 +33,7 @@ def was_there_before(study: Study, trial: Tried) -> bool:
     rest = [one for one in with_start(with_effect) if one.name not in gone]
     left = fit(experiment.sensed, rest, rounds=2, full_band=is_full_band(candidates))
     before = gain(with_effect, left, full_band=is_full_band(candidates)).nats * _samples(study.estimation) / _samples(experiment)
-    return before > study.method.shared.larger_part * trial.fitted.nats
+    return before > study.method.larger_part * trial.fitted.nats
 
 
 def _samples(experiment: Experiment) -> float:

@@ -11,9 +11,9 @@ import numpy as np
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import Method
-from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.candidate import MOST_DAMPED, Candidate, instants_of
-from lathesim.identification.records.model import Model
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.records import MOST_DAMPED, Candidate, Model, instants_of
+from lathesim.identification.replay.experiment import SETTLING
 
 
 def is_plausible(study: Study, model: Model) -> bool:
@@ -25,7 +25,7 @@ def is_plausible(study: Study, model: Model) -> bool:
     usual = all(
         of_usual_size(candidate, values, method)
         and is_of_a_clock(candidate, values, period, duration, method=method)
-        and is_an_event(instants_of(candidate), values, duration, method=method)
+        and is_an_event(instants_of(candidate), values, duration)
         and resonates(candidate, values)
         for candidate in model.candidates
     )
@@ -55,7 +55,7 @@ def own_residuals(study: Study, model: Model) -> list[FloatArray]:
 
 def with_possible_sizes(study: Study) -> Study:
     """Return the study whose limits know how large efforts could be on this machine."""
-    return replace(study, method=replace(study.method, possible=possible_sizes(study.estimation, method=study.method)))
+    return replace(study, method=replace(study.method, possible=possible_sizes(study.estimation)))
 
 
 def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Method) -> bool:
@@ -65,7 +65,7 @@ def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Met
     products = [(size, other) for size, others in candidate.effect.identification.products.items() for other in others]
     apart = {item for pair in products for item in pair}
     for name, neutral, least, points in zip(candidate.parameters, candidate.neutral, candidate.least, candidate.points.T, strict=True):
-        item = name.partition(".")[2]
+        item = Place.of(name).port
         if item in apart:
             continue
         if item in candidate.effect.neutral:
@@ -109,12 +109,12 @@ def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: flo
         return True
     of_time = candidate.effect.declarations[lag].unit == "s"
     late = abs(values[f"{candidate.part}.{lag}"]) * (1.0 if of_time else duration)
-    return late > method.selection.least_lag * period
+    return late > method.least_lag * period
 
 
-def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: float, method: Method) -> bool:
+def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: float) -> bool:
     """Return whether what happens at some ``instants`` (free names, none for most effects) does so after the recording has begun."""
-    return all(values[name] > method.selection.event_start * duration for name in instants)
+    return all(values[name] > SETTLING * duration for name in instants)
 
 
 def resonates(candidate: Candidate, values: Mapping[str, float]) -> bool:

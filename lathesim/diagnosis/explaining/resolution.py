@@ -11,10 +11,10 @@ from lathesim.diagnosis.explaining.chance import due, is_clear, unresolved
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explanations.lacking_force import lacking
-from lathesim.diagnosis.location.missing_share import missing_share
+from lathesim.diagnosis.location import missing_share
 from lathesim.diagnosis.records.search import Tried
-from lathesim.identification.records.model import Model
-from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.identification.records import Model
+from lathesim.identification.signal import root_mean_square
 
 
 def significant(trial: Tried, study: Study) -> bool:
@@ -27,7 +27,7 @@ def significant(trial: Tried, study: Study) -> bool:
     if not is_clear(trial.predicted, method, trial.parameters) or trial.fitted.nats < due(method, trial.parameters):
         return False
     of_recording = trial.candidate.effect.identification.size_of_recording
-    least = method.nearly_all_of_rest if of_recording else method.share_of_all
+    least = method.larger_part if of_recording else method.least_share
     return min(trial.predicted.share, trial.fitted.share) > least and moves(study, trial.before, trial.model)
 
 
@@ -65,10 +65,10 @@ def moves(study: Study, before: Model, after: Model) -> bool:
 def _least_reading(study: Study, row: int) -> float:
     """Return by how much errors of laws change a reading, one root mean square, where the error of the simulation judges."""
     validation = study.validation
-    return study.method.verdict.within_laws * float(np.nanstd(validation.sensed.seen[row])) if validation.machine.output_error else 0.0
+    return study.method.within_laws * float(np.nanstd(validation.sensed.seen[row])) if validation.machine.output_error else 0.0
 
 
 def least_size(study: Study, model: Model, row: int) -> float:
     """Return the smallest force behind a channel that errors of laws do not make, one root mean square."""
     _, total = missing_share(study.validation, model.validation_fit, row)
-    return study.method.verdict.within_laws * root_mean_square(total)
+    return study.method.within_laws * root_mean_square(total)

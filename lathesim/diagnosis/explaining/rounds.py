@@ -14,12 +14,10 @@ from lathesim.diagnosis.explaining.plausible import is_plausible
 from lathesim.diagnosis.explaining.resolution import significant
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import settled_trial, tried
-from lathesim.diagnosis.records.screened import Screened
-from lathesim.diagnosis.records.search import Tried
+from lathesim.diagnosis.records.search import Screened, Tried
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.execution.threads import together
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import CandidateStanding, Model, Standing
+from lathesim.identification.execution import together
+from lathesim.identification.records import Candidate, CandidateStanding, Model, Standing
 
 
 @dataclass

@@ -20,15 +20,13 @@ from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, without
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations, released
-from lathesim.diagnosis.records.history import Step
-from lathesim.diagnosis.records.screened import Screened
-from lathesim.diagnosis.records.search import Found, Tried
-from lathesim.engine.assembly import FloatArray
+from lathesim.diagnosis.records.comparison import Step
+from lathesim.diagnosis.records.search import Found, Screened, Tried
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.estimates import estimates, interval_includes_neutral
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.execution.budget import until
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Model
+from lathesim.identification.execution import until
+from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import baseline_free
 
 
@@ -37,7 +35,7 @@ def explains_the_motion(study: Study, model: Model) -> bool:
     what is put down to a cause may leave."""
     own, residual = study.validation.own, own_residuals(study, model)[1]
     size = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
-    return bool(np.all(np.mean(residual**2, axis=1) < study.method.shared.left_by_cause * size**2))
+    return bool(np.all(np.mean(residual**2, axis=1) < (study.method.larger_part * size) ** 2))
 
 
 def explain(study: Study) -> Found:
@@ -191,9 +189,9 @@ def _refined(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
 
 def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate) -> Tried:
     """Return a form fitted in the place of an effect, beginning with the values that both have."""
-    shared = {name.partition(".")[2]: model.fitted.by_name[name] for name in candidate.parameters}
+    shared = {Place.of(name).port: model.fitted.by_name[name] for name in candidate.parameters}
     starts = [
-        np.array([shared.get(name.partition(".")[2], value) for name, value in zip(form.parameters, row, strict=True)])
+        np.array([shared.get(Place.of(name).port, value) for name, value in zip(form.parameters, row, strict=True)])
         for row in (form.neutral, *form.points)
     ]
     rest = tuple(one for one in model.candidates if one is not candidate)
@@ -259,7 +257,7 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
 def small_and_unsure(study: Study, found: Found) -> Tried | None:
     """Return the effect that is worth least of those that explain the smaller part of what is left without them, and whose size may be zero
     by both recordings together; none where there is none."""
-    larger = study.method.shared.larger_part
+    larger = study.method.larger_part
     small = [one for one in found.worth.values() if min(one.fitted.share, one.predicted.share) < larger and _has_one_size(one.candidate)]
     if not small:
         return None

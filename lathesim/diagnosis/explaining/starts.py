@@ -11,12 +11,10 @@ import numpy as np
 from lathesim.diagnosis.candidates.periodic_starts import PERIODS, cycle_of
 from lathesim.diagnosis.candidates.screening import in_proportion
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.method.explaining import ExplainingLimits
-from lathesim.diagnosis.records.screened import Screened
-from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Fitted, Free, with_start
-from lathesim.identification.records.model import Model
+from lathesim.diagnosis.method.settings import ExplainingSettings
+from lathesim.diagnosis.records.search import Screened
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.records import Candidate, Fitted, Free, Model, with_start
 
 
 def starts(study: Study, model: Model, item: Screened, points: FloatArray | None) -> list[list[Free]]:
@@ -45,7 +43,7 @@ class _Begun(NamedTuple):
     values: FloatArray
 
 
-def _bases(fitted: Fitted, limits: ExplainingLimits) -> list[list[Free]]:
+def _bases(fitted: Fitted, limits: ExplainingSettings) -> list[list[Free]]:
     """Return the free values of a model where it has them, and with those of the lesson as given where these have moved."""
     at_fit = with_start(fitted)
     known = [one for one in at_fit if np.isfinite(one.uncertainty) and one.given]
@@ -54,7 +52,7 @@ def _bases(fitted: Fitted, limits: ExplainingLimits) -> list[list[Free]]:
     return [at_fit, [replace(one, start=one.given) if one in known else one for one in at_fit]]
 
 
-def _best(found: Sequence[_Begun], limits: ExplainingLimits) -> list[_Begun]:
+def _best(found: Sequence[_Begun], limits: ExplainingSettings) -> list[_Begun]:
     """Return the best of the beginnings that differ, as many on each of the bases; one alone where it is clearly the best."""
     bases = {one.base for one in found}
     kept: list[_Begun] = []
@@ -82,9 +80,7 @@ def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> lis
         for name, value, scale, low, high in zip(candidate.parameters, start, spread, candidate.low, candidate.high, strict=True)
     ]
     free = [
-        replace(one, scale=min(one.scale, cycle_of(study.estimation, candidate, one.start)))
-        if one.name.partition(".")[2] in PERIODS
-        else one
+        replace(one, scale=min(one.scale, cycle_of(study.estimation, candidate, one.start))) if Place.of(one.name).port in PERIODS else one
         for one in free
     ]
     orders = candidate.named(candidate.effect.identification.orders)
@@ -93,7 +89,7 @@ def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> lis
     return [replace(one, uncertainty=deviation, given=round(one.start)) if one.name in orders else one for one in free]
 
 
-def _rows(candidate: Candidate, item: Screened, points: FloatArray | None, limits: ExplainingLimits) -> FloatArray:
+def _rows(candidate: Candidate, item: Screened, points: FloatArray | None, limits: ExplainingSettings) -> FloatArray:
     """Return the values that are tried, shape (starts, parameters)."""
     usual = candidate.points if points is None or not len(points) else points
     begun = [*item.starts, *usual[: limits.points]]
@@ -126,6 +122,6 @@ def _whitened(fitted: Fitted, arrays: FloatArray) -> FloatArray:
     return np.asarray(np.concatenate(white, axis=1))
 
 
-def _differ(one: _Begun, other: _Begun, limits: ExplainingLimits) -> bool:
+def _differ(one: _Begun, other: _Begun, limits: ExplainingSettings) -> bool:
     away = np.abs(one.values - other.values) > limits.apart * np.abs(other.values)
     return one.base != other.base or bool(np.any(away))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lathesim.diagnosis.method import Method
-from lathesim.identification.execution.budget import Progress
+from lathesim.identification.execution import Progress
 from lathesim.identification.replay.experiment import Experiment
 
 

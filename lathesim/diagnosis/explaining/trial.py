@@ -9,14 +9,11 @@ from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.starts import starts
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.records.screened import Screened
-from lathesim.diagnosis.records.search import Gain, Tried
+from lathesim.diagnosis.records.search import Gain, Screened, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit, fit_each
 from lathesim.identification.estimation.transfer import transferred
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Fitted, Free, with_start
-from lathesim.identification.records.model import Model, is_full_band
+from lathesim.identification.records import Candidate, Fitted, Free, Model, is_full_band, with_start
 
 
 def modelled(study: Study, candidates: tuple[Candidate, ...], fitted: Fitted) -> Model:

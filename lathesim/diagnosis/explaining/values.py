@@ -8,7 +8,7 @@ import numpy as np
 
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.fit import Fitted, Free
+from lathesim.identification.records import Fitted, Free
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
 
 IMPLAUSIBLE = 0.98 * POSSIBLE
@@ -25,7 +25,7 @@ def released(study: Study) -> list[Free]:
     """Return the free values of the lesson, each of which may be another one by a factor; its deviation still costs what it does."""
     machine, limits = study.estimation.machine, study.method
     found = []
-    for one in baseline_free(machine, limits.selection.value_wider):
+    for one in baseline_free(machine, limits.explaining.value_wider):
         bounds = sorted((one.given / limits.recording_checks.value_factor, one.given * limits.recording_checks.value_factor))
         low, high = (max(one.low, bounds[0]), min(one.high, bounds[1])) if one.given else (one.low, one.high)
         found.append(replace(one, low=low, high=high, uncertainty=machine.uncertain[one.name]))

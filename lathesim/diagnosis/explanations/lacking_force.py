@@ -18,9 +18,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from lathesim.component import Output, Parameter
-from lathesim.diagnosis.location.missing_force import _flow_of, _inertia, _pushed, _speaks_loudest, _telling, value_of
+from lathesim.diagnosis.location import _flow_of, _inertia, _pushed, _speaks_loudest, _telling, value_of
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.simulator import IMPULSE
 

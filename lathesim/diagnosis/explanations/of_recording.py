@@ -13,10 +13,10 @@ from lathesim.diagnosis.explanations.conditions import Conditions, Motion
 from lathesim.diagnosis.explanations.flexible import Flexible, flexible
 from lathesim.diagnosis.explanations.lacking_force import Lacking, lacking, quiet_every
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.machine.roles import decides
-from lathesim.identification.records.fit import Fitted, Free
+from lathesim.identification.records import Fitted, Free
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
+from lathesim.identification.roles import decides
 
 
 def conditions_of(experiment: Experiment, *, simulated: bool = False) -> Conditions:

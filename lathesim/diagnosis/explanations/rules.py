@@ -1,15 +1,13 @@
 """How a flexible explanation is looked for."""
 
-from lathesim.limit import Limit
+from lathesim.diagnosis.method import Method
 
 
 class Rules:
     """How a flexible explanation is looked for; of these numbers only ``sure`` decides."""
 
-    sure = Limit(
-        2.0, "standard errors", "a term that predicts the validation recording better by more of them holds there", "derived",
-        "chance does so in 2.3 % of terms (normal distribution)",
-    )  # fmt: skip
+    sure = Method.tie_errors
+    """Standard errors above which a term that predicts the validation recording better holds there; chance does so in 2.3 % of terms."""
     blocks = 40
     most_terms = 8
     most_waves = 3

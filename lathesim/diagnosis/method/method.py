@@ -1,4 +1,4 @@
-"""The method as one value: every limit of the search and of the decisions, passed down from ``diagnose``."""
+"""The method as one value: every number that decides an answer, and the settings of the search, passed down from ``diagnose``."""
 
 from __future__ import annotations
 
@@ -6,69 +6,113 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from lathesim.diagnosis.method.candidates import CandidateLimits
-from lathesim.diagnosis.method.discovery import DiscoveryLimits
-from lathesim.diagnosis.method.explaining import ExplainingLimits
-from lathesim.diagnosis.method.location import LocationLimits
-from lathesim.diagnosis.method.recording_checks import CheckLimits
-from lathesim.diagnosis.method.reporting import ReportingLimits
-from lathesim.diagnosis.method.selection import SelectionLimits
-from lathesim.diagnosis.method.shared import SharedLimits
-from lathesim.diagnosis.method.verdict import VerdictLimits
-from lathesim.identification.execution.budget import Deadline
+from lathesim.diagnosis.method.settings import CandidateSettings, CheckSettings, DiscoverySettings, ExplainingSettings
+from lathesim.identification.execution import Deadline
 from lathesim.limit import Limit
 
 
 @dataclass(frozen=True)
 class Method:
-    """Every limit of a diagnosis. A test, an ablation or a study of the limits passes another one."""
+    """Every number that decides a diagnosis. A test, an ablation or a study of the limits passes another one."""
 
-    recording_checks: CheckLimits = CheckLimits()
-    shared: SharedLimits = SharedLimits()
-    location: LocationLimits = LocationLimits()
-    candidates: CandidateLimits = CandidateLimits()
-    selection: SelectionLimits = SelectionLimits()
-    explaining: ExplainingLimits = ExplainingLimits()
-    verdict: VerdictLimits = VerdictLimits()
-    discovery: DiscoveryLimits = DiscoveryLimits()
-    reporting: ReportingLimits = ReportingLimits()
-
-    # what a search may spend
-    most_effects: int = 4
-    ends: Deadline = Deadline()
-    """The deadline: the search ends before it, and the answer holds what is known so far."""
-    search_time: float = 0.65
-    """Share of the time for the search; the rest is for the answer."""
-
-    # when an effect is accepted
+    # when one explanation is better than another one
+    errors: float = Limit(
+        3.0, "standard errors", "an explanation is better, a value is there, and a reading is off where it is above this", "derived",
+        "a normal deviate exceeds 3 with a probability of 0.13 %: of fifty candidates, one in fifteen recordings",
+    )  # fmt: skip
+    tie_errors: float = Limit(
+        2.0, "standard errors", "two explanations whose difference is below this cannot be told apart", "derived",
+        "95 % of a normal deviate",
+    )  # fmt: skip
     margin: float = Limit(
         10.0, "nats", "an accepted effect gains this beyond its parameters' due", "calibrated",
-        "Kass and Raftery (1995) call 5 very strong evidence; the suite's controls needed 10, margin not recorded",
+        "Kass and Raftery (1995) call 5 very strong evidence; of ten sound rigs of seed 4423 the best effect gains 13.8 where 19 are due, "
+        "of eight with an effect and of six recordings of others the weakest that is kept 109",
     )  # fmt: skip
     per_parameter: float = Limit(
         3.0, "nats", "each fitted parameter must gain this", "derived",
         "half the 0.986 quantile of chi-squared with one degree of freedom (Wilks 1938): 1.4 % of useless parameters would pass",
     )  # fmt: skip
-    share_of_all: float = Limit(0.03, "share of error", "an effect must explain this of all the error")
-    share_of_rest: float = Limit(0.15, "share of residual", "and this of what the other effects leave")
-    nearly_all_of_rest: float = Limit(0.6, "share of residual", "or this of what the others leave, however little of all that is")
 
-    # which sizes are plausible
+    # which share of something counts
+    material: float = Limit(
+        0.03, "share",
+        "what explains less of an error, or differs by less of a gain, tells nothing: a model is never quite right",
+        "calibrated",
+        "on the same recordings a wrong effect that gains clearly explains 2.5 %, the least of a right one 4.6 %; the gains of effects "
+        "that are the same there differ by 2.2 %, those of others by 5.8 %",
+    )  # fmt: skip
+    share_of_rest: float = Limit(0.15, "share of residual", "a finer form, and an effect that is sure with a second one only, explain this")
+    larger_part: float = Limit(0.5, "share", "what is above it is the larger part", "derived", "a majority is more than a half")
+    little: float = Limit(
+        0.1, "share", "what is below it is little; where no more than that is left, it is nearly all", "calibrated",
+        "of 46 recordings of the rigs of seed 5501, each with a fault or a signal added to a command, a mended fault leaves 4.6 % at most "
+        "of what was off, and a cause that is not the right one 20 % at least",
+    )  # fmt: skip
+
+    # what errors of laws and the noise of sensors make
+    within_laws: float = Limit(
+        0.01, "share",
+        "a force that goes with the motion, or a part of a command, that is smaller than this may be an error of the lesson's laws",
+        "derived", "two standard deviations of 0.5 %, the declared error of a law; five times what integration leaves",
+    )  # fmt: skip
+
+    # which sizes and instants an effect may have
     largest_size: float = Limit(
         30.0, "times the typical value", "an effect whose size, or whose shape, is further off than this is not that effect",
-        "assumed",
-        "in the place of three limits from 10 to 100; of 29 cases asked before and after, 27 have the same answer, all the same names",
     )  # fmt: skip
+    least_lag: float = Limit(
+        0.2, "samples", "a lag below this is how a simulation steps", "calibrated",
+        "on the recordings of others a lag by chance is 0.007 samples, the shortest of the rigs of seed 4423 0.45, of a limited slew",
+    )  # fmt: skip
+    standstill: float = Limit(0.02, "share of top speed", "a part slower than this stands still")
+
+    # whether a recording is at fault
+    alike: float = Limit(
+        math.sqrt(2.0), "1", "a size is clearly larger than another one above this ratio, and hardly larger below it", "derived",
+        "the geometric mean of 1 and 2: a count, a unit or an error that is twice as large is another one",
+    )  # fmt: skip
+    unit_high: float = Limit(
+        2.5, "1", "a ratio of forces between this and its inverse is no mistaken unit", "derived",
+        "the geometric mean of 2, which a machine may have, and of pi, the smallest factor of a unit of forces and motions",
+    )  # fmt: skip
+    command_floor: float = Limit(
+        0.001, "share of command", "a fault of a command is looked for where more than this is unexplained", "derived",
+        "a command is arithmetic and follows to its last digit; a controller's memory from before the recording leaves less than this",
+    )  # fmt: skip
+    signal_jump: float = Limit(
+        0.25, "share of span", "a signal that nobody recorded jumps where it changes by more than this from one sample to the next",
+        "derived", "half of the way between two of three equal levels: the smallest step of a staircase of two steps still counts",
+    )  # fmt: skip
+    signal_samples: float = Limit(
+        5, "samples", "its levels last so long on average, a period of a sine at least", "derived",
+        "a sine about a constant has four values to fit: five samples are the fewest that can speak against it",
+    )  # fmt: skip
+
+    # the search
+    candidates: CandidateSettings = CandidateSettings()
+    explaining: ExplainingSettings = ExplainingSettings()
+    discovery: DiscoverySettings = DiscoverySettings()
+    recording_checks: CheckSettings = CheckSettings()
+    most_effects: int = 4
+    ends: Deadline = Deadline()
+    """The deadline: the search ends before it, and the answer holds what is known so far."""
+    search_time: float = 0.65
+    """Share of the time for the search; the rest is for the answer."""
     possible: Mapping[str, float] = field(default_factory=dict)
     """How large parameters (free name -> size) could be on this machine, whatever is usual on others."""
-
-    without_earlier: Method | None = None
-    """The limits that are asked of what a recording from before a change shows too; None where there is no such recording."""
+    beside_earlier: bool = False
+    """Whether a recording from before a change stands beside: what the lesson's errors look like, it shows."""
 
     @property
-    def beside_earlier(self) -> bool:
-        """Whether a recording from before a change stands beside: what the lesson's errors look like, it shows."""
-        return self.without_earlier is not None
+    def least_share(self) -> float:
+        """The share of the error that an effect must explain: any where an earlier recording shows the errors of the lesson."""
+        return 0.0 if self.beside_earlier else self.material
+
+    @property
+    def nearly_all(self) -> float:
+        """The share above which something is nearly all: it leaves little."""
+        return 1.0 - self.little
 
     def judged_by_itself(self, samples: int) -> Method:
         """Return the limits of one recording that judges what was fitted to it: each value is due half the logarithm of the samples.
@@ -79,7 +123,7 @@ class Method:
 
     def beside_an_earlier_recording(self) -> Method:
         """Return the limits where a recording from before a change is held beside: what is new needs no share of the error."""
-        return replace(self, without_earlier=self, share_of_all=0.0, share_of_rest=0.0)
+        return replace(self, beside_earlier=True, share_of_rest=0.0)
 
 
 STANDARD = Method()

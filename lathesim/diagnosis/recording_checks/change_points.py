@@ -18,13 +18,10 @@ import numpy.typing as npt
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.fit import Fitted
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.analysis import strongest_jumps
-
-_SCALES = np.linspace(-0.2, 0.2, 401)
-"""Steps of a scale that are looked for."""
+from lathesim.identification.signal import strongest_jumps
 
 
 def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> str:
@@ -46,11 +43,12 @@ def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STAN
                 f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
                 "Use what comes before, or after."
             )
-        scaled = np.array([_power(residual - scale * recorded, method) for scale in _SCALES]) if row in told_by else None
+        scales = limits.scale_step * np.arange(-limits.scale_steps, limits.scale_steps + 1)
+        scaled = np.array([_power(residual - scale * recorded, method) for scale in scales]) if row in told_by else None
         if scaled is not None and (step := _step(scaled, method=method)) is not None:
             place, (before, after) = step
-            factor = (1.0 - _SCALES[before]) / (1.0 - _SCALES[after])
-            if abs(factor - 1.0) > limits.least_scale and not _moves_otherwise(experiment, fitted, row, method=method):
+            factor = (1.0 - scales[before]) / (1.0 - scales[after])
+            if abs(factor - 1.0) > method.errors * limits.scale_step and not _moves_otherwise(experiment, fitted, row, method=method):
                 when = _when(experiment, place, method)
                 return (
                     f"From about {when:.3g} s on {channel} is {factor:.4g} times what it was before, held against {told_by[row]}: "
@@ -67,7 +65,7 @@ def jumped_midway(experiment: Experiment, fitted: Fitted, method: Method = STAND
         instant, size = strongest_jumps(residual, experiment.sensed.period)[0]
         stepped = np.where(np.arange(len(residual)) * experiment.sensed.period < instant, 0.0, size)
         left = float(np.var(residual - stepped)) / max(float(np.var(residual)), 1e-300)
-        if abs(size) > method.shared.plainly_off * experiment.sensed.seen_floors[sight.row] and left < method.recording_checks.little_off:
+        if abs(size) > method.errors * experiment.sensed.seen_floors[sight.row] and left < method.little:
             names = [experiment.machine.compare[row] for row in (sight.row, sight.first)]
             shown = shown_with_unit(abs(size), experiment.sensed.plan.unit(experiment.sensed.channels[sight.row]), 3)
             return (
@@ -85,7 +83,7 @@ def _told_by_others(experiment: Experiment) -> dict[int, str]:
     }
     ports = {part.name: part.component.ports for part in experiment.machine.assembly.parts}
     for row, channel in enumerate(experiment.machine.compare):
-        part, _, item = channel.partition(".")
+        part, item = Place.of(channel)
         if "back_emf" in ports[part] and item == ports[part].get("current"):
             found[row] = "what the drive makes of its command, with which the axis moves as it did"
     return found
@@ -96,7 +94,7 @@ def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: M
     happened to the machine."""
     others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
     floors = np.delete(experiment.sensed.seen_floors, row)
-    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.shared.plainly_off * floors) ** 2))
+    return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.errors * floors) ** 2))
 
 
 def _when(experiment: Experiment, place: float, method: Method) -> float:
@@ -119,11 +117,11 @@ def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[in
     steps = list(_steps(power, method))
     _, pair, left = min(steps, key=lambda step: step[2])
     # where a part stands still the step may be earlier or later
-    place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= method.shared.alike * left]))
+    place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= method.alike * left]))
     blocks = power.shape[1]
     steady = float(np.min(np.sum(power[_lines(len(power), blocks), np.arange(blocks)], axis=1)))
     constant = float(np.min(np.sum(power, axis=1)))
-    return (place, pair) if pair[0] != pair[1] and left < method.shared.left_by_cause * min(constant, steady) else None
+    return (place, pair) if pair[0] != pair[1] and left < method.larger_part**2 * min(constant, steady) else None
 
 
 def _steps(power: FloatArray, method: Method) -> Iterator[tuple[int, tuple[int, int], float]]:

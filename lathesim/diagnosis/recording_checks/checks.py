@@ -10,20 +10,20 @@ from functools import partial
 from typing import Any
 
 from lathesim.diagnosis.method import Method
+from lathesim.diagnosis.recording_checks.another_place import of_another_place
 from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
 from lathesim.diagnosis.recording_checks.clipping import clipped_reading
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.diagnosis.recording_checks.different_machine import another_machine
 from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with, swapped
-from lathesim.diagnosis.recording_checks.mapping.another_place import of_another_place
-from lathesim.diagnosis.recording_checks.mapping.mapped_elsewhere import mapped_elsewhere
+from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
 from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.search import Found
-from lathesim.identification.machine.roles import closes_a_loop
 from lathesim.identification.replay.controller_rate import MOST
 from lathesim.identification.replay.experiment import Experiment, Machine
+from lathesim.identification.roles import closes_a_loop
 from lathesim.recordings.raw_table import Finding
 
 Check = Callable[..., str]
@@ -84,7 +84,7 @@ def with_a_wrong_unit(found: Found, values: Mapping[str, float], method: Method,
     Beside implausible values of the lesson, or other effects, a factor on a reading makes up for those, and is not asked about.
     """
     credible = [] if found.far_off or implausible or len(found.model.candidates) > 1 else found.model.candidates
-    most = [one for one in credible if (worth := found.worth.get(one.part)) and worth.predicted.share > method.shared.larger_part]
+    most = [one for one in credible if (worth := found.worth.get(one.part)) and worth.predicted.share > method.larger_part]
     return fault("unit", wrong_unit(most, values, method=method))
 
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.diagnosis.location.missing_share import missing_share
+from lathesim.diagnosis.location import missing_share
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment
 
 _READ = ("A", "N", "N*m")
@@ -28,7 +28,7 @@ def clipped_reading(experiment: Experiment, fitted: Fitted, method: Method = STA
         ends = ((recorded.max(), 1.0), (recorded.min(), -1.0))
         levels = [level for level, side in ends if _goes_beyond(recorded, simulated, level, side, method=method)]
         others = [other for other in range(len(experiment.machine.compare)) if other != row]
-        if levels and others and all(missing_share(experiment, fitted, other)[0] < method.verdict.within_laws for other in others):
+        if levels and others and all(missing_share(experiment, fitted, other)[0] < method.within_laws for other in others):
             stand = int(np.count_nonzero(np.isin(recorded, levels)))
             where = " and ".join(shown_with_unit(float(level), unit) for level in levels)
             return (
@@ -43,12 +43,11 @@ def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side
     flat = recorded == level
     ends = (recorded == recorded.max()) | (recorded == recorded.min())
     inside = ~(ends | np.roll(ends, 1))
-    if np.count_nonzero(flat) < int(method.recording_checks.clipped_run) or np.count_nonzero(inside) < int(
-        method.recording_checks.clipped_run
-    ):
+    # fewer samples do not tell what nearly all of them do
+    if min(np.count_nonzero(flat), np.count_nonzero(inside)) * method.little < 1.0:
         return False
-    if float(np.mean(np.diff(recorded, prepend=recorded[0])[inside] == 0.0)) > method.shared.larger_part:
+    if float(np.mean(np.diff(recorded, prepend=recorded[0])[inside] == 0.0)) > method.larger_part:
         return False
-    usual = float(np.quantile(np.abs(recorded - simulated)[inside], method.shared.nearly_all))
+    usual = float(np.quantile(np.abs(recorded - simulated)[inside], method.nearly_all))
     beyond = side * (simulated - recorded)[flat]
-    return float(np.mean(beyond > 0.0)) > method.shared.nearly_all and float(np.median(beyond)) > method.selection.significant * usual
+    return float(np.mean(beyond > 0.0)) > method.nearly_all and float(np.median(beyond)) > method.errors * usual

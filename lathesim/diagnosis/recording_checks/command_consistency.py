@@ -15,13 +15,12 @@ from scipy.optimize import minimize_scalar
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Input
-from lathesim.diagnosis.location.missing_force import passed_through
+from lathesim.diagnosis.location import passed_through
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
-from lathesim.engine.assembly import FloatArray, Part
-from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.diagnosis.recording_checks.controllers import unexplained_share
+from lathesim.engine.assembly import FloatArray, Part, Place
+from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.signal import root_mean_square
 
 _STEP = 1e-6
 """By how much a zero is moved for its slope [SI]; commands answer in proportion."""
@@ -45,7 +44,7 @@ def contradicted(
         return ""
     laws = of_another_law or {}
     for row, share in unexplained_share(experiment, values):
-        if share > method.recording_checks.unexplained_command:
+        if share > method.little:
             name = experiment.machine.compare[row]
             if told := _late_channel(experiment, values, row, share, method=method) or _other_zero(
                 experiment, values, row, share, method=method
@@ -53,7 +52,7 @@ def contradicted(
                 return told
             if (
                 name in added
-                or (name in laws and (share < method.shared.larger_part or laws[name]))
+                or (name in laws and (share < method.larger_part or laws[name]))
                 or _reads_through_a_converter(experiment, row)
             ):
                 continue
@@ -73,7 +72,7 @@ def _reads_through_a_converter(experiment: Experiment, row: int) -> bool:
 def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int, share: float, method: Method = STANDARD) -> str:
     """Return a sentence where a command follows from what its controller was given once one channel is shifted; empty where none does."""
     name = experiment.machine.compare[row]
-    controller = name.partition(".")[0]
+    controller = Place.of(name).part
     period = experiment.machine.assembly.sample_period
     wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
     fed = {wires.get(f"{controller}.{port}", "") for port in _part(experiment, controller).component.declared(Input)}
@@ -88,7 +87,7 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
             method="bounded",
             options={"xatol": 0.01, "maxiter": 25},
         )
-        if found.fun < method.shared.left_by_cause * share:
+        if found.fun < method.little * share:
             how = "later" if found.x < 0.0 else "earlier"
             late = f"{abs(found.x) * period * 1e3:.3g} ms ({abs(found.x):.2g} samples)"
             return (
@@ -103,7 +102,7 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
     where it does not. The first guess is how far apart the two are in the middle; what is left of the command then tells how far that is
     off."""
     name = experiment.machine.compare[row]
-    controller = _part(experiment, name.partition(".")[0])
+    controller = _part(experiment, Place.of(name).part)
     ports = controller.component.ports
     target = f"{controller.name}.{ports['drive']}"
     measured = next(
@@ -126,7 +125,7 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
     first = residual(0.0)[begin:]
     slope = (residual(step)[begin:] - first) / step
     more = -float(slope @ first) / max(float(slope @ slope), 1e-300)
-    if root_mean_square(residual(more)[begin:]) > min(method.recording_checks.follows * size, method.shared.left_by_cause * share * size):
+    if root_mean_square(residual(more)[begin:]) > method.little * share * size:
         return ""
     shown = shown_with_unit(zero + more, experiment.record.channels[target].unit, 3)
     return (

@@ -8,10 +8,10 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.fit import Fitted, Free, with_start
-from lathesim.identification.records.model import Model, is_full_band
-from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.records import Fitted, Free, Model, is_full_band, with_start
+from lathesim.identification.replay.experiment import POSSIBLE, Experiment
 
 
 def another_machine(model: Model, experiment: Experiment, validation: Experiment, method: Method = STANDARD) -> str:
@@ -20,16 +20,16 @@ def another_machine(model: Model, experiment: Experiment, validation: Experiment
     With values of its own it is explained nearly, with those of the other recording it is not, and the values lie further apart than the
     lesson's uncertainties allow. Where its own values explain little, something else is wrong, and nothing is said here.
     """
-    if not np.any(_sizes(model.validation_fit) > method.shared.alike * _sizes(model.fitted)):
+    if not np.any(_sizes(model.validation_fit) > method.alike * _sizes(model.fitted)):
         return ""
     own = _by_itself(model, validation)
-    if not np.any(_sizes(own) < method.shared.left_by_cause * _sizes(model.validation_fit)):
+    if not np.any(_sizes(own) < method.larger_part * _sizes(model.validation_fit)):
         return ""
     first = _by_itself(model, experiment)
     for name, deviation in validation.machine.uncertain.items():
         here, there = first.by_name[name], own.by_name[name]
         error = np.hypot(first.error(name), own.error(name))
-        if abs(here - there) > max(method.recording_checks.machine_apart * deviation, method.recording_checks.machine_surely_apart * error):
+        if abs(here - there) > max(POSSIBLE * deviation, method.errors * error):
             unit = validation.sensed.plan.unit(name)
             return f"{validation.name} is of another machine: {name} is {there:.4g} {unit} there and {here:.4g} {unit} in the fitted one."
     return ""
@@ -47,7 +47,7 @@ def _unheld(item: Free, experiment: Experiment) -> Free:
     """Return a value of the machine within the bounds of its declaration only."""
     if item.name not in experiment.machine.uncertain:
         return item
-    part, _, name = item.name.partition(".")
+    part, name = Place.of(item.name)
     declared = experiment.sensed.plan.parts[part].component.declared(Parameter)[name]
     return replace(item, uncertainty=np.inf, low=declared.low, high=declared.high)
 

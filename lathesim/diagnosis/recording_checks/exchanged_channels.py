@@ -8,10 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
-from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.diagnosis.recording_checks.controllers import unexplained_share
+from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.signal import root_mean_square
 
 
 def exchanged_with(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
@@ -26,12 +25,7 @@ def exchanged_with(experiment: Experiment, values: Mapping[str, float], method: 
         name = experiment.machine.compare[row]
         for other, column in enumerate(recorded):
             size = float(np.std(column))
-            if (
-                other != row
-                and share > method.recording_checks.unexplained_command
-                and size > 0.0
-                and root_mean_square(column - simulated[row]) < method.recording_checks.follows * size
-            ):
+            if other != row and share > method.little and size > 0.0 and root_mean_square(column - simulated[row]) < method.little * size:
                 exchanged = experiment.machine.compare[other]
                 return (
                     f"{exchanged} is what the lesson's controller makes of what it was given, and {share:.0%} of {name} "
@@ -49,11 +43,7 @@ def swapped(experiment: Experiment, values: Mapping[str, float], method: Method 
     off = np.sum((recorded[:, None] - simulated[None]) ** 2, axis=2) / power[:, None]
     for first, second in itertools.combinations(range(len(units)), 2):
         as_mapped, exchanged = off[first, first] + off[second, second], off[first, second] + off[second, first]
-        if (
-            units[first] == units[second]
-            and as_mapped > method.recording_checks.little_off
-            and exchanged < method.recording_checks.little_off * as_mapped
-        ):
+        if units[first] == units[second] and as_mapped > method.little and exchanged < method.little * as_mapped:
             names = f"{experiment.machine.compare[first]} and {experiment.machine.compare[second]}"
             return (
                 f"{names} look swapped: as mapped the machine misses {np.sqrt(0.5 * as_mapped):.0%} of them, exchanged "

@@ -6,12 +6,11 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from lathesim.diagnosis.location.missing_share import FORCES
+from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.identification.records import Candidate
+from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.signal import root_mean_square
 from lathesim.recordings.recorded_channel import known_factor
 
 
@@ -23,15 +22,15 @@ def in_another_unit(experiment: Experiment, values: Mapping[str, float], method:
     recorded = np.nan_to_num(experiment.sensed.recorded)[:, begin:]
     simulated = recorded - np.nan_to_num(experiment.sensed.one(values))[:, begin:]
     factors = [float(one @ other) / max(float(other @ other), 1e-300) for one, other in zip(recorded, simulated, strict=True)]
-    off = [row for row, factor in enumerate(factors) if not is_within(factor, method.shared.alike)]
+    off = [row for row, factor in enumerate(factors) if not is_within(factor, method.alike)]
     if len(off) != 1 or len(factors) == 1 or experiment.record.unit(experiment.machine.compare[off[0]]) not in FORCES:
         return ""
     (row,) = off
     factor, name = factors[row], experiment.machine.compare[row]
     beside = root_mean_square(recorded[row] - factor * simulated[row])
-    ordinary = is_within(abs(factor), method.recording_checks.unit_high)
-    unit = "" if ordinary else known_factor(factor, method.recording_checks.unit_near)
-    if not unit or not beside < method.recording_checks.little_off * root_mean_square(recorded[row]):
+    ordinary = is_within(abs(factor), method.unit_high)
+    unit = "" if ordinary else known_factor(factor, method.little)
+    if not unit or not beside < method.little * root_mean_square(recorded[row]):
         return ""
     return f"{name} is {factor:.4g} times what the machine makes, which is the factor of a mistaken unit: {unit}."
 
@@ -44,7 +43,7 @@ def wrong_unit(candidates: Iterable[Candidate], values: Mapping[str, float], met
     for candidate in candidates:
         for name, neutral in zip(candidate.parameters, candidate.neutral, strict=True):
             factor = values.get(name, 1.0)
-            if neutral == 1.0 and abs(factor + 1.0) < method.recording_checks.unit_near:
+            if neutral == 1.0 and abs(factor + 1.0) < method.little:
                 return f"{candidate.at} reads {factor:.4g} times what the machine does: its sign is turned round."
             if neutral == 1.0 and (unit := known_factor(factor)):
                 return f"{candidate.at} reads {factor:.4g} times what the machine does, which is the factor of a mistaken unit: {unit}."

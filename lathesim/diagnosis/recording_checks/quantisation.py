@@ -10,10 +10,11 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import Estimate
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records import Candidate
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.resolution import FEWEST_LEVELS, OFF_GRID, grid_spacing
+from lathesim.identification.signal import FEWEST_LEVELS, OFF_GRID, grid_spacing
 
 
 def coarse_counts(
@@ -38,13 +39,13 @@ def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, fl
     period = experiment.machine.assembly.sample_period
     components = {part.name: part.component for part in experiment.machine.assembly.parts}
     for candidate in (candidate for candidate in experiment.candidates if candidate.effect.identification.spacing):
-        ports = components[candidate.at.partition(".")[0]].ports
+        ports = components[Place.of(candidate.at).part].ports
         # the rate of an encoder is one count a sample, or several
         for role, counts in (("reading", 1.0), ("rate", period)):
             channel = f"{candidate.at}.{ports.get(role, '')}"
             if channel in experiment.machine.compare and (known := _declared(experiment, channel, counts)) > 0.0:
                 spacing = counts * grid_spacing(experiment.record[channel])
-                if spacing > method.shared.alike * known:
+                if spacing > method.alike * known:
                     found.setdefault(candidate.part, spacing)
     return found
 
@@ -52,6 +53,6 @@ def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, fl
 def _declared(experiment: Experiment, channel: str, counts: float) -> float:
     """Return the counts [SI] in which a sensor reads as far as the lesson tells, 0 where it does not; ``counts`` make one unit of the
     channel."""
-    part = next(part for part in experiment.machine.assembly.parts if part.name == channel.partition(".")[0])
+    part = next(part for part in experiment.machine.assembly.parts if part.name == Place.of(channel).part)
     name = part.component.ports.get("resolution", "")
     return max(experiment.own.given(f"{part.name}.{name}") if name else 0.0, counts * experiment.machine.resolution.get(channel, 0.0))

@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.recording_checks.unexplained_command import shown_commands, unexplained_share
+from lathesim.diagnosis.recording_checks.controllers import shown_commands, unexplained_share
 from lathesim.engine.assembly import Assembly
-from lathesim.identification.machine.roles import closes_a_loop, decides
-from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.roles import closes_a_loop, decides
+from lathesim.identification.signal import root_mean_square
 from lathesim.record import Record
 
 
@@ -25,8 +24,8 @@ def of_another_period(experiment: Experiment, values: Mapping[str, float], metho
         return told
     for row, share in unexplained_share(experiment, values) if experiment.machine.replay else ():
         name = experiment.machine.compare[row]
-        for factor in method.recording_checks.clock_factors if share > method.recording_checks.unexplained_command else ():
-            if _unexplained_at(experiment, factor, values, row) < method.recording_checks.follows:
+        for factor in method.recording_checks.clock_factors if share > method.little else ():
+            if _unexplained_at(experiment, factor, values, row) < method.little:
                 return (
                     f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "
                     f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."
@@ -41,16 +40,15 @@ def _beside_the_lesson(experiment: Experiment, values: Mapping[str, float], meth
     period, clock = 1e3 * experiment.machine.assembly.sample_period, experiment.machine.clock
     decides_every, how = period / experiment.machine.decisions, "fast" if clock > 1.0 else "slow"
     times = f"every {decides_every / clock:.4g} ms, and by the recording's clock every {decides_every:.4g} ms: that runs"
-    limits = method.recording_checks
     for controller, row in shown_commands(experiment):
         as_recorded, as_told = (_beyond_floor(experiment, factor, values, row) for factor in (1.0, 1.0 / clock))
         name = experiment.machine.compare[row]
-        if as_recorded > limits.clock_unexplained and as_told < min(limits.follows, method.shared.left_by_cause * as_recorded):
+        if as_recorded > method.command_floor and as_told < method.little * as_recorded:
             return (
                 f"{controller} decides {times} {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
                 f"controller was given, with the recorded one {as_recorded:.1%} of it does not."
             )
-        if as_told > limits.clock_unexplained and as_recorded < method.shared.left_by_cause * as_told:
+        if as_told > method.command_floor and as_recorded < method.little * as_told:
             return ""
     parts = experiment.machine.assembly.parts
     open_loop = not any(closes_a_loop(part) for part in parts)

@@ -18,7 +18,7 @@ def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]
         apart = sensed.recorded[row] - simulated
         apart = apart[np.isfinite(apart)] if np.isfinite(apart).any() else np.zeros(1)
         middle, spread = float(np.mean(apart)), float(np.std(apart))
-        if abs(middle) > method.shared.plainly_off * max(spread, float(sensed.seen_floors[row])):
+        if abs(middle) > method.errors * max(spread, float(sensed.seen_floors[row])):
             shown = shown_with_unit(abs(middle), sensed.plan.unit(sensed.channels[row]), 3)
             told.append(
                 f"{experiment.machine.compare[row]} has its zero {shown} beside that of the reference; taken for no error of either."
@@ -26,7 +26,7 @@ def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]
     for row, (first, apart) in experiment.sensed.zeros().items():
         shown_there = experiment.sensed.seen[row][np.isfinite(experiment.sensed.seen[row])]
         spread = float(np.std(shown_there)) if len(shown_there) else 0.0
-        if abs(apart) > method.shared.plainly_off * max(spread, float(experiment.sensed.seen_floors[row])):
+        if abs(apart) > method.errors * max(spread, float(experiment.sensed.seen_floors[row])):
             name, other = experiment.machine.compare[row], experiment.machine.compare[first]
             shown = shown_with_unit(abs(apart), experiment.sensed.plan.unit(experiment.sensed.channels[row]), 3)
             told.append(f"{name} has its zero {shown} beside that of {other}; taken for no error of either.")

@@ -39,6 +39,22 @@ class Explanation:
         return self.gain > self.chance
 
 
+@dataclass(frozen=True)
+class Step:
+    """A change of the model that was accepted: the move that proposed it, which effects came in and went, and what it gained.
+
+    ``gain`` and ``validation_gain`` are the changes of the log-likelihood of the two recordings on all frequencies [nats]; a simpler model
+    may lose a little. ``why`` says it in words.
+    """
+
+    move: str
+    came_in: tuple[str, ...]
+    went: tuple[str, ...]
+    gain: float
+    validation_gain: float
+    why: str = ""
+
+
 def explanation_as_json(one: Explanation) -> dict[str, Any]:
     """Return the JSON of an explanation; numbers that are not finite become null."""
     numbers = {"gain": one.gain, "standard_error": one.standard_error, "chance": one.chance}

@@ -14,8 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from lathesim.analysis.display_unit import known_share
-from lathesim.diagnosis.records.comparison import Explanation, explanation_as_json
-from lathesim.diagnosis.records.history import Step
+from lathesim.diagnosis.records.comparison import Explanation, Step, explanation_as_json
 from lathesim.engine.assembly import FloatArray
 
 SCHEMA = "lathesim-diagnosis/1"

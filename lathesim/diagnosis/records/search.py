@@ -5,11 +5,59 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from lathesim.diagnosis.records.controller_value import ControllerValue
-from lathesim.diagnosis.records.history import Step
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.model import Model
-from lathesim.identification.replay.experiment import POSSIBLE
+from lathesim.diagnosis.records.comparison import Step
+from lathesim.diagnosis.records.diagnosis import with_unit
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.records import Candidate, Model
+from lathesim.identification.replay.experiment import POSSIBLE, Machine
+
+
+@dataclass(frozen=True)
+class Screened:
+    """A candidate with the log-likelihood that its responses promise [nats], and the starting values that promise most, best first.
+
+    ``shares`` are the shares of the whitened residual that they promise to explain, for each channel in the band of the motion and on all
+    frequencies.
+    """
+
+    candidate: Candidate
+    gain: float
+    starts: tuple[FloatArray, ...]
+    shares: FloatArray
+
+    @property
+    def share(self) -> float:
+        """The largest of the shares."""
+        return float(self.shares.max(initial=0.0))
+
+
+@dataclass(frozen=True)
+class ControllerValue:
+    """A parameter (``part.parameter``) of a controller with the value the lesson gives and the one its command follows from [``unit``]."""
+
+    name: str
+    unit: str
+    given: float
+    value: float
+    command: str
+    share: float
+    """Share of the command that does not follow from the lesson's value."""
+    error: float = 0.0
+    """One standard error."""
+
+    def __str__(self) -> str:
+        off = f"{self.value / self.given - 1.0:+.0%}"
+        value, given = (with_unit(f"{one:.4g}", self.unit) for one in (self.value, self.given))
+        follows = f"{self.command} follows from what its controller was given with {self.name} of {value} ({off})"
+        return f"{follows}; with the lesson's {given} {self.share:.0%} of it does not. Taken so for the rest."
+
+    def in_machine(self, machine: Machine) -> Machine:
+        """Return the machine with the value that was found."""
+        part, item = Place.of(self.name)
+        parts = tuple(
+            replace(one, parameters={**one.parameters, item: self.value}) if one.name == part else one for one in machine.assembly.parts
+        )
+        return replace(machine, assembly=replace(machine.assembly, parts=parts))
 
 
 @dataclass(frozen=True)
@@ -105,3 +153,13 @@ class Found:
     def holds(self, candidate: Candidate) -> bool:
         """Return whether an effect is in the model."""
         return any(one.part == candidate.part for one in self.model.candidates)
+
+
+@dataclass(frozen=True)
+class RankedEffect:
+    """How sure an effect is: its probability among its rivals, those that predict as well, and the share of the error it takes away."""
+
+    candidate: Candidate
+    probability: float
+    tied: tuple[Candidate, ...]
+    share: float

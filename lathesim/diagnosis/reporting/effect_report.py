@@ -9,9 +9,10 @@ import numpy as np
 from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.records.ranked_effect import RankedEffect
+from lathesim.diagnosis.records.search import RankedEffect
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral, is_there
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records import Candidate
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.units import product_unit
 
@@ -22,7 +23,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
     candidate = item.candidate
     parameters, undetermined = {}, []
     for name, scale in zip(candidate.parameters, np.abs(candidate.points).max(axis=0, initial=0.0), strict=True):
-        short = name.partition(".")[2]
+        short = Place.of(name).port
         if name not in values.by_name:
             continue
         estimate = values.by_name[name]
@@ -79,7 +80,7 @@ def _one_law(candidate: Candidate, other: Candidate) -> bool:
 
 def declared_in(experiment: Experiment, name: str) -> Declaration:
     """Return how ``part.name`` is declared where it sits, with the units of its wires."""
-    part, _, item = name.partition(".")
+    part, item = Place.of(name)
     return experiment.sensed.plan.parts[part].component.declarations[item]
 
 
@@ -100,7 +101,7 @@ def _turned(candidate: Candidate, parameters: dict[str, Interval]) -> dict[str, 
     values = {f"{candidate.part}.{name}": item.value for name, item in parameters.items()}
     turned = dict(parameters)
     sizes = [size for phase in phases_to_turn(candidate, values) for size in candidate.waves[phase] if size in values]
-    for name in (size.partition(".")[2] for size in sizes):
+    for name in (Place.of(size).port for size in sizes):
         item = parameters[name]
         turned[name] = Interval(-item.value, item.unit, -item.high, -item.low)
     return turned

@@ -6,13 +6,13 @@ from collections.abc import Collection, Iterable, Iterator
 
 import numpy as np
 
-from lathesim.diagnosis.location.closed_loop_fit import Compared
-from lathesim.diagnosis.location.missing_force import places
-from lathesim.diagnosis.location.missing_share import missing_signals
+from lathesim.diagnosis.location import Compared, missing_signals, places, wired_parts
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location
 from lathesim.diagnosis.records.search import Found, Tried
+from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.explanations import best_of_each, gains
+from lathesim.engine.assembly import Place
 from lathesim.identification.replay.experiment import Experiment
 
 
@@ -21,7 +21,7 @@ def gather(validation: Experiment, found: Found, own: Compared) -> Evidence:
     return Evidence(
         missing=missing_signals(validation, found.baseline, found.model),
         traces=tuple(_traces(validation, own)),
-        wires=_wires(validation),
+        wires=wired_parts(validation.machine.assembly),
         tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found)),
         runners_up=tuple(runners_up(found)),
     )
@@ -49,42 +49,35 @@ def _traces(validation: Experiment, own: Compared) -> list[ChannelTrace]:
     ]
 
 
-def _wires(experiment: Experiment) -> tuple[tuple[str, str], ...]:
-    pairs = [(wire.source.partition(".")[0], wire.target.partition(".")[0]) for wire in experiment.machine.assembly.wires if wire.source]
-    return tuple(dict.fromkeys(pairs))
-
-
 def located(
     validation: Experiment, found: Found, evidence: Evidence, variables: Iterable[str], *, named: bool, method: Method = STANDARD
 ) -> Location:
     """Return where the mismatch sits, the hosts of what is named or else the parts in which the replay finds it; and on what it depends."""
     worst = places(validation, found.baseline.validation_fit)
-    hosts = [candidate.at.partition(".")[0] for candidate in found.model.candidates] if named else []
+    hosts = [Place.of(candidate.at).part for candidate in found.model.candidates] if named else []
     channels = [place.channel for place in worst if place.over_floor > 1.0]
     suspects = hosts or suspected(validation, evidence, channels, method=method)
     windows = worst[0].windows if worst else ()
-    return Location(
-        tuple(dict.fromkeys(suspects)), tuple(channels), windows, tuple(dict.fromkeys(variables))[: method.reporting.most_variables]
-    )
+    return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, tuple(dict.fromkeys(variables))[: Shown.most_variables])
 
 
 def suspected(validation: Experiment, evidence: Evidence, off: Collection[str], method: Method = STANDARD) -> list[str]:
     """Return the parts in which much is missing, the largest share of what acts there first; ``off`` are the channels over their floor.
 
-    A part that misses less than a fifth of the largest share is none of them. Where a sensor's reading is off, so may be what it reads, and
+    A part that misses little beside the largest share is none of them. Where a sensor's reading is off, so may be what it reads, and
     rather that where several of its readings are.
     """
     compare = zip(validation.machine.compare, evidence.missing, strict=True)
     shares = [(item.share_before, item.at) for name, item in compare if name in off and np.isfinite(item.share_before)]
     most = max((share for share, _ in shares), default=0.0)
-    shares = sorted((pair for pair in shares if pair[0] >= method.reporting.comparable_part * most), key=lambda pair: -pair[0])
+    shares = sorted((pair for pair in shares if pair[0] >= method.little * most), key=lambda pair: -pair[0])
     ports = {part.name: part.component.ports for part in validation.machine.assembly.parts}
     found = []
-    for part in [at.partition(".")[0] for _, at in shares]:
+    for part in [Place.of(at).part for _, at in shares]:
         reads: list[str] = []
         if {"measured", "reading"} <= set(ports.get(part, ())):
             wires = validation.machine.assembly.wires
-            reads = [wire.source.partition(".")[0] for wire in wires if wire.source and wire.target.partition(".")[0] == part]
-        several = sum(at != part and at.partition(".")[0] == part for _, at in shares) > 1
+            reads = [Place.of(wire.source).part for wire in wires if wire.source and Place.of(wire.target).part == part]
+        several = sum(at != part and Place.of(at).part == part for _, at in shares) > 1
         found += [*reads, part] if several else [part, *reads]
     return found

@@ -18,7 +18,7 @@ from lathesim.diagnosis.records.comparison import KINDS, Explanation, Kind
 from lathesim.diagnosis.records.diagnosis import Diagnosis, listed
 from lathesim.diagnosis.records.search import Found, Gain, Tried
 from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, plain
-from lathesim.diagnosis.verdict.doubt import Doubt
+from lathesim.diagnosis.verdict import Doubt
 from lathesim.recordings.raw_table import Finding, counted
 
 HEAD = ("explanation", "gain", "error", "chance level", "kept", "why")
@@ -32,7 +32,7 @@ def legend(method: Method = STANDARD) -> tuple[str, ...]:
     return (
         "Gain: how much better the recording that judges is predicted with an explanation than without it.",
         "It is the logarithm of a ratio of probabilities: 0 is as probable, 5 is 150 times as probable. Error: its standard error.",
-        f"Chance level: smaller gains may be chance. It is {method.explaining.errors:.0f} errors, or {each} if that is more.",
+        f"Chance level: smaller gains may be chance. It is {method.errors:.0f} errors, or {each} if that is more.",
     )
 
 
@@ -136,7 +136,7 @@ def _why_not(study: Study, found: Found, one: Tried) -> str:
 def _too_small(one: Tried, method: Method) -> str:
     """Return why a clear gain is too small a find: its share of what is left, else what it changes beside noise and errors of laws."""
     share = max(0.0, min(one.predicted.share, one.fitted.share))
-    least = method.nearly_all_of_rest if one.candidate.effect.identification.size_of_recording else method.share_of_all
+    least = method.larger_part if one.candidate.effect.identification.size_of_recording else method.least_share
     if share <= least:
         return f"explains {percent(share)} of what is left, less than {percent(least)}"
     return "changes readings less than their noise, or forces less than errors of laws"

@@ -15,9 +15,10 @@ import numpy as np
 
 import lathesim
 from lathesim.analysis.display_unit import known_share
-from lathesim.diagnosis.location.missing_share import FORCES
+from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal
+from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.answer_tables import before_text, effect_rows
 from lathesim.diagnosis.reporting.explanations import HEAD, explanation_rows, legend
 from lathesim.diagnosis.reporting.number_text import (
@@ -30,8 +31,9 @@ from lathesim.diagnosis.reporting.number_text import (
 )
 from lathesim.diagnosis.reporting.summary import is_worse, summary_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import CONFIDENCE
-from lathesim.identification.machine.roles import is_recorded_signal
+from lathesim.identification.roles import is_recorded_signal
 
 _WORDS = {
     "no_mismatch": "Nothing is missing",
@@ -57,9 +59,9 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     modelled = bool(diagnosis.effects or diagnosis.discovered)
     changed = modelled or diagnosis.verdict == "parameters_only"
     order = _by_size(diagnosis.fit)
-    changes = [_change(name, diagnosis) for name in order[: method.reporting.most_rows]]
+    changes = [_change(name, diagnosis) for name in order[: Shown.most_rows]]
     summary = summary_lines(diagnosis, method)
-    decided, more = explanation_rows(diagnosis, 2 * method.reporting.most_rows)
+    decided, more = explanation_rows(diagnosis, 2 * Shown.most_rows)
     return {
         "verdict": diagnosis.verdict,
         "verdict_word": _WORDS[diagnosis.verdict],
@@ -87,7 +89,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
              "removed": _removed(item.share_before, item.share_after)}
             for item in _missing(diagnosis) if changed
         ],
-        "drawings": _drawings(diagnosis, order, method),
+        "drawings": _drawings(diagnosis, order),
         "baseline": [_baseline(name, item, method) for name, item in diagnosis.baseline.items()],
         "left": list(map(pretty, diagnosis.left)),
         "not_told": list(diagnosis.not_told),
@@ -123,12 +125,12 @@ def _over(size: float, floor: float) -> float:
 
 def _suspects(diagnosis: Diagnosis) -> dict[str, str]:
     """Return part -> ``first`` or ``other`` for the parts that are marked in the wiring."""
-    hosts = [effect.at.partition(".")[0] for effect in diagnosis.effects]
+    hosts = [Place.of(effect.at).part for effect in diagnosis.effects]
     if diagnosis.verdict in ("no_mismatch", "parameters_only"):
         return {}
     located = list(diagnosis.location.components)
     if diagnosis.verdict == "recording_fault" and not located:
-        located = [channel.partition(".")[0] for channel in diagnosis.location.channels]
+        located = [Place.of(channel).part for channel in diagnosis.location.channels]
     first = (hosts if diagnosis.names else []) or located[:1]
     return {**dict.fromkeys(located, "other"), **dict.fromkeys(first, "first")}
 
@@ -184,7 +186,7 @@ def _missing(diagnosis: Diagnosis) -> list[MissingSignal]:
     return sorted(known, key=lambda item: -item.share_before if math.isfinite(item.share_before) else 0.0)[:1]
 
 
-def _drawings(diagnosis: Diagnosis, order: Sequence[str], method: Method) -> list[Any]:
+def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
     """Return the two figures of the page: the worst channel and what is missing, or two channels where no force is."""
     from markupsafe import Markup
 
@@ -193,7 +195,7 @@ def _drawings(diagnosis: Diagnosis, order: Sequence[str], method: Method) -> lis
     evidence, windows = diagnosis.evidence, diagnosis.location.windows
     missing = _missing(diagnosis)
     rank = {name: place for place, name in enumerate(order)}
-    traces = sorted(evidence.traces, key=lambda item: rank.get(item.channel, len(rank)))[: method.reporting.most_drawings - len(missing)]
+    traces = sorted(evidence.traces, key=lambda item: rank.get(item.channel, len(rank)))[: Shown.most_drawings - len(missing)]
     width = HALF if len(traces) + len(missing) > 1 else WHOLE
     drawn = []
     for place, trace in enumerate(traces):
@@ -216,5 +218,5 @@ def _baseline(name: str, item: BaselineValue, method: Method = STANDARD) -> dict
         "with_it": value,
         "interval": interval,
         "off": f"{'+' if share > 0.0 else ''}{percent(share)}" if math.isfinite(share) else NOTHING,
-        "moved": math.isfinite(deviation) and abs(change) > method.selection.significant * deviation > 0.0,
+        "moved": math.isfinite(deviation) and abs(change) > method.errors * deviation > 0.0,
     }

@@ -13,11 +13,10 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect
 from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.reporting.effect_report import declared_in
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Fitted, with_start
-from lathesim.identification.records.model import is_full_band
+from lathesim.identification.records import Candidate, Fitted, is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment
 
 
@@ -37,7 +36,7 @@ def lesson_entry(effect: FoundEffect, candidate: Candidate, fitted: Fitted, expe
         ):
             quantities[name] = written(neutral, declared_in(experiment, f"{candidate.part}.{name}").unit)
     for name in candidate.nuisance:
-        short = name.partition(".")[2]
+        short = Place.of(name).port
         if name in fitted.by_name and short not in quantities:
             half_turn = np.pi if name in phases_to_turn(candidate, fitted.by_name) else 0.0
             quantities[short] = written(fitted.by_name[name] + half_turn, declared_in(experiment, name).unit)
@@ -107,7 +106,7 @@ def _is_not_missed(
         assert isinstance(declared, Parameter)
         neutral[f"{candidate.part}.{name}"] = candidate.effect.neutral.get(name, declared.default)
     sizes = [_residual_sizes(validation, found, {**values, **changed}) for changed in ({}, neutral)]
-    return bool(np.all(sizes[1] <= method.shared.hardly_more * sizes[0]))
+    return bool(np.all(sizes[1] <= (1.0 + method.material) * sizes[0]))
 
 
 def _residual_sizes(validation: Experiment, found: Found, values: Mapping[str, float]) -> np.ndarray:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from lathesim.diagnosis.location.missing_share import FORCES
+from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Unnamed, listed
-from lathesim.diagnosis.reporting.next_step import next_step
+from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.number_text import interval_texts, percent, probability_text, quantity_text
-from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.diagnosis.reporting.remarks import next_step
+from lathesim.identification.signal import root_mean_square
 from lathesim.recordings.raw_table import counted
 
 OF_RECORDING = "recording"
@@ -26,10 +27,10 @@ def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the answer in at most six lines, the first of which has no label."""
     labelled = {
         "Where": _where(diagnosis),
-        "Size": _size(diagnosis, method),
+        "Size": _size(diagnosis),
         "Sure": _sure(diagnosis),
         "Compared": _compared(diagnosis, method),
-        "Next": next_step(diagnosis, [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name, method)]),
+        "Next": next_step(diagnosis, [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name)]),
     }
     return [headline(diagnosis, method), *(f"{label}: {text}" for label, text in labelled.items() if text)]
 
@@ -107,7 +108,7 @@ def _out_of_reach(diagnosis: Diagnosis, method: Method) -> list[str]:
 def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the channels that stay clearly further off than the recording resolves, the worst first."""
     over = {name: item.after / item.floor for name, item in diagnosis.fit.items() if item.floor > 0.0 and math.isfinite(item.after)}
-    return sorted((name for name, times in over.items() if times > method.reporting.near_floor), key=lambda name: -over[name])
+    return sorted((name for name, times in over.items() if times > method.errors), key=lambda name: -over[name])
 
 
 def found_effects(diagnosis: Diagnosis) -> list[FoundEffect]:
@@ -127,7 +128,7 @@ def _where(diagnosis: Diagnosis) -> str:
     return f"{listed(places)}."
 
 
-def _size(diagnosis: Diagnosis, method: Method) -> str:
+def _size(diagnosis: Diagnosis) -> str:
     """Return the sizes with their intervals: of effects and values that moved, and of what has no name."""
     sentences = []
     if diagnosis.names:
@@ -139,7 +140,7 @@ def _size(diagnosis: Diagnosis, method: Method) -> str:
         if diagnosis.removed_share > 0.0:
             sentences.append(f"Where each part gets its recorded inputs, this explains {percent(diagnosis.removed_share)} of the error.")
     elif diagnosis.verdict == "parameters_only" and (moved := moved_values(diagnosis)):
-        most = method.reporting.most_named
+        most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in moved[:most]]
         sentences.append("; ".join([*sizes, *([f"{len(moved) - most} more below"] if len(moved) > most else [])]) + ".")
     return " ".join([*sentences, *(_unnamed_text(left, diagnosis) for left in diagnosis.unnamed[:1])])
@@ -256,12 +257,10 @@ def _before_and_after(diagnosis: Diagnosis, method: Method) -> list[str]:
     change = {name: abs(math.log(item.after / item.before)) for name, item in sized.items()}
     worst = still_off(diagnosis, method)[:1]
     order = sorted(diagnosis.fit, key=lambda name: (name not in worst, -change.get(name, 0.0)))
-    shown = [name for place, name in enumerate(order) if place < method.reporting.most_named or is_worse(diagnosis, name)]
+    shown = [name for place, name in enumerate(order) if place < Shown.most_named or is_worse(diagnosis, name)]
     states = "lesson alone -> with this" if diagnosis.effects else "values as given -> fitted"
     return (
-        [f"The whole simulation is off there by ({states}): {'; '.join(_change_of(diagnosis, name, method) for name in shown)}."]
-        if shown
-        else []
+        [f"The whole simulation is off there by ({states}): {'; '.join(_change_of(diagnosis, name) for name in shown)}."] if shown else []
     )
 
 
@@ -271,14 +270,14 @@ def is_worse(diagnosis: Diagnosis, name: str) -> bool:
     return item.after > item.before and _shown(item.after, item.unit) != _shown(item.before, item.unit)
 
 
-def is_clearly_worse(diagnosis: Diagnosis, name: str, method: Method) -> bool:
+def is_clearly_worse(diagnosis: Diagnosis, name: str) -> bool:
     """Return whether a channel is further off after than before by more than next to nothing."""
     item = diagnosis.fit[name]
-    return is_worse(diagnosis, name) and item.after > method.reporting.hardly_worse * item.before
+    return is_worse(diagnosis, name) and item.after > Shown.hardly_worse * item.before
 
 
-def _change_of(diagnosis: Diagnosis, name: str, method: Method) -> str:
+def _change_of(diagnosis: Diagnosis, name: str) -> str:
     item = diagnosis.fit[name]
     before, after = (_shown(value, item.unit) for value in (item.before, item.after))
-    worse = ", WORSE" if is_clearly_worse(diagnosis, name, method) else ", slightly worse" if is_worse(diagnosis, name) else ""
+    worse = ", WORSE" if is_clearly_worse(diagnosis, name) else ", slightly worse" if is_worse(diagnosis, name) else ""
     return f"{name} {after}" if before == after else f"{name} {before} -> {after}{worse}"

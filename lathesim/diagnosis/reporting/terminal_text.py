@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.answer_tables import Rows, before_text, channel_rows, effect_rows, value_rows
 from lathesim.diagnosis.reporting.html_report import insert_lines
 from lathesim.diagnosis.reporting.number_text import plain, quantity_text
@@ -24,7 +25,7 @@ def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     if diagnosis.insert:
         lines += ["", "Paste into the lesson:", insert_lines(diagnosis.insert, diagnosis.side), *_beside(diagnosis)]
     if diagnosis.untried:
-        lines += ["", f"Not tried: {_first_of(diagnosis.untried, method.reporting.most_rows)}."]
+        lines += ["", f"Not tried: {_first_of(diagnosis.untried, Shown.most_rows)}."]
     return [plain(line) for line in lines]
 
 

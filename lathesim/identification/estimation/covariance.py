@@ -21,7 +21,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.signal.rounding import BEYOND, ROUNDING
+from lathesim.identification.signal import BEYOND, ROUNDING
 
 SIGNIFICANT = 3.0
 """Standard errors by which a size differs from nothing, or two differ: a normal deviate exceeds them with 0.27 %."""

@@ -20,8 +20,8 @@ from typing import TypeVar
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.records.fit import Free
-from lathesim.identification.signal.rounding import ROUNDING
+from lathesim.identification.records import Free
+from lathesim.identification.signal import ROUNDING
 
 _STEP = 3e-3
 _DAMPINGS = np.array([0.03, 3.0, 30.0, 1e3, 3e4, 1e6])

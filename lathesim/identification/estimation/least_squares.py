@@ -16,8 +16,8 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.covariance import covariance_and_misfit
 from lathesim.identification.estimation.fit import Asking, Descent, Fit, Problem, Weighting, descending, side_by_side
-from lathesim.identification.noise.noise_model import NoiseModel, NoiseShapes, fit_noise_model, whitened_power
-from lathesim.identification.records.fit import Fitted, Free, known_beforehand
+from lathesim.identification.noise import NoiseModel, NoiseShapes, fit_noise_model, whitened_power
+from lathesim.identification.records import Fitted, Free, known_beforehand
 from lathesim.identification.replay.simulator import Simulator
 
 _MOST_ROUNDS = 8

@@ -24,8 +24,8 @@ from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, nearest
 from lathesim.identification.estimation.covariance import BLOCKS, SIGNIFICANT
 from lathesim.identification.estimation.replay_misfit import Misfit
-from lathesim.identification.noise.autoregressive import Whitening, no_whitening, whitening_of
-from lathesim.identification.signal.rounding import LARGER_PART, SLOPE_ROUNDING
+from lathesim.identification.noise import Whitening, no_whitening, whitening_of
+from lathesim.identification.signal import LARGER_PART, SLOPE_ROUNDING
 
 _STEP, _SHORTEST, _LONGEST = 2e-3, 1e-6, 0.05
 """First step of the differences, as a share of a parameter's scale, and the shares between which it is set anew."""

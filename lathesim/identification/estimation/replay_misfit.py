@@ -21,7 +21,7 @@ from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.identification.replay.open_loop import cut, drive, seen, sense
 from lathesim.identification.replay.recorded_parts import LinearSignal
 from lathesim.identification.replay.simulator import LOST
-from lathesim.identification.signal.resolution import channel_floor
+from lathesim.identification.signal import channel_floor
 from lathesim.record import Record
 
 _JUMP_FLOORS = 30.0

@@ -9,10 +9,9 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import ROUGH, fit
-from lathesim.identification.records.candidate import QUARTER_TURNS, Candidate, instants_of, jump_at
-from lathesim.identification.records.fit import Fitted, Free, with_start
+from lathesim.identification.records import QUARTER_TURNS, Candidate, Fitted, Free, instants_of, jump_at, with_start
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.analysis import strongest_jumps
+from lathesim.identification.signal import strongest_jumps
 
 _FINE_TURNS = tuple(2.0 * np.pi * place / 36 for place in range(36))
 """A slot may be a twentieth of a turn."""

@@ -19,9 +19,9 @@ import numpy as np
 
 from lathesim.component import DiscreteState, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, of_part
-from lathesim.identification.machine.roles import decides, start_values
 from lathesim.identification.replay.simulator import Simulator
-from lathesim.identification.signal.rounding import LARGER_PART, ROUNDING, SLOPE_ROUNDING
+from lathesim.identification.roles import decides, start_values
+from lathesim.identification.signal import LARGER_PART, ROUNDING, SLOPE_ROUNDING
 
 _LITTLE = 0.01
 """Share of a command below which it follows from its controller without any memory, and by which a memory is moved to be seen."""

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.interpolate import Akima1DInterpolator
 
 from lathesim.engine.assembly import Assembly, FloatArray, Part
-from lathesim.identification.machine.roles import closes_a_loop, decides
 from lathesim.identification.replay.recorded_parts import HeldSignal, LinearSignal, SplineTerm
+from lathesim.identification.roles import closes_a_loop, decides
 
 MOST = 10
 """Decisions for each sample up to which what happens in between is interpolated."""

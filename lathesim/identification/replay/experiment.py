@@ -13,10 +13,8 @@ from lathesim.component import Component, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.wiring import Plan, wire
-from lathesim.identification.catalogue.placement import insert_candidates
-from lathesim.identification.machine.roles import acting, commands
-from lathesim.identification.records.candidate import Candidate
-from lathesim.identification.records.fit import Free
+from lathesim.identification.catalogue import insert_candidates
+from lathesim.identification.records import Candidate, Free
 from lathesim.identification.replay.controller_memory import remembered_at_start, with_memory
 from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.converter_rounding import plain_replay, resolving_everything, with_rounding
@@ -24,8 +22,8 @@ from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
-from lathesim.identification.signal.resolution import channel_floor
-from lathesim.identification.signal.rounding import ROUNDING
+from lathesim.identification.roles import acting, commands
+from lathesim.identification.signal import ROUNDING, channel_floor
 from lathesim.record import Record
 
 
@@ -336,3 +334,25 @@ def baseline_free(machine: Machine, wider: float = 1.0) -> list[Free]:
         high = min(declared.high, given + POSSIBLE * deviation)
         free.append(Free(name, given, max(deviation, 1e-12), low, high, deviation, given))
     return free
+
+
+SETTLING = 0.02
+"""Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded."""
+
+
+def own_run(experiment: Experiment, values: Mapping[str, float]) -> FloatArray:
+    """Return the channels (channels, samples) of the lesson's own simulation with some values."""
+    names = experiment.own.settable(values)
+    (run,) = experiment.own.outputs(names, np.array([[values[name] for name in names]]))
+    return np.asarray(run)
+
+
+def own_error(experiment: Experiment, values: Mapping[str, float]) -> float:
+    """Return the squared error of the lesson's own simulation with some values, in squared floors, summed over channels and samples."""
+    error = _known(experiment, experiment.sensed.as_seen(own_run(experiment, values)))[:, int(SETTLING * experiment.own.samples) :]
+    return float(np.sum((np.nan_to_num(error, nan=np.inf) / experiment.sensed.seen_floors[:, None]) ** 2))
+
+
+def _known(experiment: Experiment, simulated: FloatArray) -> FloatArray:
+    """Return recorded less simulated, zero where nothing was recorded."""
+    return np.where(np.isfinite(experiment.sensed.seen), experiment.sensed.seen - simulated, 0.0)

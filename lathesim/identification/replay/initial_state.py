@@ -8,7 +8,7 @@ import numpy as np
 
 from lathesim.component import Parameter, State
 from lathesim.engine.assembly import FloatArray, Part
-from lathesim.identification.signal.rounding import SLOPE_ROUNDING
+from lathesim.identification.signal import SLOPE_ROUNDING
 
 _SPREAD = 0.01
 """How far the smoothed recording may be off at its first sample, as a share of the motion's standard deviation (its end effect)."""

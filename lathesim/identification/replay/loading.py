@@ -12,9 +12,9 @@ from lathesim.component import Output
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, RecordingError
-from lathesim.identification.machine.roles import closes_a_loop
 from lathesim.identification.replay.controller_rate import clock_beside, decisions_for_each, dividing
 from lathesim.identification.replay.experiment import Machine
+from lathesim.identification.roles import closes_a_loop
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value

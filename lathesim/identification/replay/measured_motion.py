@@ -18,8 +18,8 @@ from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from lathesim.component import Input, Parameter
 from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place, Wire
-from lathesim.identification.machine.roles import comes_from_effect
-from lathesim.identification.signal.resolution import channel_floor
+from lathesim.identification.roles import comes_from_effect
+from lathesim.identification.signal import channel_floor
 
 _CUTOFF = 100.0
 _CUTOFF_SHARE = 0.2

@@ -16,8 +16,8 @@ from lathesim.component import Component, Input
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.engine.wiring import wire
-from lathesim.identification.machine.roles import SENSED, comes_from_effect, goes_to_effect
 from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
+from lathesim.identification.roles import SENSED, comes_from_effect, goes_to_effect
 from lathesim.lessons.insertion import GoesWithMain, Machinery
 from lathesim.lessons.sensor_sides import first_input
 

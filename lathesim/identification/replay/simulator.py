@@ -13,10 +13,8 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
-from lathesim.identification.execution.budget import RunCount
-from lathesim.identification.execution.cache import Remembered
-from lathesim.identification.machine.roles import is_sensed_share
-from lathesim.identification.noise.noise_model import (
+from lathesim.identification.execution import Remembered, RunCount
+from lathesim.identification.noise import (
     DIFFERENCED,
     RATE,
     WHITE,
@@ -27,7 +25,8 @@ from lathesim.identification.noise.noise_model import (
     window_of,
 )
 from lathesim.identification.replay.measured_motion import velocity_of
-from lathesim.identification.signal.rounding import BEYOND, LARGER_PART
+from lathesim.identification.roles import is_sensed_share
+from lathesim.identification.signal import BEYOND, LARGER_PART
 
 IMPULSE = 1e-3
 """Size of an impulse of a state, in the state's unit; the response is scaled by the noise that is fitted."""

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from lathesim.effects.effect import Effect
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.replay.measured_motion import recorded_motion
-from lathesim.identification.signal.rounding import LARGER_PART
+from lathesim.identification.signal import LARGER_PART
 from lathesim.record import FloatArray, Record
 
 _STRETCHES = 100

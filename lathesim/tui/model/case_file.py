@@ -20,7 +20,7 @@ from lathesim.errors import LatheSimError, RecordingError
 if TYPE_CHECKING:
     from lathesim.diagnosis.comparison.compare import Comparison
     from lathesim.diagnosis.records.diagnosis import Diagnosis
-    from lathesim.identification.records.model import CandidateStanding
+    from lathesim.identification.records import CandidateStanding
     from lathesim.lessons.lesson import Lesson
     from lathesim.lessons.simulate import Prepared
     from lathesim.plugins import Registry
@@ -217,7 +217,7 @@ def diagnose(case: CaseFile, setup: Setup | None, registry: Registry, tell: Call
     """Search for what the lesson left out, told step by step; ``stop`` ends the search and keeps what is known until then."""
     from lathesim.diagnosis.diagnose import ask
     from lathesim.diagnosis.diagnose import diagnose as answer
-    from lathesim.identification.records.model import Standing
+    from lathesim.identification.records import Standing
     from lathesim.identification.replay.loading import load_case
 
     case.steps.clear()

@@ -20,7 +20,7 @@ from lathesim.tui.model.case_file import CaseFile, comparison_text, diagnosis_te
 from lathesim.tui.widgets.time_plot import TimePlot
 
 if TYPE_CHECKING:
-    from lathesim.identification.records.model import CandidateStanding
+    from lathesim.identification.records import CandidateStanding
 
 
 _CHANNELS, _PARTS = 4, 6

@@ -14,8 +14,8 @@ from lathesim.diagnosis.reporting.lesson_entry import lesson_entry
 from lathesim.effects.drive_errors import Cogging, TorqueRipple
 from lathesim.effects.encoder_error import EncoderInterpolationError
 from lathesim.effects.friction import PositionDependentFriction
-from lathesim.identification.catalogue.placement import insert_candidates
-from lathesim.identification.records.candidate import WAVES, Candidate
+from lathesim.identification.catalogue import insert_candidates
+from lathesim.identification.records import WAVES, Candidate
 from tests.diagnosis.pushed_table import experiments, machine, recording
 
 

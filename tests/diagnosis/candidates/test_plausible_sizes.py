@@ -12,7 +12,7 @@ from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.method import Method
 from lathesim.effects.force_law import WearForceGrowth
 from lathesim.effects.friction import AsymmetricFriction, PreslidingFriction, StribeckFriction
-from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
 from tests.diagnosis.one_cut import cut_machine
 from tests.diagnosis.pushed_table import FORCE, POSITION, VISCOUS, Hidden, baseline, experiments, recording, study

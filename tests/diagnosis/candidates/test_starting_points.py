@@ -15,9 +15,9 @@ from lathesim.effects.structure import AxialResonance
 from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import instants_of
+from lathesim.identification.records import instants_of
 from lathesim.identification.replay.experiment import Machine, baseline_free, build_experiments
-from lathesim.identification.signal.analysis import behind, strongest_jumps
+from lathesim.identification.signal import behind, strongest_jumps
 from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, as_record, machine, recording
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import Gain, gain
 from lathesim.diagnosis.method import STANDARD
-from lathesim.identification.noise.noise_model import NoiseShapes, fit_noise_model
-from lathesim.identification.records.fit import Fitted
+from lathesim.identification.noise import NoiseShapes, fit_noise_model
+from lathesim.identification.records import Fitted
 
 SAMPLES = 4800
 

@@ -13,7 +13,7 @@ from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.records.search import Found, Gain, Tried
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records.candidate import Candidate
+from lathesim.identification.records import Candidate
 from tests.diagnosis.pushed_table import Hidden, baseline, pair, study
 
 PULL = 8.0

@@ -17,7 +17,7 @@ from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, w
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.effects.offset_and_gain import ScaleFactorError
 from lathesim.engine.assembly import FloatArray, Part, Wire
-from lathesim.identification.catalogue.placement import insert_candidates
+from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.replay.controller_rate import clock_beside
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.replay.loading import at_period

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lathesim.diagnosis.recording_checks.controller_law import another_law
+from lathesim.diagnosis.recording_checks.controllers import another_law
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.record import Record

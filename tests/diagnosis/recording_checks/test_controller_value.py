@@ -9,7 +9,7 @@ import pytest
 
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
-from lathesim.diagnosis.recording_checks.controller_value import controller_value, with_commands_followed
+from lathesim.diagnosis.recording_checks.controllers import controller_value, with_commands_followed
 from lathesim.identification.replay.experiment import Machine, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record

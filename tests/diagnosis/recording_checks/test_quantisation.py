@@ -11,7 +11,7 @@ from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
 from lathesim.effects.encoder_error import Quantisation
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
-from lathesim.identification.signal.resolution import grid_spacing
+from lathesim.identification.signal import grid_spacing
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, POSITION, RESOLUTION, as_record, experiments, recording
 from tests.diagnosis.test_mistakes import diagnosed

@@ -5,7 +5,7 @@ import pytest
 
 from lathesim.components.axes import LedAxis
 from lathesim.components.sensors import LinearEncoder
-from lathesim.diagnosis.location.closed_loop_fit import compared
+from lathesim.diagnosis.location import compared
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.effects.backlash_and_screw import CumulativePitchError, ThermalScrewGrowth
 from lathesim.effects.encoder_error import LostCounts

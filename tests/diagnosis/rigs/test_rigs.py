@@ -13,7 +13,7 @@ from lathesim.diagnosis import preparation
 from lathesim.diagnosis.candidates.starting_points import limit_points
 from lathesim.diagnosis.diagnose import ask
 from lathesim.diagnosis.explanations.of_recording import of_channels
-from lathesim.diagnosis.location.missing_force import missing_signal
+from lathesim.diagnosis.location import missing_signal
 from lathesim.effects.drive_errors import CurrentLimit
 from lathesim.effects.register import stock_effects
 from lathesim.identification.estimation.least_squares import fit

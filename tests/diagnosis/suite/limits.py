@@ -82,9 +82,6 @@ class Traced(Limit):
 
     __rmul__ = __mul__
 
-    def times(self, factor: float) -> Limit:
-        return Traced.of(self, self.margins, float(self) * factor)
-
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **more: Any) -> Any:
         plain = [float(one) if isinstance(one, Traced) else one for one in inputs]
         if ufunc in COMPARED and method == "__call__":

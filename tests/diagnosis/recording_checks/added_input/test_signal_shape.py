@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.recording_checks.added_input.signal_shape import shape_of
+from lathesim.diagnosis.recording_checks.added_input import shape_of
 from lathesim.engine.assembly import FloatArray
 
 PERIOD = 1e-3

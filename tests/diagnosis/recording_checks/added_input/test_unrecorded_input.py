@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.recording_checks.added_input.unrecorded_input import unrecorded_inputs, with_inputs, with_signals
-from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
+from lathesim.diagnosis.recording_checks.added_input import unrecorded_inputs, with_inputs, with_signals
+from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.replay.experiment import Experiment, build_experiments
 from tests.cli.command import call

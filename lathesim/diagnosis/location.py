@@ -7,6 +7,7 @@ missing signal explained there is the bar of that variable. A variable that expl
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -15,16 +16,18 @@ import numpy.typing as npt
 from scipy.fft import irfft, rfft
 
 from lathesim.component import Parameter
-from lathesim.engine.assembly import FloatArray
+from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.records.diagnosis import ChannelFit, MissingSignal
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.wiring import Plan
-from lathesim.identification.machine.roles import is_of_machine, is_signal
-from lathesim.identification.noise.noise_model import taper
-from lathesim.identification.records.fit import Fitted
-from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.noise import taper
+from lathesim.identification.records import Fitted, Model
+from lathesim.identification.replay.experiment import SETTLING, Experiment
 from lathesim.identification.replay.initial_state import line_of
-from lathesim.identification.replay.measured_motion import measured_output
+from lathesim.identification.replay.measured_motion import measured_output, recorded_motion
 from lathesim.identification.replay.simulator import IMPULSE
-from lathesim.identification.signal.rounding import SLOPE_ROUNDING
+from lathesim.identification.roles import acting, is_of_machine, is_signal
+from lathesim.identification.signal import LARGER_PART, SLOPE_ROUNDING, root_mean_square
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     kept = slice(0, min(shapes.band, len(transformed)))
     answers = np.abs(gain[kept]) > SLOPE_ROUNDING * np.abs(gain).max(initial=0.0)
     rate[kept] = np.divide(transformed[kept], gain[kept], out=np.zeros_like(gain[kept]), where=answers)
-    part = state.partition(".")[0]
+    part = Place.of(state).part
     inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
     effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
     unit = plan.unit(effort) if inertia else f"{plan.unit(flow)}^2"
@@ -113,14 +116,14 @@ def _showing(experiment: Experiment, part: str) -> list[str]:
 
 def _pushed(plan: Plan, state: str) -> str:
     """Return the part whose velocity a state tells, where a force can be missing; else an empty text."""
-    name = state.partition(".")[0]
+    name = Place.of(state).part
     return name if {"effort", "flow"} <= set(plan.parts[name].component.ports) and _flow_of(plan, state) else ""
 
 
 def _flow_of(plan: Plan, state: str) -> float:
     """Return the velocity of a part for one unit of a state: 1 where the state is that velocity, the way of a screw for a speed of its
     motor, 0 for a state that is none."""
-    name, _, item = state.partition(".")
+    name, item = Place.of(state)
     part = plan.parts[name]
     flow, declared = part.component.ports["flow"], part.component.declarations
     line = line_of(part, flow, item)
@@ -161,15 +164,20 @@ def places(experiment: Experiment, fitted: Fitted) -> list[OffChannel]:
 
 def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
     """Return the machine's own parts whose laws make a channel of the replay, nearest first: the suspects."""
-    queue, seen = [channel.partition(".")[0]], []
+    queue, seen = [Place.of(channel).part], []
     while queue:
         name = queue.pop(0)
         if name in seen or is_signal(name):
             continue
         seen.append(name)
         feeds = plan.feeds.items()
-        queue += [source.partition(".")[0] for target, (kind, source) in feeds if kind == "output" and target.partition(".")[0] == name]
+        queue += [Place.of(source).part for target, (kind, source) in feeds if kind == "output" and Place.of(target).part == name]
     return tuple(name for name in seen if is_of_machine(name))
+
+
+def wired_parts(assembly: Assembly) -> tuple[tuple[str, str], ...]:
+    """Return which part feeds which, once each."""
+    return tuple(dict.fromkeys((Place.of(wire.source).part, Place.of(wire.target).part) for wire in assembly.wires if wire.source))
 
 
 def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ...]:
@@ -181,3 +189,96 @@ def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ..
     stretches = [(begin, end) for begin, end in zip(high[::2], high[1::2], strict=True)]
     stretches.sort(key=lambda pair: -float(np.sum(power[pair[0] : pair[1]])))
     return tuple(sorted((round(float(begin * period), 4), round(float(end * period), 4)) for begin, end in stretches[:5]))
+
+
+def missing_share(experiment: Experiment, fitted: Fitted, row: int) -> tuple[float, FloatArray]:
+    """Return the missing signal's size as a share of what acts there, and what acts there (samples,)."""
+    missing = missing_signal(experiment, fitted, row)
+    sources = dict(acting(experiment.sensed.plan.assembly))
+    part = Place.of(missing.at).part
+    source = next((output for target, output in sources.items() if Place.of(target).part == part), "")
+    if missing.at == experiment.machine.compare[row] or source not in experiment.sensed.plan.channels:
+        total = np.nan_to_num(experiment.sensed.recorded[row])
+        total = total - float(np.mean(total))
+    else:
+        names = list(fitted.by_name)
+        position = experiment.sensed.plan.channels.index(source)
+        total = experiment.sensed.channel(names, [fitted.by_name[name] for name in names], position)
+    size = float(np.sqrt(np.mean(total**2)))
+    left = float(np.sqrt(np.mean(missing.values**2)))
+    # beside nothing that acts anything is without end, and nothing is no share
+    return (left / size if size > 0.0 else math.inf if left > 0.0 else math.nan), total
+
+
+def missing_signals(validation: Experiment, before: Model, after: Model) -> tuple[MissingSignal, ...]:
+    """Return what is missing behind each channel on the validation recording, before and after."""
+    result: list[MissingSignal] = []
+    for row in range(len(validation.machine.compare)):
+        first = missing_signal(validation, before.validation_fit, row)
+        second = missing_signal(validation, after.validation_fit, row)
+        share_before, total = missing_share(validation, before.validation_fit, row)
+        share_after, _ = missing_share(validation, after.validation_fit, row)
+        time = validation.record.time
+        result.append(MissingSignal(first.at, first.unit, time, first.values, second.values, total, share_before, share_after))
+    return tuple(result)
+
+
+FORCES = ("N", "N*m")
+"""Units in which what is missing at a part is a force."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """The lesson's own simulation held against a recording: simulated channels (channels, samples) without and with what was found."""
+
+    before: FloatArray
+    after: FloatArray
+    fit: dict[str, ChannelFit]
+
+
+def compared(experiment: Experiment, before: Mapping[str, float], after: Mapping[str, float]) -> Compared:
+    """Simulate the lesson with two sets of values and compare both with the recording."""
+    names = experiment.own.settable([*before, *after])
+    plan = experiment.own.plan
+    values = {name: _own_value(plan, name) for name in names}
+    rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (before, after)])
+    first, second = (experiment.sensed.from_zero_of(run) for run in experiment.own.outputs(names, rows))
+    begin = int(SETTLING * experiment.own.samples)
+    fits: dict[str, ChannelFit] = {}
+    for row, name in enumerate(experiment.machine.compare):
+        recorded, floor = experiment.own.recorded[row], experiment.floors[name]
+        sizes = [root_mean_square(_counted(experiment, recorded - simulated[row])[begin:]) for simulated in (first, second)]
+        fits[name] = ChannelFit(plan.unit(experiment.own.channels[row]), floor, sizes[0], sizes[1], experiment.name)
+    return Compared(first, second, fits)
+
+
+def _counted(experiment: Experiment, values: FloatArray) -> FloatArray:
+    """Return values (samples,) without those that do not count."""
+    return values if experiment.weights is None else np.where(experiment.weights > LARGER_PART, values, np.nan)
+
+
+def _own_value(plan: Plan, name: str) -> float:
+    parameters, states = plan.parameters, plan.states
+    return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])
+
+
+def direction_of(velocity: FloatArray, method: Method = STANDARD) -> FloatArray:
+    """Return -1, 0 or +1 for each sample, 0 where a part stands still."""
+    still = np.abs(velocity) < method.standstill * float(np.max(np.abs(velocity), initial=0.0))
+    return np.where(still, 0.0, np.sign(velocity))
+
+
+def _direction(experiment: Experiment, host: str, method: Method = STANDARD) -> FloatArray | None:
+    """Return which way a part moves at each sample, 0 where it stands still: by its sensor, else as simulated."""
+    ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
+    flow = f"{host}.{ports.get('flow', '')}"
+    motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
+    if flow in motion:
+        return direction_of(motion[flow], method=method)
+    return direction_of(experiment.doing[flow], method=method) if flow in experiment.doing else None
+
+
+def one_way(experiment: Experiment, host: str, method: Method = STANDARD) -> bool:
+    """Return whether a part is known to move in one direction only."""
+    direction = _direction(experiment, host, method=method)
+    return direction is not None and not (np.any(direction > 0.0) and np.any(direction < 0.0))

@@ -1,10 +1,11 @@
-"""A candidate: an effect of the catalogue placed at a part of a machine, neutral until its parameters are fitted."""
+"""The nouns of identification: a candidate, free parameters and their fit, a model of a recording."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -123,3 +124,131 @@ def instants_of(candidate: Candidate) -> list[str]:
 def jump_at(instant: str) -> str:
     """Return the free name of what happens at an instant (a free name): ``second_jump`` at ``second_instant``."""
     return instant.removesuffix(INSTANT) + "jump"
+
+
+if TYPE_CHECKING:  # a fit of a few values is made without the transforms of scipy, which take half a second to load
+    from lathesim.identification.noise import NoiseModel
+
+_WITHIN = 30.0
+"""Scales of a value within which it is, whatever a recording tells."""
+
+
+@dataclass(frozen=True)
+class Free:
+    """A parameter to be fitted [SI]: where it starts, its bounds, its scale, and how sure its given value is (infinite: not given)."""
+
+    name: str
+    start: float
+    scale: float
+    low: float = -np.inf
+    high: float = np.inf
+    uncertainty: float = np.inf
+    given: float = 0.0
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The outcome of a fit: values by name, their covariance, the residual (channels, samples), the noise models and the likelihood."""
+
+    free: tuple[Free, ...]
+    values: FloatArray
+    covariance: FloatArray
+    residual: FloatArray
+    noise: tuple[NoiseModel, ...]
+    log_likelihood: float
+    penalty: float
+    constant: Mapping[str, float] = field(default_factory=dict)
+    sensitivity: FloatArray | None = None
+    misfit: FloatArray | None = None
+    """Factor by which each standard error is larger than the noise makes it, (values,): see ``estimation/covariance.py``."""
+
+    @property
+    def names(self) -> list[str]:
+        """The fitted names in order."""
+        return [item.name for item in self.free]
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        """All values that were set, fitted and constant."""
+        return {**self.constant, **dict(zip(self.names, self.values.tolist(), strict=True))}
+
+    @property
+    def score(self) -> float:
+        """Log-likelihood less half the penalty [nats]."""
+        return self.log_likelihood - 0.5 * self.penalty
+
+    def error(self, name: str) -> float:
+        """Return one standard error of a fitted value [SI]."""
+        return self.error_by_noise(name) * self.misfit_of(name)
+
+    def error_by_noise(self, name: str) -> float:
+        """Return one standard error of a fitted value [SI] as far as noise makes it."""
+        position = self.names.index(name)
+        return float(np.sqrt(max(self.covariance[position, position], 0.0)))
+
+    def known_beforehand(self, position: int) -> float:
+        """Return what was known of a free value before the recording, one over its variance."""
+        return float(known_beforehand([self.free[position]])[0])
+
+    def misfit_of(self, name: str) -> float:
+        """Return by what factor a standard error is larger than noise makes it."""
+        return 1.0 if self.misfit is None else float(self.misfit[self.names.index(name)])
+
+
+def known_beforehand(free: Sequence[Free]) -> FloatArray:
+    """Return one over the variance of each free value before the recording, (values,): what a recording leaves open is somewhere within its
+    range, else a mixture that nothing shows would blur values that are sure."""
+    deviations = np.array([item.uncertainty if np.isfinite(item.uncertainty) else np.inf for item in free], dtype=float)
+    scales = np.array([item.scale for item in free], dtype=float)
+    return np.asarray(1.0 / np.square(np.maximum(deviations, 1e-300)) + 1.0 / np.square(_WITHIN * scales))
+
+
+def with_start(fitted: Fitted) -> list[Free]:
+    """Return the free parameters of a fit, starting where it ended."""
+    return [replace(item, start=float(value)) for item, value in zip(fitted.free, fitted.values, strict=True)]
+
+
+@dataclass(frozen=True)
+class Model:
+    """The baseline with some effects, fitted; ``validation_fit`` is the model on the validation recording, with only what belongs to a
+    recording fitted anew."""
+
+    candidates: tuple[Candidate, ...]
+    fitted: Fitted
+    validation_fit: Fitted
+
+    @property
+    def free(self) -> list[Free]:
+        """The free parameters, starting where they ended."""
+        return with_start(self.fitted)
+
+
+def is_full_band(candidates: Sequence[Candidate]) -> bool:
+    """Return whether a model is to be fitted on all frequencies."""
+    return any(candidate.effect.identification.full_band for candidate in candidates)
+
+
+@dataclass(frozen=True)
+class CandidateStanding:
+    """A candidate with its gain in log-likelihood on the fitted and the held-out recording [nats] and the share of the error it removes.
+
+    ``held_out`` is NaN before the candidate is judged on the held-out recording: it was only screened.
+    """
+
+    name: str
+    gain: float
+    held_out: float
+    share: float
+
+
+class Standing(str):
+    """A line of progress that also carries what it says of candidates, for an onlooker that draws it."""
+
+    candidates: tuple[CandidateStanding, ...]
+
+    @classmethod
+    def told(cls, text: str, candidates: Sequence[CandidateStanding]) -> Standing:
+        """Return the line with its candidates."""
+        standing = cls(text)
+        standing.candidates = tuple(candidates)
+        return standing

@@ -15,13 +15,11 @@ import numpy as np
 
 from lathesim.component import DiscreteState, Law, Output, Parameter
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
-from lathesim.engine.assembly import FloatArray, Part
-from lathesim.identification.machine.roles import decides
-from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal.analysis import root_mean_square
-from lathesim.identification.signal.resolution import FEWEST_LEVELS, OFF_GRID, grid_spacing, smallest_step
+from lathesim.diagnosis.recording_checks.controllers import unexplained_share
+from lathesim.engine.assembly import FloatArray, Part, Place
+from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.roles import decides
+from lathesim.identification.signal import FEWEST_LEVELS, OFF_GRID, grid_spacing, root_mean_square, smallest_step
 
 
 def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
@@ -100,7 +98,7 @@ def _before_converter(experiment: Experiment, simulated: FloatArray, method: Met
             continue
         step = float(np.min(np.diff(levels)))
         off = float(np.mean(np.abs(rounded - column) > OFF_GRID * step))
-        if off > method.shared.nearly_all and float(np.mean(np.abs(rounded - replayed) < OFF_GRID * step)) > method.shared.nearly_all:
+        if off > method.nearly_all and float(np.mean(np.abs(rounded - replayed) < OFF_GRID * step)) > method.nearly_all:
             return (
                 f"{behind} holds what lies between the levels of {part.name}: the column was recorded before that converter. "
                 f"Compare {before} with it, and leave {behind} out."
@@ -112,9 +110,9 @@ def _in_counts(experiment: Experiment, method: Method) -> str:
     """Return the sentence for a reading of whole numbers which, worth a count each, spans as much as the command that it follows."""
     parts = {part.name: part for part in experiment.machine.assembly.parts}
     for name in experiment.machine.compare:
-        part = parts[name.partition(".")[0]]
+        part = parts[Place.of(name).part]
         ports = part.component.ports
-        if name.partition(".")[2] != ports.get("reading") or "resolution" not in ports:
+        if Place.of(name).port != ports.get("reading") or "resolution" not in ports:
             continue
         default = part.component.declared(Parameter)[ports["resolution"]].default
         count = experiment.machine.resolution.get(name, 0.0) or float(part.parameters.get(ports["resolution"], default))
@@ -125,7 +123,7 @@ def _in_counts(experiment: Experiment, method: Method) -> str:
         if not count or not spacing or spacing < count / OFF_GRID or not followed:
             continue
         span, asked = float(np.ptp(column)) * count / spacing, max(float(np.ptp(np.nan_to_num(one))) for one in followed)
-        if asked / method.shared.alike < span < method.shared.alike * asked:
+        if asked / method.alike < span < method.alike * asked:
             return f"{name} holds whole counts of the encoder, each worth {count:.4g} {unit}. Write unit: counts for its column."
     return ""
 
@@ -147,18 +145,18 @@ def has_other_sign(recorded: FloatArray, made: FloatArray, method: Method = STAN
     """
     one, other = _motions(recorded, made)
     factor = float(one @ other) / max(float(other @ other), 1e-300)
-    return factor < 0.0 and root_mean_square(one - factor * other) < method.shared.left_by_cause * root_mean_square(one)
+    return factor < 0.0 and root_mean_square(one - factor * other) < method.little * root_mean_square(one)
 
 
 def against_the_machine(experiments: Sequence[Experiment], values: Mapping[str, float], method: Method = STANDARD) -> list[str]:
     """Return the channels that move against the simulated ones on every recording, the clearest first: they may have the other sign.
 
-    r^2 > little_off and r < 0, with r the correlation of both without a straight line. What the lesson left out may do the same.
+    r^2 > little and r < 0, with r the correlation of both without a straight line. What the lesson left out may do the same.
     """
     found: dict[str, float] = {}
     for row, name in enumerate(experiments[0].machine.compare):
         alike = [_correlation(experiment, values, row) for experiment in experiments]
-        if max(alike) < -math.sqrt(method.recording_checks.little_off):
+        if max(alike) < -math.sqrt(method.little):
             found[name] = max(alike)
     return sorted(found, key=lambda name: found[name])
 
@@ -182,20 +180,19 @@ def _motions(*channels: FloatArray) -> list[FloatArray]:
 def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: Method) -> str:
     """Return the sentence for a column that was written some whole rows late or early: a command is arithmetic, and follows from what its
     controller was given with that column moved, be it the command itself."""
-    limits = method.recording_checks
-    furthest = int(limits.shift_looked_for)
+    furthest = int(method.recording_checks.shift_looked_for)
     wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
     for row, share in unexplained_share(experiment, values):
         command = experiment.machine.compare[row]
-        controller = command.partition(".")[0]
-        targets = [name for name in dict.fromkeys((*experiment.machine.drive, *wires)) if name.partition(".")[0] == controller]
+        controller = Place.of(command).part
+        targets = [name for name in dict.fromkeys((*experiment.machine.drive, *wires)) if Place.of(name).part == controller]
         fed = dict.fromkeys(name for target in targets for name in (target, wires.get(target, "")) if name in experiment.record)
-        if not limits.clock_unexplained < share:
+        if not method.command_floor < share:
             continue
         shifts = [(name, rows) for name in (command, *fed) for rows in range(-furthest, furthest + 1) if rows]
         left = {one: dict(unexplained_share(_moved(experiment, *one), values))[row] for one in shifts}
         best = min(left, key=lambda one: left[one], default=None)
-        if best is not None and left[best] < limits.follows * share:
+        if best is not None and left[best] < method.little * share:
             name, rows = best
             how, period = ("late", "earlier") if rows > 0 else ("early", "later"), 1e3 * experiment.machine.assembly.sample_period
             number = f"{abs(rows)} sample{'s' if abs(rows) > 1 else ''}"

@@ -1,4 +1,4 @@
-"""What a compensation must know of a lesson's machine: its axes, with their controllers, sensors and converters, found by their wires."""
+"""The position loops of a lesson's machine: its axes, with their controllers, sensors and converters, found by their wires."""
 
 from __future__ import annotations
 

@@ -16,15 +16,14 @@ import numpy as np
 
 from lathesim.component import Output, State
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.diagnosis.recording_checks.mistaken_unit import is_within
-from lathesim.diagnosis.recording_checks.unexplained_command import unexplained_share
-from lathesim.engine.assembly import FloatArray, Part
-from lathesim.identification.machine.roles import closes_a_loop
-from lathesim.identification.replay.closed_loop import SETTLING
-from lathesim.identification.replay.experiment import Experiment, build_experiments
+from lathesim.engine.assembly import FloatArray, Part, Place
+from lathesim.identification.replay.experiment import SETTLING, Experiment, build_experiments
 from lathesim.identification.replay.initial_state import line_of
 from lathesim.identification.replay.measured_motion import measured_output
-from lathesim.identification.signal.analysis import root_mean_square
+from lathesim.identification.roles import closes_a_loop
+from lathesim.identification.signal import root_mean_square
 from lathesim.recordings.recorded_channel import known_factor
 
 _SPEEDS = ("m/s", "rad/s")
@@ -60,8 +59,8 @@ def _follows_another_reference(experiment: Experiment, method: Method) -> str:
         column, unit = np.nan_to_num(experiment.record[reading]), experiment.record.unit(reading)
         apart = {name: _apart(column, experiment.record[name]) for name in asked if experiment.record.unit(name) == unit}
         nearest = min(apart, key=lambda name: apart[name], default=own)
-        away = apart.get(own, 0.0) > method.shared.larger_part
-        if nearest != own and away and apart[nearest] < method.recording_checks.little_off:
+        away = apart.get(own, 0.0) > method.larger_part
+        if nearest != own and away and apart[nearest] < method.little:
             return f"{reading} goes where {nearest} asks, and not where {own} does: the column is of another axis."
     return ""
 
@@ -81,8 +80,7 @@ def _made_by_another(experiment: Experiment, recorded: FloatArray, made: FloatAr
         if experiment.record.unit(name) != experiment.record.unit(shown):
             continue
         own, there, back = _apart(recorded[row], made[row]), _apart(recorded[row], made[other]), _apart(recorded[other], made[row])
-        limits = method.recording_checks, method.shared
-        if there < limits[0].little_off and min(own, back) > limits[1].larger_part:
+        if there < method.little and min(own, back) > method.larger_part:
             return f"{name} is what the machine makes of {shown}, and nothing like its own: the column is of another axis."
     return ""
 
@@ -93,7 +91,7 @@ def _times_a_factor(experiment: Experiment, values: Mapping[str, float], recorde
         one, other = (column - np.mean(column) for column in (recorded[row], made[row]))
         factor = float(one @ other) / max(float(other @ other), 1e-300)
         beside = root_mean_square(one - factor * other)
-        if is_within(abs(factor), method.shared.alike) or not beside < method.shared.left_by_cause * root_mean_square(one):
+        if is_within(abs(factor), method.alike) or not beside < method.larger_part * root_mean_square(one):
             continue
         given = _given_to_controller(experiment, values, name, 1.0 / factor, method)
         factor = factor if given is None else 1.0 / given
@@ -126,14 +124,14 @@ def _given_to_controller(experiment: Experiment, values: Mapping[str, float], na
     first, shares = commands(factor)
     begin = int(SETTLING * first.sensed.samples)
     for row, share in as_recorded.items():
-        if not shares[row] < method.shared.left_by_cause * share:
+        if not shares[row] < method.larger_part * share:
             continue
         step = factor * 1e-3
         second, _ = commands(factor + step)
         left, moved = (np.nan_to_num(one.sensed.one(values)[row])[begin:] for one in (first, second))
         slope = (moved - left) / step
         found = factor - float(slope @ left) / max(float(slope @ slope), 1e-300)
-        if commands(found)[1][row] < method.recording_checks.follows * share:
+        if commands(found)[1][row] < method.little * share:
             return found
     return None
 
@@ -142,13 +140,13 @@ def _transmission(experiment: Experiment, name: str, factor: float, method: Meth
     """Return which transmission of the machine a factor is that of; empty where of none."""
     parts = {part.name: part for part in experiment.machine.assembly.parts}
     wires = {wire.target: wire for wire in experiment.machine.assembly.wires}
-    host, _, item = measured_output(parts, wires, name).partition(".")
+    host, item = Place.of(measured_output(parts, wires, name))
     ports = parts[host].component.ports if host in parts else {}
     if item not in (ports.get("displacement"), ports.get("flow")):
         return ""
     for output, ratio in _turning_within(parts[host]):
         for angle, unit in _ANGLES.items():
-            if abs(abs(factor) * ratio / angle - 1.0) < method.recording_checks.unit_near:
+            if abs(abs(factor) * ratio / angle - 1.0) < method.little:
                 return f"as the motion of {host}.{output} in {unit} is: it was recorded on the other side of the transmission"
     return ""
 

@@ -18,8 +18,8 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
-from lathesim.identification.machine.roles import decides, further_readings_of, inputs_of_readings, readings_of
-from lathesim.identification.records.candidate import MOST_DAMPED, QUARTER_TURNS, Candidate
+from lathesim.identification.records import MOST_DAMPED, QUARTER_TURNS, Candidate
+from lathesim.identification.roles import decides, further_readings_of, inputs_of_readings, readings_of
 from lathesim.lessons.insertion import beyond_its_spring, insert_effect
 
 WIDE_RANGE = 3.0

@@ -1,12 +1,14 @@
-"""What a search may spend: runs of the machine, counted by several threads at once, and time."""
+"""What a search may spend: threads, runs of the machine, time, and results that are kept."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from threading import Lock
+from typing import Generic, TypeVar
 
 
 class RunCount:
@@ -61,3 +63,44 @@ def until(deadline: Deadline, tell: Progress) -> Progress:
 
 
 Progress = Callable[[str], None]
+
+
+Result = TypeVar("Result")
+
+
+class Remembered(Generic[Result]):
+    """Results by what was asked, the ``most`` last ones of them."""
+
+    def __init__(self, most: int) -> None:
+        """Remember nothing yet."""
+        self._most = most
+        self._known: dict[Hashable, Result] = {}
+        self._lock = Lock()
+
+    def get(self, asked: Hashable, make: Callable[[], Result]) -> Result:
+        """Return the result for ``asked``, made where it is not known; two threads that ask at once may both make it."""
+        with self._lock:
+            if asked in self._known:
+                return self._known[asked]
+        result = make()
+        with self._lock:
+            while len(self._known) >= self._most:
+                del self._known[next(iter(self._known))]
+            self._known[asked] = result
+        return result
+
+
+TOGETHER = 2
+Item = TypeVar("Item")
+
+
+def together(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """Return what ``work`` makes of each item, in order, as it is ready; an interruption drops what has not begun."""
+    with ThreadPoolExecutor(TOGETHER) as pool:
+        waiting = [pool.submit(work, item) for item in items]
+        try:
+            for one in waiting:
+                yield one.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise

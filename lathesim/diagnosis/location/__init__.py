@@ -1,1 +1,0 @@
-"""What is missing, where it acts, and what it depends on."""

@@ -1,1 +1,0 @@
-"""Columns that the lesson maps to another place than they are of."""

@@ -1,0 +1,246 @@
+"""How sure each effect is, what a model leaves that could be predicted, and the verdict that follows from what predicts best."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lathesim.component import Output
+from lathesim.diagnosis.explaining.chance import is_clear, unresolved
+from lathesim.diagnosis.explaining.resolution import least_size
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explanations.of_recording import of_channels
+from lathesim.diagnosis.method import Method
+from lathesim.diagnosis.records.added_signal import UnrecordedInput
+from lathesim.diagnosis.records.diagnosis import Diagnosis, Location, MissingSignal, Verdict
+from lathesim.diagnosis.records.search import Found, Gain, RankedEffect
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.engine.batch import Batch
+from lathesim.engine.wiring import wire
+from lathesim.identification.noise import NoiseModel, carried_over, white_noise
+from lathesim.identification.records import Candidate, Fitted, Model
+from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.replay.measured_motion import measured_output
+from lathesim.identification.replay.open_loop import seen
+from lathesim.identification.signal import root_mean_square
+
+
+@dataclass(frozen=True)
+class Decided:
+    """A verdict with its reason in words."""
+
+    verdict: Verdict
+    reason: str
+
+
+def decided(named: bool, doubts: Sequence[Doubt], *, tied: bool, values_differ: bool, another_law: bool = False) -> Decided:
+    """Return the verdict: what predicts best names it; only where nothing of the catalogue does is what is missing unknown."""
+    if named:
+        if tied:
+            return Decided("tied", "another explanation predicts as well")
+        return Decided("named", "no other explanation predicts as well")
+    if another_law:
+        return Decided("unknown", "a controller follows another law than the lesson's")
+    if any(doubt.clear for doubt in doubts):
+        return Decided("unknown", "a smooth function of what the machine does predicts better than every explanation of the catalogue")
+    if values_differ:
+        return Decided("parameters_only", "other values of the lesson predict best")
+    return Decided("no_mismatch", "no explanation predicts better than the lesson")
+
+
+def ranked(study: Study, found: Found) -> list[RankedEffect]:
+    """Return how sure each effect is: the probability of its explanation among its rivals, and those that predict as well."""
+    result = []
+    for candidate in (one for one in found.model.candidates if one.part not in found.there_before):
+        worth, rivals = found.worth.get(candidate.part), found.rivals.get(candidate.part, ())
+        if worth is None:
+            result.append(RankedEffect(candidate, 0.5, (), math.nan))
+            continue
+        behind = [max(0.0, worth.predicted.nats - one.predicted.nats) for one in rivals]
+        scale = unresolved(worth.predicted, 0.0, study.method)
+        probability = 1.0 / (1.0 + sum(math.exp(-one / scale) for one in behind))
+        tied = tuple(one.candidate for one in rivals)
+        tied += tuple(one for one in study.estimation.one_sided if one.at == candidate.at and is_told_by_direction(candidate, one))
+        result.append(RankedEffect(candidate, float(probability), tied, worth.predicted.share))
+    return sorted(result, key=lambda one: -found.worth[one.candidate.part].predicted.nats if one.candidate.part in found.worth else np.inf)
+
+
+def is_told_by_direction(candidate: Candidate, other: Candidate) -> bool:
+    """Return whether a candidate is told from another only by how both act in two directions: it is refined by that, or repeats like it
+    and acts at the same port."""
+    alike = (candidate.effect.family, candidate.effect.site) == (other.effect.family, other.effect.site)
+    return candidate.name in other.effect.identification.generalises or (alike and candidate.effect.identification.periodic is True)
+
+
+def removed_share(experiment: Experiment, before: Fitted, after: Fitted) -> float:
+    """Return the share of a recording's error, above its floor and in the band of the motion, that one fit removes of another's.
+
+    It is weighed as forces and sensor noise of the size of the first are, as in the search: what loads add up to over a recording, a metre
+    or a turn that no model could know, does not outweigh what an effect does. White noise of a sensor beyond its floor, as it is left
+    after, is nothing that a model could remove.
+    """
+    weighing = Weighing(before.noise)
+    shapes = experiment.sensed.noise_shapes(after.by_name)
+    white = np.array([white_noise(row, shape) for row, shape in zip(after.residual, shapes, strict=True)])
+    error, left = (float(weighing.error(experiment, fitted, white).sum()) for fitted in (before, after))
+    return 1.0 - left / error if error > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Weighing:
+    """How much of an error counts: weighed as forces and sensor noise of a fit's size are, one noise model a channel."""
+
+    noise: tuple[NoiseModel, ...]
+
+    def error(self, experiment: Experiment, fitted: Fitted, white: FloatArray | None = None) -> FloatArray:
+        """Return for each channel the squared error of a fit above the floor, in the band of the motion.
+
+        ``white`` (channels,) is the power of what the sensors add to their floors, which is no error.
+        """
+        shapes = experiment.sensed.noise_shapes(fitted.by_name)
+        added = np.zeros(len(shapes)) if white is None else white
+        errors = []
+        for row, shape, base, more in zip(fitted.residual, shapes, self.noise, added, strict=True):
+            weight = carried_over(base, shape)
+            whitened = weight.whiten(row)
+            kept = slice(0, min(weight.band, len(weight.power)))
+            floor = float(np.sum(2.0 * (shape.floor**2 + more) * shape.shapes[0][kept] / weight.power[kept]))
+            errors.append(max(float(np.sum(whitened * whitened)) - floor, 1e-9))
+        return np.array(errors)
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """What the flexible explanation makes of what a model leaves behind a channel.
+
+    ``gain`` with its ``error`` is what it predicts better [nats]. ``before`` and ``after`` are root mean squares of what is lacking ``at``
+    a port, without and with it [unit]; ``depends_on`` says on what, and ``variables`` names it. It is ``clear`` where something is left
+    that an effect should explain.
+    """
+
+    channel: str
+    at: str
+    unit: str
+    gain: float
+    error: float
+    before: float
+    after: float
+    depends_on: tuple[str, ...]
+    variables: tuple[str, ...]
+    clear: bool
+
+    @property
+    def structured(self) -> float:
+        """The size of what could be predicted, one root mean square [unit]."""
+        return math.sqrt(max(self.before**2 - self.after**2, 0.0))
+
+
+def doubts(study: Study, model: Model) -> tuple[Doubt, ...]:
+    """Return what the flexible explanation makes of each compared channel that no controller gives."""
+    validation, found = study.validation, []
+    asked = of_channels(study.estimation, model.fitted, validation, model.validation_fit)
+    for channel, (lacking, made) in asked.items():
+        row = study.estimation.machine.compare.index(channel)
+        # lines over time are what a loop makes that swings by itself
+        gain, error = made.without_lines, made.standard_error
+        size = math.sqrt(max(made.before**2 - made.after**2, 0.0))
+        least = least_size(study, model, row) if lacking.is_force else float(validation.sensed.seen_floors[row])
+        clear = is_clear(Gain(gain, error), study.method) and size > least
+        on, variables = tuple(map(str, made.parts)), tuple(term.variable for term in made.terms)
+        found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, made.before, made.after, on, variables, clear))
+    return tuple(found)
+
+
+_RECORDABLE = ("current", "rate", "reading", "flow", "displacement")
+"""Roles of outputs that are recorded, the easiest to log first."""
+
+
+@dataclass(frozen=True)
+class DecidingChannel:
+    """A channel that tells an effect from those it is tied with: by how much they differ there, as a share of what it does."""
+
+    channel: str
+    apart: float
+
+    def __str__(self) -> str:
+        return f"Not isolable with these channels: record {self.channel} too, where the explanations differ by {self.apart:.0%}."
+
+
+def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, method: Method) -> DecidingChannel | None:
+    """Return the channel, the easiest to log, that tells an effect from all it is tied with; none where nothing is tied, or none does."""
+    chosen = found.worth.get(item.candidate.part)
+    tied = {candidate.part for candidate in item.tied}
+    rivals = [trial.model.fitted for trial in found.rivals.get(item.candidate.part, ()) if trial.candidate.part in tied]
+    channels = _recordable(experiment)
+    if chosen is None or not rivals or not channels:
+        return None
+    first, *others = _simulated(experiment, channels, [chosen.model.fitted, *rivals])
+    sizes = np.maximum(np.std(first, axis=1), 1e-300)
+    apart = np.array([[root_mean_square(row) for row in other - first] for other in others]) / sizes
+    least = np.min(np.nan_to_num(apart, nan=0.0, posinf=0.0), axis=0)
+    return next(
+        (DecidingChannel(*pair) for pair in zip(channels, least.tolist(), strict=True) if pair[1] > method.little),
+        None,
+    )
+
+
+def _recordable(experiment: Experiment) -> list[str]:
+    """Return what could be recorded and no compared channel shows, the easiest first."""
+    parts = {part.name: part for part in experiment.machine.assembly.parts}
+    wires = {item.target: item for item in experiment.machine.assembly.wires}
+    shown = {measured_output(parts, wires, name) for name in experiment.machine.compare} | set(experiment.machine.compare)
+    found = [
+        f"{part.name}.{part.component.ports[role]}"
+        for role in _RECORDABLE
+        for part in parts.values()
+        if part.component.ports.get(role, "") in part.component.declared(Output) and not issubclass(part.component, Effect)
+    ]
+    return [name for name in dict.fromkeys(found) if name not in shown and measured_output(parts, wires, name) not in shown]
+
+
+def _simulated(experiment: Experiment, channels: Sequence[str], fits: Sequence[Fitted]) -> list[FloatArray]:
+    """Return channels (channels, samples) of the lesson's own simulation for each fit."""
+    own = experiment.own
+    plan = wire(replace(own.plan.assembly, record=tuple(seen(experiment.with_candidates, name) for name in channels)))
+    names = own.settable([name for fitted in fits for name in fitted.by_name])
+    given = {name: own.given(name) for name in names}
+    rows = np.array([[{**given, **fitted.by_name}[name] for name in names] for fitted in fits])
+    samples, begin = (own.samples - 1) * own.every + 1, int(SETTLING * own.samples)
+    runs = Batch(plan, samples, noisy=False).run(names, rows, lambda record: record[:, :: own.every][:, begin:].copy())
+    return [np.asarray(run) for run in runs]
+
+
+RULE = "a command does not follow from its controller, and everything else agrees"
+
+
+def agrees(answer: Diagnosis) -> bool:
+    """Return whether the rest of the machine agrees with its recordings once the added signals are known: nothing speaks against the model,
+    or effects are named."""
+    return answer.verdict != "recording_fault" and (answer.adequate or answer.names)
+
+
+def with_added_signals(answer: Diagnosis, added: Sequence[UnrecordedInput]) -> Diagnosis:
+    """Return the answer with the signals that are added to commands; where no effect is named, they are what is unknown."""
+    if not added or answer.verdict == "recording_fault":
+        return answer
+    told = [f"{one}." for one in added]
+    evidence = replace(answer.evidence, missing=(*map(_missing, added[-1:]), *answer.evidence.missing))
+    answer = replace(answer, left=(*told, *answer.left), evidence=evidence)
+    if answer.names:
+        return answer
+    parts = tuple(dict.fromkeys(Place.of(one.wire).part for one in added))
+    location = Location(parts, tuple(dict.fromkeys(one.command for one in added)), added[-1].shape.windows)
+    rest = "Everything else agrees with the lesson." if answer.adequate else "Physics is missing besides."
+    sentence = f"{added[0]}. {rest}"
+    not_told = (*answer.not_told, f"Record what is added to {added[0].command}, or switch it off, and ask again.")
+    return replace(answer, verdict="unknown", sentence=sentence, location=location, rule=RULE, not_told=not_told)
+
+
+def _missing(one: UnrecordedInput) -> MissingSignal:
+    size, all_of_it = (float(np.sqrt(np.mean(np.square(values)))) for values in (one.values, one.total))
+    share = size / all_of_it if all_of_it > 0.0 else np.nan
+    return MissingSignal(one.wire, one.unit, one.time, one.values, one.values, one.total, share, share)

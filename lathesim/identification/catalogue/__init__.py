@@ -1,1 +1,0 @@
-"""Effects of the catalogue, placed in a machine."""

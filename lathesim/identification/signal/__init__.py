@@ -1,1 +1,0 @@
-"""Sampled signals: size, delay, steps, resolution, lines of a spectrum."""
