@@ -46,11 +46,14 @@ def _round(study: Study, model: Model) -> list[Tried]:
     wide = screen(experiment.sensed, model.fitted, everywhere, method=study.method) if everywhere else None
     items = sorted((*screening.ranked, *(wide.ranked if wide else ())), key=lambda item: -item.gain)
     trials: list[Tried] = []
+    good: list[Tried] = []
     for batch in _promising(items, study):
         trials += together(lambda item: tried(study, model, item, _read_off(points, item.candidate)), batch)
-        if any(significant(made, study) and is_plausible(study, made.model) for made in trials):
+        good = [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
+        if good:
             break
-    most = max((made.predicted.nats for made in trials), default=0.0)
+    # what no machine does is no yardstick: a first fit of what is right may be far behind it
+    most = max((made.predicted.nats for made in good or trials), default=0.0)
     least = max(study.method.explaining.near * most, due(study.method))
 
     def fine(made: Tried) -> Tried:
