@@ -15,6 +15,9 @@ from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.lessons.schema import Changes, InsertEntry, PartEntry
 from lathesim.lessons.yaml_source import Location, YamlFile
 
+_NUMBER = tuple("+-.0123456789")
+"""Signs with which a constant begins, and the name of an output does not."""
+
 
 @dataclass(frozen=True)
 class Given:
@@ -79,7 +82,10 @@ def case_of(
     overrides: Mapping[str, str | float] | None = None,
     program: Path | None = None,
 ) -> Case:
-    """Return the case of a lesson; ``overrides`` maps ``part.parameter`` or ``part.state`` to a quantity (text, or a number in SI)."""
+    """Return the case of a lesson; ``overrides`` maps ``part.parameter`` or ``part.state`` to a quantity (text, or a number in SI).
+
+    An override of an input that has a constant value changes that constant.
+    """
     layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
     if variant is not None:
         layers.append((_variant(lesson, variant), ("variants", variant)))
@@ -102,7 +108,9 @@ def case_of(
         seed = changes.seed if changes.seed is not None else seed
         duration = _given(lesson, changes.duration, (*location, "duration")) if changes.duration is not None else duration
     for name, value in (overrides or {}).items():
-        changed["set"][name] = Given(value, f"--set {name}={value}", f"--set {name}={value}", of_command_line=True)
+        wired = changed["wires"][name].value if name in changed["wires"] else lesson.machine.settings.wires.get(name, "")
+        key = "wires" if isinstance(value, str) and str(wired)[:1] in _NUMBER else "set"
+        changed[key][name] = Given(value, f"--set {name}={value}", f"--set {name}={value}", of_command_line=True)
     return Case(
         lesson=lesson,
         variant=variant,

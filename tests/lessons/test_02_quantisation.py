@@ -11,10 +11,10 @@ STEP = 20.0 / 255.0
 GOALS = {
     "8_bits": "--",
     "10_bits": "--",
-    "12_bits": "++",
+    "12_bits": "--",
     "gain": "--",
     "range": "--",
-    "coarse_encoder": "-+",
+    "coarse_encoder": "--",
 }
 """Case -> whether each goal is met (+) or missed (-), in the order of the lesson."""
 

@@ -7,7 +7,7 @@ from tests.lessons.lesson_runs import Runs
 
 GOALS = {
     "windup": "-+",
-    "anti_windup": "++",
+    "anti_windup": "-+",
     "no_integral": "-+",
     "slow_rapids": "--",
 }

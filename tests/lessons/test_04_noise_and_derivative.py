@@ -8,8 +8,8 @@ from tests.lessons.lesson_runs import Runs
 GOALS = {
     "P": "-+",
     "PD": "+-",
-    "PD_noisy": "+-",
-    "PD_small": "++",
+    "PD_noisy": "--",
+    "PD_small": "-+",
     "high_gain": "+-",
 }
 """Case -> whether each goal is met (+) or missed (-), in the order of the lesson."""

@@ -11,7 +11,7 @@ GOALS = {
     "P": "-+-",
     "P_double": "-+-",
     "P_high": "---",
-    "PI": "+++",
+    "PI": "-++",
 }
 """Case -> whether each goal is met (+) or missed (-), in the order of the lesson."""
 

@@ -9,9 +9,9 @@ GOALS = {
     "constant_velocity": "-+",
     "half_feed": "--",
     "brisk": "-+",
-    "gentle": "-+",
+    "gentle": "--",
     "high_gain": "-+",
-    "gentle_high_gain": "++",
+    "gentle_high_gain": "+-",
 }
 """Case -> whether each goal is met (+) or missed (-), in the order of the lesson."""
 

@@ -9,8 +9,8 @@ from tests.lessons.lesson_runs import Runs
 GOALS = {
     "start": "--+",
     "slow": "+-+",
-    "fast": "-++",
-    "round_nose": "+++",
+    "fast": "-+-",
+    "round_nose": "++-",
     "sharp_nose": "--+",
 }
 """Case -> whether each goal is met (+) or missed (-), in the order of the lesson."""

@@ -8,7 +8,7 @@ from tests.lessons.lesson_runs import Runs
 GOALS = {
     "fixed": "-+-",
     "fast": "+-+",
-    "constant": "+++",
+    "constant": "-+-",
     "constant_slow": "-+-",
 }
 """Case -> whether each goal is met (+) or missed (-), in the order of the lesson."""

@@ -14,7 +14,7 @@ EDGE = 2.0
 GOALS = {
     "slow": "--",
     "start": "--",
-    "cheap": "++",
+    "cheap": "-+",
     "quick": "+-",
     "hasty": "--",
 }

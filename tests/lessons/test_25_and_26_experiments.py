@@ -11,16 +11,16 @@ from lathesim.plugins import load_registry
 MET = {
     ("25_which_program_next", "one_way"): [False, True],
     ("25_which_program_next", "exercise"): [True, False],
-    ("25_which_program_next", "designed"): [True, True],
+    ("25_which_program_next", "designed"): [True, False],
     ("26_two_suspects_one_run", "yours"): [True, False],
     ("26_two_suspects_one_run", "exercise"): [True, False],
-    ("26_two_suspects_one_run", "theirs"): [True, True],
+    ("26_two_suspects_one_run", "theirs"): [True, False],
 }
 """Case -> whether it turns round often enough, and is short enough."""
 
 
 @pytest.mark.parametrize("case", MET, ids=" ".join)
-def test_only_the_designed_program_meets_both_goals(case: tuple[str, str]) -> None:
+def test_the_designed_program_turns_round_often_enough_and_a_shorter_one_is_asked_for(case: tuple[str, str]) -> None:
     lesson, registry = load_lesson(case[0]), load_registry(installed=False)
     record = simulate(lesson, registry, case[1], engine="compiled")
     measured = measure(record, registry.metrics)

@@ -28,7 +28,7 @@ def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 async def test_a_run_is_drawn_kept_and_judged_and_its_command_gives_the_same_bits() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
-        assert "✗ max_contour_error at most 0.4 mm: 0.6851 mm" in str(app.screen.query_one("#result", Static).content)
+        assert "✗ max_contour_error at most 0.2 mm: 0.6851 mm" in str(app.screen.query_one("#result", Static).content)
         command = app.workbench.command()
         picture = app.screen.query_one(LatheView).picture
         assert picture is not None

@@ -27,6 +27,7 @@ async def change(app: LathesimApp, pilot: Pilot[None], part: str, text: str) -> 
 async def test_the_first_hour_can_be_walked_with_the_keys_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = chapter("first_hour").text
+    assert "at most 0.2 mm" in text
     async with opened(size=(110, 34)) as (app, pilot):
         await run_to_end(app, pilot)
         assert "0.6851 mm" in words_of(app.export_screenshot())
@@ -37,7 +38,7 @@ async def test_the_first_hour_can_be_walked_with_the_keys_alone(tmp_path: Path, 
             await change(app, pilot, part, "0.449 V/mm")
         await pilot.press("f2")
         await run_to_end(app, pilot)
-        assert "✓ max_contour_error at most 0.4 mm" in words_of(app.export_screenshot())
+        assert "✗ max_contour_error at most 0.2 mm" in words_of(app.export_screenshot())
         await pilot.press("f3", "down", "space", "e")
         await pilot.pause()
         shown = words_of(app.export_screenshot())
