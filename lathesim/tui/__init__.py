@@ -19,5 +19,5 @@ def register_screens() -> list[ScreenEntry]:
         ScreenEntry("results", f"{_SCREENS}.results:ResultsScreen", "f3", "Results"),
         ScreenEntry("configure", f"{_SCREENS}.configure:ConfigureScreen", "f4", "Configure"),
         ScreenEntry("lessons", f"{_SCREENS}.lessons:LessonsScreen", "f6", "Lessons"),
-        ScreenEntry("plugins", f"{_SCREENS}.plugins:PluginsScreen", "f8", "Plug-ins"),
+        ScreenEntry("plugins", f"{_SCREENS}.help:PluginsScreen", "f8", "Plug-ins"),
     ]

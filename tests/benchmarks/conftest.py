@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lathesim.cli.speed.bench_work import Work, lathe_work
+from lathesim.cli.speed.bench_rows import Work, lathe_work
 
 
 @pytest.fixture(scope="session")

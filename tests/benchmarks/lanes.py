@@ -144,7 +144,7 @@ def _servo_works(quick: bool) -> list[Work]:
 
 
 def _lathe_works(quick: bool) -> list[Work]:
-    from lathesim.cli.speed.bench_work import lathe_work
+    from lathesim.cli.speed.bench_rows import lathe_work
 
     work = lathe_work()
     names = ("x_controller.proportional", "z_controller.proportional", "x_axis.gain", "z_axis.gain")

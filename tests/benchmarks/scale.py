@@ -18,8 +18,19 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.cli.speed.bench_rows import Row, Tell, cpu_seconds, measured_on, measured_on_line, row_data, seconds_text
-from lathesim.cli.speed.bench_work import SEED, Work, lathe_plan, lathe_work
+from lathesim.cli.speed.bench_rows import (
+    SEED,
+    Row,
+    Tell,
+    Work,
+    cpu_seconds,
+    lathe_plan,
+    lathe_work,
+    measured_on,
+    measured_on_line,
+    row_data,
+    seconds_text,
+)
 from lathesim.cli.writing import CommandResult
 from lathesim.engine.wiring import Plan
 from lathesim.whole_file import make_folder

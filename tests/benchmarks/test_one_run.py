@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.cli.speed.bench_work import SEED, Work
+from lathesim.cli.speed.bench_rows import SEED, Work
 from lathesim.engine.batch import Batch
 from lathesim.engine.run import run
 from tests.benchmarks.many_axes import axes_plan

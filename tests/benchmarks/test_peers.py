@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lathesim.cli.speed.bench_work import ENCODER_COUNT, SEED, Work
+from lathesim.cli.speed.bench_rows import ENCODER_COUNT, SEED, Work
 from lathesim.engine.run import run
 from tests.benchmarks.peers import PEERS, hand_written_c, peer_module, times_and_positions
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.cli.speed.bench_work import SEED, lathe_plan
+from lathesim.cli.speed.bench_rows import SEED, lathe_plan
 from lathesim.component import Component, DiscreteState, Input, Output, State
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.batch import Batch

@@ -11,15 +11,11 @@ HEADING = "Closed machines and designed programs"
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
     return [
-        CommandEntry(
-            "emulate", "lathesim.cli.experiments.emulate:emulate", "Learn a closed machine from way-points of its programs.", HEADING
-        ),
-        CommandEntry(
-            "experiment", "lathesim.cli.experiments.experiment:experiment", "Write the next part program: the one that tells most.", HEADING
-        ),
+        CommandEntry("emulate", f"{__name__}.emulate:emulate", "Learn a closed machine from way-points of its programs.", HEADING),
+        CommandEntry("experiment", f"{__name__}.experiment:experiment", "Write the next part program: the one that tells most.", HEADING),
         CommandEntry(
             "watermark",
-            "lathesim.cli.experiments.watermark:watermark",
+            f"{__name__}.watermark:watermark",
             "Show what a watermark costs, and how soon a forged sensor shows.",
             HEADING,
         ),

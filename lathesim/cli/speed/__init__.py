@@ -11,6 +11,6 @@ HEADING = "Speed"
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
     return [
-        CommandEntry("bench", "lathesim.cli.speed.bench:bench", "Measure how fast this machine simulates.", HEADING),
-        CommandEntry("warm", "lathesim.cli.speed.warm:warm", "Compile what the lessons need, ahead of the first run.", HEADING),
+        CommandEntry("bench", f"{__name__}.bench:bench", "Measure how fast this machine simulates.", HEADING),
+        CommandEntry("warm", f"{__name__}.warm:warm", "Compile what the lessons need, ahead of the first run.", HEADING),
     ]

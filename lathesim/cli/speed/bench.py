@@ -13,8 +13,7 @@ from lathesim.cli.options import OutputPath
 from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
-    from lathesim.cli.speed.bench_rows import Row, Skipped
-    from lathesim.cli.speed.bench_work import Work
+    from lathesim.cli.speed.bench_rows import Row, Skipped, Work
 
 SCHEMA = "lathesim-bench/1"
 AGREEMENT = 1.0
@@ -71,8 +70,7 @@ def _of_the_checkout(what: str, quick: bool, save: Path | None) -> tuple[Command
 
 def _one_run(quick: bool) -> tuple[CommandResult, list[str]]:
     """Measure the work by the engine and by its peers, and how long commands take from nothing."""
-    from lathesim.cli.speed.bench_rows import measured_on, row_data, start_rows, work_rows
-    from lathesim.cli.speed.bench_work import lathe_work
+    from lathesim.cli.speed.bench_rows import lathe_work, measured_on, row_data, start_rows, work_rows
 
     _tell("preparing the work ...")
     work = lathe_work()

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lathesim.lessons.lesson import Lesson
     from lathesim.lessons.simulate import Prepared
     from lathesim.plugins import Registry
-    from lathesim.tui.model.setup import Setup
+    from lathesim.tui.model.machine_tree import Setup
 
 
 IGNORE, TIME, COMPARE, DRIVE = "ignore", "time", "compare", "drive"

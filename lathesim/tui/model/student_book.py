@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from lathesim.errors import WriteError
 from lathesim.json_text import parsed_json
 from lathesim.lessons.lesson import present_name
-from lathesim.tui.model.setup import Setup
+from lathesim.tui.model.machine_tree import Setup
 from lathesim.whole_file import folder_lock, write_text
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lathesim.plugins import Registry
     from lathesim.record import Record
     from lathesim.tui.model.live_run import LiveRun
-    from lathesim.tui.model.setup import Setup
+    from lathesim.tui.model.machine_tree import Setup
 
 
 class UndoHistory:
@@ -137,7 +137,7 @@ class Workbench:
     def open_lesson(self, lesson: str | Path | Lesson, variant: str | None = None) -> None:
         """Put a lesson on the bench, its first variant where none is asked for; raises what :func:`load_lesson` raises."""
         from lathesim.lessons.lesson import load_lesson
-        from lathesim.tui.model.setup import Setup
+        from lathesim.tui.model.machine_tree import Setup
 
         found = load_lesson(lesson) if isinstance(lesson, (str, Path)) else lesson
         chosen = variant if variant is not None else next(iter(found.variants), None)

@@ -22,10 +22,9 @@ from lathesim.tui.drawing.curves import Curve
 from lathesim.tui.drawing.lathe_picture import LatheScene, ToolMotion, scene_of_case, scene_of_record
 from lathesim.tui.model.workbench import RUN, RUNS, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.controls import Slider
+from lathesim.tui.widgets.controls import ReadOuts, Slider, blank_readings, program_line, readings
 from lathesim.tui.widgets.lathe_view import LatheView
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
-from lathesim.tui.widgets.read_outs import ReadOuts, blank_readings, program_line, readings
 from lathesim.tui.widgets.time_plot import TimePlot
 
 if TYPE_CHECKING:

@@ -25,6 +25,7 @@ from lathesim.tui.model.machine_tree import (
     EFFECTS,
     SIMULATION,
     Entry,
+    Setup,
     candidates,
     grouped_parts,
     part_entries,
@@ -35,10 +36,9 @@ from lathesim.tui.model.machine_tree import (
     with_entry,
     without_entry,
 )
-from lathesim.tui.model.setup import Setup
 from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.program_pane import ProgramPane
+from lathesim.tui.widgets.program_listing import ProgramPane
 from lathesim.tui.widgets.wiring_view import WiringView
 from lathesim.whole_file import make_folder, write_new, write_text
 

@@ -20,8 +20,7 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.analysis.metric import CONTOUR_ERROR, Measurements, find_channel, measure
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
-from lathesim.tui.drawing.curves import Curve
-from lathesim.tui.drawing.run_lines import contact, figure_title, overlaid, path_lines, surface_lines, value_at, wave_lines
+from lathesim.tui.drawing.curves import Curve, contact, figure_title, overlaid, path_lines, surface_lines, value_at, wave_lines
 from lathesim.tui.model.workbench import RUN, RUNS, BenchRun
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.controls import TickList

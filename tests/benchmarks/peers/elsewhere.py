@@ -59,7 +59,7 @@ def _environment() -> dict[str, str]:
 
 
 def _main(peer: str, repeats: int, result: Path) -> None:
-    from lathesim.cli.speed.bench_work import lathe_work
+    from lathesim.cli.speed.bench_rows import lathe_work
 
     module: Any = importlib.import_module(f"tests.benchmarks.peers.{peer}")
     work = lathe_work()

@@ -1,4 +1,4 @@
-"""``lathesim wiring LESSON``: how the parts of a lesson's machine are wired, as text, as a Mermaid graph, or as the fused source."""
+"""``lathesim wiring LESSON``: how the parts of a machine are wired, as text, as a Mermaid graph, or as the fused source."""
 
 from __future__ import annotations
 
