@@ -11,9 +11,11 @@ def register_commands() -> list[CommandEntry]:
     return [
         CommandEntry("tui", f"{__name__}.open_app:tui", "Open the terminal app, as lathesim alone does.", "The course"),
         CommandEntry("serve", f"{__name__}.open_app:serve", "Serve the terminal app to a browser.", "The course"),
-        CommandEntry("init", f"{__name__}.own_files:init", "Copy lessons, programs and plug-ins to a folder to work on.", "The course"),
+        CommandEntry(
+            "init", f"{__name__}.init_and_check:init", "Copy lessons, programs and plug-ins to a folder to work on.", "The course"
+        ),
         CommandEntry("lessons", f"{__name__}.listing:lessons", "List the lessons.", "The course"),
-        CommandEntry("run", f"{__name__}.lessons.run:run", "Run a lesson: numbers, plots and a record.", "The course"),
+        CommandEntry("run", f"{__name__}.lessons.run_command:run", "Run a lesson: numbers, plots and a record.", "The course"),
         CommandEntry("grade", f"{__name__}.lessons.grade:grade", "Grade records by the goals of their lesson.", "The course"),
         CommandEntry("sweep", f"{__name__}.lessons.sweep:sweep", "Run a lesson over ranges of its parameters.", "The course"),
         CommandEntry("help", f"{__name__}.listing:help_", "List the chapters of the manual, or print one.", "The course"),
@@ -27,6 +29,8 @@ def register_commands() -> list[CommandEntry]:
             "effects", f"{__name__}.listing:effects", "List the effects that can be left out, or show the page of one.", "Machines"
         ),
         CommandEntry("plugins", f"{__name__}.listing:plugins", "List what was registered, from where, and what is at fault.", "Machines"),
-        CommandEntry("check", f"{__name__}.own_files:check", "Check lessons, machine templates, part programs and plug-ins.", "Machines"),
+        CommandEntry(
+            "check", f"{__name__}.init_and_check:check", "Check lessons, machine templates, part programs and plug-ins.", "Machines"
+        ),
         CommandEntry("schema", f"{__name__}.listing:schema", "Print the JSON Schema of a lesson, for editors.", "Machines"),
     ]

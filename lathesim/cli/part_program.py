@@ -12,7 +12,7 @@ import click
 
 from lathesim.cli.options import OutputPath, grouped
 from lathesim.errors import ProgramError
-from lathesim.units import in_unit
+from lathesim.units import from_si, in_unit
 from lathesim.whole_file import write_new, write_text
 
 if TYPE_CHECKING:
@@ -147,14 +147,15 @@ def _points(move: Move) -> tuple[str, list[float], list[float]]:
     from math import ceil, cos, degrees, sin
 
     if move.arc is None:
-        return move.kind, [1e3 * move.start_z, 1e3 * move.end_z], [1e3 * move.start_x, 1e3 * move.end_x]
+        z, x = ([from_si(value, "mm") for value in ends] for ends in ((move.start_z, move.end_z), (move.start_x, move.end_x)))
+        return move.kind, z, x
     arc = move.arc
     count = ceil(abs(degrees(arc.sweep)) / 5.0) + 1
     angles = [arc.start_angle + arc.sweep * step / count for step in range(count + 1)]
     return (
         "feed",
-        [1e3 * (arc.centre_z + arc.radius * cos(a)) for a in angles],
-        [1e3 * (arc.centre_x + arc.radius * sin(a)) for a in angles],
+        [from_si(arc.centre_z + arc.radius * cos(a), "mm") for a in angles],
+        [from_si(arc.centre_x + arc.radius * sin(a), "mm") for a in angles],
     )
 
 
@@ -173,11 +174,12 @@ def _lines(interpreted: Program) -> Iterator[str]:
     yield f"{'line':>4}  {'move':<10}{'X [mm]':>12}{'Z [mm]':>12}  {'feed':<16}spindle"
     moves = interpreted.moves
     same: dict[tuple[int, int, float], str] = {}
+    millimetres = from_si(1.0, "mm")
     for place, key in enumerate(zip(moves.kinds, moves.mode_numbers, moves.feeds, strict=True)):
         behind = same.get(key)
         if behind is None:
             behind = same[key] = f"{_feed(moves[place]):<16}{_spindle(moves[place])}"
-        kind, x, z = KINDS[key[0]], 1e3 * moves.ends[4 * place + 2], 1e3 * moves.ends[4 * place + 3]
+        kind, x, z = KINDS[key[0]], millimetres * moves.ends[4 * place + 2], millimetres * moves.ends[4 * place + 3]
         yield f"{moves.lines[place]:>4}  {_arc(moves[place]) if kind == 'arc' else kind:<10}{x:>12.4f}{z:>12.4f}  {behind}"
     summary = interpreted.summary
     counts = ", ".join(f"{number} {kind}" for kind, number in summary.counts.items()) or "no moves"
@@ -199,20 +201,18 @@ def _feed(move: Move) -> str:
         return f"{move.seconds:g} s"
     if move.feed is None:
         return ""
-    return f"{1e3 * move.feed:g} mm/rev" if move.per_revolution else f"{6e4 * move.feed:g} mm/min"
+    return f"{in_unit(move.feed, 'mm', 'g')}/rev" if move.per_revolution else in_unit(move.feed, "mm/min", "g")
 
 
 def _spindle(move: Move) -> str:
     spindle = move.spindle
     if spindle.direction == 0:
         return "off"
-    from math import pi
-
     turn = "cw" if spindle.direction > 0 else "ccw"
     if not spindle.surface:
-        return f"{turn} {spindle.speed * 30.0 / pi:g} rpm"
-    limit = "" if spindle.limit is None else f", at most {spindle.limit * 30.0 / pi:g} rpm"
-    return f"{turn} {60.0 * spindle.speed:g} m/min{limit}"
+        return f"{turn} {in_unit(spindle.speed, 'rpm', 'g')}"
+    limit = "" if spindle.limit is None else f", at most {in_unit(spindle.limit, 'rpm', 'g')}"
+    return f"{turn} {in_unit(spindle.speed, 'm/min', 'g')}{limit}"
 
 
 _COMMON: list[Callable[[Any], Any]] = [

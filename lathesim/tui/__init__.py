@@ -15,7 +15,7 @@ def register_screens() -> list[ScreenEntry]:
     """Return the screens of the core."""
     return [
         ScreenEntry("help", f"{_SCREENS}.help:HelpScreen", "f1", "Help"),
-        ScreenEntry("bench", f"{_SCREENS}.bench:BenchScreen", "f2", "Bench"),
+        ScreenEntry("bench", f"{_SCREENS}.bench_screen:BenchScreen", "f2", "Bench"),
         ScreenEntry("results", f"{_SCREENS}.results:ResultsScreen", "f3", "Results"),
         ScreenEntry("configure", f"{_SCREENS}.configure:ConfigureScreen", "f4", "Configure"),
         ScreenEntry("lessons", f"{_SCREENS}.lessons:LessonsScreen", "f6", "Lessons"),

@@ -308,7 +308,7 @@ class LathesimApp(RepaintingApp[None]):
 
     async def show_channel(self, name: str) -> None:
         """Show a channel in the plot of the bench."""
-        from lathesim.tui.screens.bench import BenchScreen
+        from lathesim.tui.screens.bench_screen import BenchScreen
 
         await self.switch_mode("bench")
         if isinstance(self.screen, BenchScreen):

@@ -164,7 +164,7 @@ async def _search_answers(keys: int) -> list[float]:
 async def _drawing_share(seconds: float) -> float:
     """Return the share of a core that drawing a run takes, less what the app takes when it stands still."""
     from lathesim.cli.open_app import make_app
-    from lathesim.tui.screens.bench import BenchScreen
+    from lathesim.tui.screens.bench_screen import BenchScreen
 
     _record(Path("run.h5"))
     app = make_app("01_contour_error")

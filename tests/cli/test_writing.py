@@ -84,4 +84,4 @@ def test_no_command_takes_many_arguments_or_writes_json_by_itself() -> None:
                 own.append(path.name)
     assert many == []
     # the schema of lessons and the answer of a diagnosis have texts of their own; an event of a watch is one line
-    assert sorted(own) == ["beside_machine.py", "diagnose.py", "listing.py"]
+    assert sorted(own) == ["diagnose_command.py", "listing.py", "watch_commands.py"]

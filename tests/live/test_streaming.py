@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.cli.live.servo_link import Records
+from lathesim.cli.live.servo_commands import Records
 from lathesim.live import servo_session
 from lathesim.live import servo_side as servo_side_module
 from lathesim.live.connections import read_address

@@ -156,7 +156,7 @@ def test_help_runs_no_plug_in_that_gives_no_command(workspace: Path, capsys: pyt
         (
             'CommandEntry("count"',
             'CommandEntry("run"',
-            "there is already a 'run', from lathesim.cli.lessons.run. Give this one",
+            "there is already a 'run', from lathesim.cli.lessons.run_command. Give this one",
         ),
         (":count", ":cuont", "register_commands names 'cuont', which is not there."),
         ("CommandEntry(", "tuple((", "which is no CommandEntry."),

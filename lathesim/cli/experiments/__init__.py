@@ -12,7 +12,9 @@ def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
     return [
         CommandEntry("emulate", f"{__name__}.emulate:emulate", "Learn a closed machine from way-points of its programs.", HEADING),
-        CommandEntry("experiment", f"{__name__}.experiment:experiment", "Write the next part program: the one that tells most.", HEADING),
+        CommandEntry(
+            "experiment", f"{__name__}.experiment_command:experiment", "Write the next part program: the one that tells most.", HEADING
+        ),
         CommandEntry(
             "watermark",
             f"{__name__}.watermark:watermark",

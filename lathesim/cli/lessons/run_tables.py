@@ -102,7 +102,7 @@ def _verdict(result: GoalResult) -> str:
         return f"not met: {result.reason.removeprefix(NO_VALUE)}"
     if math.isnan(result.value):
         return f"not reached: {result.reason.removeprefix(NO_VALUE)}"
-    share = "" if math.isnan(result.share) else f" ({plain_number(100.0 * result.share, 2)} %)"
+    share = "" if math.isnan(result.share) else f" ({plain_number(from_si(result.share, '%'), 2)} %)"
     return f"missed by {result.over:.3g} {result.unit}".strip() + share
 
 

@@ -140,14 +140,14 @@ def _modes_data(found: FoundModes, response: FrequencyResponse) -> dict[str, Any
 
 
 def _modes_lines(found: FoundModes, response: FrequencyResponse) -> Iterator[str]:
-    from lathesim.units import in_unit
+    from lathesim.units import from_si, in_unit
 
     yield from map(sentence, response.findings)
     yield f"{'frequency [Hz]':>26}{'damping [%]':>24}{'stiffness [N/m]':>30}   95 % intervals"
     for mode in found.modes:
         f, z, k = mode.frequency, mode.damping, mode.stiffness
         frequency = f"{f.value:>12.3f} +-{(f.high - f.low) / 2:>10.4f}"
-        damping = f"{100 * z.value:>12.4f} +-{100 * (z.high - z.low) / 2:>8.4f}"
+        damping = f"{from_si(z.value, '%'):>12.4f} +-{from_si((z.high - z.low) / 2, '%'):>8.4f}"
         yield f"{frequency}{damping}{k.value:>16.5e} +-{(k.high - k.low) / 2:>10.2e}"
     yield f"\nThe number of modes was decided on {found.decided_on}."
     if found.outside:

@@ -13,7 +13,10 @@ from lathesim.analysis.display_unit import display_unit
 from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.record import FloatArray, Record
-from lathesim.units import in_unit
+from lathesim.units import from_si, in_unit
+
+MILLIMETRES, MICROMETRES = from_si(1.0, "mm"), from_si(1.0, "um")
+"""Of a metre."""
 
 
 def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
@@ -215,8 +218,8 @@ def path_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
         if motion is None:
             continue
         if not lines:
-            lines.append(PlotLine(motion.z_reference * 1e3, motion.x_reference * 1e3, "reference"))
-        lines.append(PlotLine(motion.z * 1e3, motion.x * 1e3, title))
+            lines.append(PlotLine(motion.z_reference * MILLIMETRES, motion.x_reference * MILLIMETRES, "reference"))
+        lines.append(PlotLine(motion.z * MILLIMETRES, motion.x * MILLIMETRES, title))
     return lines
 
 
@@ -230,7 +233,8 @@ def wave_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
             waves = waves_on_part(record, turns=1)
         except LatheSimError:
             continue
-        lines.append(PlotLine(np.degrees(waves.angle), 1e6 * waves.height[-1], f"{title}, R_a {in_unit(waves.roughness, 'um', '.3g')}"))
+        name = f"{title}, R_a {in_unit(waves.roughness, 'um', '.3g')}"
+        lines.append(PlotLine(np.degrees(waves.angle), MICROMETRES * waves.height[-1], name))
     return lines
 
 
@@ -245,7 +249,7 @@ def surface_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
         except LatheSimError:
             continue
         if len(surface.z):
-            lines.append(PlotLine(np.asarray(surface.z) * 1e3, np.asarray(surface.roughness) * 1e6, title))
+            lines.append(PlotLine(np.asarray(surface.z) * MILLIMETRES, np.asarray(surface.roughness) * MICROMETRES, title))
     return lines
 
 

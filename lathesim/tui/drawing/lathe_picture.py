@@ -12,7 +12,7 @@ from lathesim.analysis.failed_run import RawStock
 from lathesim.analysis.metric import find_channel
 from lathesim.record import FloatArray, Record
 from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, trace
-from lathesim.units import in_unit
+from lathesim.units import from_si, in_unit
 
 if TYPE_CHECKING:
     from lathesim.analysis.turned_part import Waves
@@ -333,8 +333,8 @@ def _label(text: Cells, layer: Cells, frame: _Frame, rows: int, view: View) -> N
     """Write the scales: X up the left edge, Z along the bottom."""
     factor, name = (2.0, "Ø") if view.as_diameter else (1.0, "R")
     columns = text.shape[1]
-    wide, high = 2.0 * frame.dot * 1e3, 4.0 * frame.dot * factor * 1e3
-    left, bottom = frame.z * 1e3, frame.x * factor * 1e3
+    wide, high = from_si(2.0 * frame.dot, "mm"), from_si(4.0 * frame.dot * factor, "mm")
+    left, bottom = from_si(frame.z, "mm"), from_si(frame.x * factor, "mm")
     _write(text, layer, 0, 0, f"X {name} [mm]")
     for tick, label in zip(*axis_ticks(bottom, bottom + rows * high, max(1, rows // _ROWS_A_TICK)), strict=True):
         row = rows - 1 - int((tick - bottom) / high)
@@ -368,7 +368,7 @@ def draw_waves(waves: Waves, columns: int, rows: int) -> LathePicture:
     size = min(height, width)
     deviation = waves.height[-1] - waves.height[-1].mean()
     largest = float(np.abs(deviation).max())
-    gain = min(_LARGEST * size / largest, _DOTS_A_MICROMETRE * 1e6) if largest > 0.0 else 0.0
+    gain = min(_LARGEST * size / largest, from_si(_DOTS_A_MICROMETRE, "um")) if largest > 0.0 else 0.0
     text, layer = np.full((rows, columns), " "), np.full((rows, columns), NOTHING)
     angle = np.append(waves.angle, waves.angle[0])
     circle = np.full(len(angle), _RADIUS * size)

@@ -19,7 +19,7 @@ from lathesim.lessons.part_values import placed_at, seconds, take_value
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.shipped import shipped_files
-from lathesim.units import conversion, split_quantity
+from lathesim.units import conversion, in_unit, split_quantity
 
 Insert = Mapping[str, str]
 """An ``insert:`` entry of a lesson: ``effect``, ``at``, ``name`` and the effect's parameters."""
@@ -224,7 +224,11 @@ def part_entries(case: Prepared, setup: Setup, part: Part) -> list[Entry]:
 def simulation_entries(case: Prepared, setup: Setup) -> list[Entry]:
     """Return what can be set of the run itself."""
     plan, seed = case.plan, setup.seed if setup.seed is not None else case.case.seed
-    texts = {"sample_period": f"{plan.assembly.sample_period * 1e3:g} ms", "step": f"{plan.assembly.step * 1e3:g} ms", "seed": str(seed)}
+    texts = {
+        "sample_period": in_unit(plan.assembly.sample_period, "ms", "g"),
+        "step": in_unit(plan.assembly.step, "ms", "g"),
+        "seed": str(seed),
+    }
     if case.duration is not None:
         texts["duration"] = f"{case.duration:g} s"
     entries = []

@@ -22,9 +22,9 @@ from lathesim.stability.frequency_limit import speeds_of
 from lathesim.stability.lesson_settings import cut_of, tap_lesson
 from lathesim.stability.lobes import stability_map
 from lathesim.stability.tool_point import FrequencyResponse
-from lathesim.tui.drawing.curves import PlotLine
+from lathesim.tui.drawing.curves import MICROMETRES, PlotLine
 from lathesim.tui.widgets.time_plot import TimePlot
-from lathesim.units import in_unit
+from lathesim.units import from_si, in_unit
 
 _SHOWN = 1.6
 """The response is shown up to so many times the highest mode."""
@@ -102,7 +102,7 @@ def _words(found: FoundModes) -> str:
             f"stiffness {k.value:.4g} N/m (+-{reach[2]:.2g} %)"
         )
     lowest = float(np.min(found.model.response(np.linspace(1.0, 1.6 * found.modes[-1].frequency.value, 4000)).real))
-    rows.append(f"The lowest real part, {1e6 * lowest:.3g} um/N, sets the smallest limit.")
+    rows.append(f"The lowest real part, {from_si(lowest, 'um'):.3g} um/N, sets the smallest limit.")
     return "\n".join(rows)
 
 
@@ -127,7 +127,7 @@ class LobesView(ModalScreen[None]):
         self._title = lesson.title
         self._speeds = np.linspace(*SPEEDS)
         found = stability_map(cut_of(lesson), self._speeds.tolist(), "frequency")
-        self._widths = np.array([1e3 * point.limit.width for point in found.points])
+        self._widths = np.array([from_si(point.limit.width, "mm") for point in found.points])
         self._smallest = found.smallest
 
     def compose(self) -> ComposeResult:
@@ -144,7 +144,7 @@ class LobesView(ModalScreen[None]):
         self.call_after_refresh(self._draw)
 
     def _draw(self) -> None:
-        bound = _HIGHEST * 1e3 * self._smallest.width
+        bound = _HIGHEST * from_si(self._smallest.width, "mm")
         shown = np.minimum(self._widths, bound) if math.isfinite(bound) else self._widths
         lines = [PlotLine(self._speeds, shown, "limit: above it the cut chatters")]
         if math.isfinite(bound):
@@ -208,7 +208,10 @@ class ToolPointView(ModalScreen[None]):
         if isinstance(found, str):
             words.update(found)
             return
-        lines = [PlotLine(found.frequency, 1e6 * found.real, "response"), PlotLine(found.frequency, 1e6 * found.fitted, "fitted modes")]
+        lines = [
+            PlotLine(found.frequency, MICROMETRES * found.real, "response"),
+            PlotLine(found.frequency, MICROMETRES * found.fitted, "fitted modes"),
+        ]
         self.query_one(TimePlot).show_lines(lines, "frequency / Hz", "real part / (um/N)")
         words.update(f"{found.words}\nThe same: {found.command}")
 

@@ -154,11 +154,11 @@ def _lines(found: LearnedMap) -> Iterator[str]:
 def _figure(title: str, found: LearnedMap, comparators: bool) -> Any:
     from lathesim.analysis.stability_figures import learned_figure
 
-    shown = found.grid()
+    shown, millimetres = found.grid(), from_si(1.0, "mm")
     others = found.comparators() if comparators else {}
-    cuts = [(cut.speed, 1e3 * cut.width, cut.stable) for cut in found.belief.cuts]
-    asked = [(cut.speed, 1e3 * cut.width) for cut in found.proposals]
-    return learned_figure(title, found.speeds, 1e3 * shown.widths, shown.stable, 1e3 * found.quantiles, cuts, asked, others)
+    cuts = [(cut.speed, millimetres * cut.width, cut.stable) for cut in found.belief.cuts]
+    asked = [(cut.speed, millimetres * cut.width) for cut in found.proposals]
+    return learned_figure(title, found.speeds, millimetres * shown.widths, shown.stable, millimetres * found.quantiles, cuts, asked, others)
 
 
 _SCORES = (

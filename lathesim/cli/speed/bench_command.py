@@ -15,6 +15,7 @@ from lathesim.cli.writing import CommandResult, write
 if TYPE_CHECKING:
     from lathesim.cli.speed.bench_rows import Row, Skipped, Work
 
+
 SCHEMA = "lathesim-bench/1"
 AGREEMENT = 1.0
 """Encoder counts by which a peer may differ."""

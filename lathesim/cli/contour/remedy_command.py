@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lathesim.compensation.loop_gains import LoopGain
     from lathesim.compensation.remedying import Answer
 
+
 _SIZES = (
     Heading("", -40),
     Heading("before", 12),

@@ -16,6 +16,7 @@ from lathesim.cli.writing import CommandResult, Heading, table, write
 if TYPE_CHECKING:
     from lathesim.stability.diagnose_cut import CutDiagnosis, RecordedCut
 
+
 _LINES = 8
 """Lines of the spectrum that are shown."""
 _COLUMNS = (

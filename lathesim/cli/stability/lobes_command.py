@@ -71,16 +71,18 @@ def _tried(path: Path | None) -> tuple[TriedCut, ...]:
 
 def _figure(title: str, found: StabilityMap, cut: Cut, band: LimitBand | None, cuts: tuple[TriedCut, ...]) -> Any:
     from lathesim.analysis.stability_figures import lobes_figure
+    from lathesim.units import from_si
 
+    millimetres = from_si(1.0, "mm")
     return lobes_figure(
         title,
         [point.limit.speed for point in found.points],
-        [1e3 * point.limit.width for point in found.points],
-        1e3 * found.smallest.width,
-        band=None if band is None else (1e3 * band.edges[0], 1e3 * band.edges[2]),
+        [millimetres * point.limit.width for point in found.points],
+        millimetres * found.smallest.width,
+        band=None if band is None else (millimetres * band.edges[0], millimetres * band.edges[2]),
         flips=[point.kind == "flip" for point in found.points],
-        cuts=[(tried.speed, 1e3 * tried.width, tried.stable) for tried in cuts],
-        chosen=None if cut.chosen is None else (cut.chosen[0], 1e3 * cut.chosen[1]),
+        cuts=[(tried.speed, millimetres * tried.width, tried.stable) for tried in cuts],
+        chosen=None if cut.chosen is None else (cut.chosen[0], millimetres * cut.chosen[1]),
     )
 
 
