@@ -131,6 +131,7 @@ def _axis_of(controller: str, parts: Mapping[str, Part], sources: Mapping[str, s
     return controller
 
 
+_ROUNDING = 1e-12
 _KEYS = ("node", "path", "item", "unit", "si")
 _WAYS = ("node", "path", "item")
 
@@ -183,7 +184,7 @@ def _item(name: str, entry: Any, place: str) -> MappedItem:
         si_unit = str(entry.get("si", _si_names().get(dimension, "")))
         if not si_unit:
             raise LiveError(f"the SI unit of {unit} is not clear.", place=place, remedy="Add it, as in si: N.")
-        if abs(si_factor(si_unit)[0] - 1.0) > 1e-12 or si_factor(si_unit)[1] != dimension:
+        if abs(si_factor(si_unit)[0] - 1.0) > _ROUNDING or si_factor(si_unit)[1] != dimension:
             raise LiveError(f"{si_unit} is not the SI unit of {unit}.", place=place, remedy="Write si: with the SI unit.")
     except UnitError as error:
         raise LiveError(error.fact, place=place, remedy=error.remedy) from None

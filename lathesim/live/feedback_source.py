@@ -13,7 +13,17 @@ import numpy as np
 
 from lathesim.live.connections import Address
 from lathesim.live.samples import LiveError, SampleBlock, Signal
-from lathesim.live.wire_format import Decoder, FrameKind, Numbers, WireError, read_datagram, read_numbers, read_text, text_frame
+from lathesim.live.wire_format import (
+    Decoder,
+    FrameKind,
+    Numbers,
+    WireError,
+    describes_channel,
+    read_datagram,
+    read_numbers,
+    read_text,
+    text_frame,
+)
 from lathesim.record import FloatArray
 
 WAIT = 512
@@ -170,9 +180,7 @@ class FeedbackSource:
 
     def _greeted(self, told: dict[str, Any]) -> None:
         channels, period, begin = told.get("channels"), told.get("period"), told.get("begin")
-        good = isinstance(channels, list) and all(
-            isinstance(row, list) and len(row) == 3 and all(isinstance(item, str) and len(item) < 200 for item in row) for row in channels
-        )
+        good = isinstance(channels, list) and all(describes_channel(row) for row in channels)
         if not good or not isinstance(period, float) or not 0.0 < period <= 1.0 or not isinstance(begin, int) or begin < 0:
             raise WireError("the servo side does not say what it sends.")
         assert isinstance(channels, list)

@@ -33,6 +33,8 @@ from lathesim.live.publishing import PublishedRow, Publisher
 from lathesim.units import from_si
 
 LONGEST_REQUEST = 8192
+_WORDS, _CELLS = 3, 3
+"""Words of the first line of a request, and cells of a line of SHDR at least."""
 MOST_CONNECTIONS = 64
 LONGEST_PATH = 400
 """Characters of an XPath."""
@@ -89,7 +91,7 @@ class AgentServer:
             return
         words = head.split(b"\r\n", 1)[0].decode("latin-1").split(" ")
         try:
-            if len(words) != 3 or not words[2].startswith("HTTP/1"):
+            if len(words) != _WORDS or not words[-1].startswith("HTTP/1"):
                 raise RefusalError("INVALID_URI", "This is no HTTP request.")
             if words[0] != "GET":
                 raise RefusalError("UNSUPPORTED", f"{words[0]} is not understood; use GET.")
@@ -240,7 +242,7 @@ def read_line(line: str) -> ShdrLine | None:
         return None
     if time.tzinfo is None:
         time = time.replace(tzinfo=UTC)
-    if len(cells) < 3:
+    if len(cells) < _CELLS:
         return None
     return ShdrLine(time, tuple((cells[at].strip(), cells[at + 1].strip()) for at in range(1, len(cells) - 1, 2)))
 

@@ -27,6 +27,8 @@ LARGEST_MESSAGE = 1 << 22
 MOST_CONNECTIONS = 32
 MOST_SESSIONS = 64
 _BUFFER = 65_535
+_EVERY = 50
+"""Rows after which others get their turn."""
 _STATUS = {"ActStatus": 0, "ActOperationMode": 2, "ActProgramStatus": 1}
 """Channel active, automatic, program running (OPC 40502)."""
 
@@ -74,7 +76,7 @@ async def _publish(
             data = ua.DataValue(ua.Variant(row.number, counter), SourceTimestamp=stamp, ServerTimestamp=stamp)
             await write(number_node, value, data)
             count += 1
-            if count % 50 == 0:
+            if count % _EVERY == 0:
                 await asyncio.sleep(0)
         for client in server.bserver.clients[MOST_CONNECTIONS:]:
             client.transport.abort()

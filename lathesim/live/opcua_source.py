@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.limit import Limit
 from lathesim.live.channel_names import MappedItem
 from lathesim.live.sample_clock import RowAssembly
 from lathesim.live.samples import LiveError, SampleBlock, Signal
@@ -19,6 +20,9 @@ _QUIET = 1.0
 """Seconds without news after which rows that wait for a value are closed."""
 _AGAIN = 0.25
 """Seconds between two tries to connect."""
+_SLOWER = Limit(1.01, "of the interval asked for", "a server that publishes more slowly is noted", "assumed", "servers round intervals")
+_DEEPEST, _MOST_NODES = 6, 500
+"""Folders within folders, and nodes, that are looked through."""
 _ROOM = 200_000
 """Values that wait at most; then the oldest are dropped and the loss is told."""
 _OVERFLOW = 0x480
@@ -109,7 +113,7 @@ class OpcUaSource:
                 raise LiveError(f"the server refuses {item.way} '{item.at}': {result.name}.", place=self.url, remedy="Look at the map.")
         parameters = getattr(subscription, "parameters", None)
         revised = float(getattr(parameters, "RequestedPublishingInterval", publishing) or publishing)
-        if revised > publishing * 1.01:
+        if revised > publishing * _SLOWER:
             remark = f"the server publishes every {revised:g} ms, and {publishing:g} ms was asked for"
             self.remarks = list(dict.fromkeys([*self.remarks, remark]))
 
@@ -224,7 +228,7 @@ async def _numbers(ua: Any, client: Any) -> list[tuple[str, str]]:
 
 
 async def _walk(ua: Any, node: Any, prefix: str, found: list[tuple[str, str]], depth: int = 0) -> None:
-    if depth > 6 or len(found) > 500:
+    if depth > _DEEPEST or len(found) > _MOST_NODES:
         return
     for child in await node.get_children():
         name = (await child.read_browse_name()).Name

@@ -33,6 +33,8 @@ _CHUNK = 1 << 16
 _EVERY = 0.01
 """Seconds between two looks at a pipe that is empty."""
 _NOT_KNOWN = -1
+_MOST_NOTES = 20
+"""Sentences about a pipe that are said; what more is odd about it is counted only."""
 
 
 class PipeSource:
@@ -136,7 +138,7 @@ class PipeSource:
         self._next = number - self._offset
 
     def _note(self, sentence: str) -> None:
-        if sentence not in self._told and len(self._told) < 20:
+        if sentence not in self._told and len(self._told) < _MOST_NOTES:
             self._told.add(sentence)
             self._notes.append(sentence)
 

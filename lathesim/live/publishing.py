@@ -11,7 +11,7 @@ import numpy as np
 
 from lathesim.lessons.simulate import Prepared, run_prepared
 from lathesim.live.channel_names import PublishedName
-from lathesim.live.samples import LiveError, Signal
+from lathesim.live.samples import SAME, LiveError, Signal
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray, Record
 
@@ -34,7 +34,7 @@ class PublishedRun:
         Raises :class:`LiveError` where the rate is above that of the machine.
         """
         own = 1.0 / self.period
-        if rate > own * (1.0 + 1e-9):
+        if rate > own * (1.0 + SAME):
             raise LiveError(f"{rate:g} Hz is above the {own:g} Hz of the machine.", remedy=f"Give a rate up to {own:g} Hz.")
         count = int(np.floor((len(self) - 1) * self.period * rate)) + 1
         rows = np.round(np.arange(count) / rate / self.period).astype(np.int64)

@@ -11,6 +11,8 @@ from lathesim.record import FloatArray
 
 BRIDGED = 5
 """Missing samples in a row that are bridged by straight lines; after more of them the simulation starts anew."""
+_MOST_FAULTS = 100
+"""Faults that are kept until they are taken; all are counted."""
 _OFF = 0.5
 """Share of a period by which a sample may come beside its instant; a jitter of the time stamp is no gap."""
 
@@ -100,7 +102,7 @@ class SampleClock:
 
     def _fault(self, time: float, kind: str, samples: int) -> None:
         self.counts[kind] = self.counts.get(kind, 0) + max(1, samples)
-        if len(self.faults) < 100:
+        if len(self.faults) < _MOST_FAULTS:
             self.faults.append(ClockFault(0.0 if np.isnan(time) else time, kind, samples))
 
     def told(self) -> list[ClockFault]:

@@ -11,7 +11,10 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from lathesim.errors import LatheSimError
+from lathesim.limit import Limit
 from lathesim.record import Channel, FloatArray
+
+SAME = Limit(1e-9, "share", "two rates or periods that differ by less are one", "derived", "sums of times lose six digits")
 
 
 class LiveError(LatheSimError):

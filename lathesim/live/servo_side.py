@@ -24,10 +24,11 @@ from lathesim.live.samples import LiveError, SampleSink
 from lathesim.live.servo_session import CHUNK, COMPLETE, PATIENCE, Onlookers, Playing, ServoSettings, Session, refuses
 from lathesim.live.set_point_buffer import SetPointBuffer
 from lathesim.live.stepped_machine import SteppedMachine
-from lathesim.live.wire_format import Decoder, Frame, FrameKind, WireError, read_text, text_frame
+from lathesim.live.wire_format import LARGEST_PORT, MOST_AXES, Decoder, Frame, FrameKind, WireError, read_text, text_frame
 from lathesim.units import in_unit
 
 MOST_CONNECTIONS = 32
+_LONGEST_NAME = 79
 """Connections that are open at once; more are closed as they come."""
 MOST_SESSIONS = 100
 """Sessions that are remembered; older ones are forgotten."""
@@ -157,7 +158,7 @@ def _peer(writer: asyncio.StreamWriter) -> str:
 
 def _is_name(value: object) -> bool:
     """Return whether a value is a text of 1 to 79 printable characters."""
-    return isinstance(value, str) and 0 < len(value) < 80 and value.isprintable()
+    return isinstance(value, str) and 0 < len(value) <= _LONGEST_NAME and value.isprintable()
 
 
 def _looks_on(first: Frame) -> int | None:
@@ -168,7 +169,7 @@ def _looks_on(first: Frame) -> int | None:
     if data.get("looks_on") is not True:
         return None
     port = data.get("udp_port")
-    if not isinstance(port, int) or isinstance(port, bool) or not 0 < port < 65536:
+    if not isinstance(port, int) or isinstance(port, bool) or not 0 < port <= LARGEST_PORT:
         raise WireError("the greeting has no UDP port.")
     return port
 
@@ -185,11 +186,11 @@ class _Greeting:
             raise WireError(f"the first frame is {first.kind.name}, and HELLO is due.")
         data = read_text(first)
         axes, period, port = data.get("axes"), data.get("period"), data.get("udp_port", 0)
-        if not isinstance(axes, list) or not 1 <= len(axes) <= 64 or not all(_is_name(name) for name in axes):
+        if not isinstance(axes, list) or not 1 <= len(axes) <= MOST_AXES or not all(_is_name(name) for name in axes):
             raise WireError("the greeting names no axes.")
         if not isinstance(period, (int, float)) or isinstance(period, bool) or not 0.0 < period <= 1.0:
             raise WireError("the greeting has no period between 0 and 1 s.")
-        if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port < 65536:
+        if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= LARGEST_PORT:
             raise WireError("the greeting has no UDP port.")
         if len(set(axes)) != len(axes):
             raise WireError("the greeting names an axis twice.")

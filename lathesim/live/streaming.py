@@ -27,6 +27,7 @@ from lathesim.live.wire_format import (
     FrameKind,
     Numbers,
     WireError,
+    describes_channel,
     end_frame,
     numbers_frame,
     read_datagram,
@@ -120,7 +121,7 @@ class _Feedback:
         self._job = job
         self.order = FeedbackOrder()
         channels = greeting.get("channels", [])
-        if not isinstance(channels, list) or not all(map(_names_a_channel, channels)):
+        if not isinstance(channels, list) or not all(map(describes_channel, channels)):
             raise WireError("the servo side names no channels.")
         self.signals = tuple(Signal(*row) for row in channels)
         self._sink = job.open_sink(self.signals)
@@ -149,10 +150,6 @@ class _Feedback:
             lost = result.feedback["lost"]
             note = f"{lost} samples were lost on the way" if lost else ""
             self._sink.finish({"sample_period": self._job.period, "status": result.reason, "machine": result.machine, "notes": note})
-
-
-def _names_a_channel(row: object) -> bool:
-    return isinstance(row, list) and len(row) == 3 and all(isinstance(value, str) and len(value) < 200 for value in row)
 
 
 async def _converse(

@@ -10,7 +10,8 @@ import numpy as np
 from lathesim.engine.assembly import Place
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.samples import LiveError
+from lathesim.limit import Limit
+from lathesim.live.samples import SAME, LiveError
 from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.motion.axis_limits import AxisLimits
 from lathesim.motion.kinematics import Chain
@@ -22,6 +23,8 @@ from lathesim.record import FloatArray
 from lathesim.units import in_unit
 
 _ROUNDS = 8
+_NO_BETTER = Limit(0.99, "of the error", "a round that leaves more was the last one", "assumed", "less is not worth a run")
+_SLOWER = Limit(0.999, "of the speed", "below this a place counts as slower", "assumed", "what nobody notices")
 _SLOWEST = 0.1
 """Share of the speed below which slowing down is given up: what is left does not come from the speed."""
 _CELLS = 400
@@ -57,14 +60,14 @@ def within_tolerance(
         slower = _Slower(0.5 * (edges[1:] + edges[:-1]), near)
         trial = retime(timing.path, limits, jerk=jerk, tool_speed=tool, slower=slower)
         before = _errors(trial, prepared, period)
-        if before[1].max() >= 0.99 * after[1].max():
+        if before[1].max() >= _NO_BETTER * after[1].max():
             break
         best, after = trial, before
     return best, {
         "before_m": float(first[1].max()),
         "after_m": float(after[1].max()),
         "tolerance_m": tolerance,
-        "slower_share": float(np.mean(share < 0.999)),
+        "slower_share": float(np.mean(share < _SLOWER)),
         "duration_before_s": timing.duration,
     }
 
@@ -95,7 +98,7 @@ def _errors(timing: Timing, prepared: Prepared, period: float) -> tuple[FloatArr
     axes = axes_of(prepared, names, {})
     outputs = [_executed(prepared, axes[name]) for name in names]
     machine = SteppedMachine(prepared, axes, record=list(dict.fromkeys(outputs)))
-    if abs(machine.period / period - 1.0) > 1e-9:
+    if abs(machine.period / period - 1.0) > SAME:
         taken = in_unit(machine.period, "ms", "g")
         raise LiveError(f"the machine of {prepared.name} takes a set-point every {taken}.", remedy=f"Use --period '{taken}'.")
     time = sample_times(timing.duration + _SETTLE, period)

@@ -43,6 +43,12 @@ _TOTAL = struct.Struct("<Q")
 LARGEST_PAYLOAD = 1 << 20
 LARGEST_TEXT = 1 << 16
 MOST_AXES = 64
+LARGEST_PORT = 65_535
+_DOUBLE = 8
+"""Bytes of a number."""
+_CHANNEL = 3
+"""Texts that describe a channel: name, unit, and what it is; each shorter than ``_LONGEST_CHANNEL``."""
+_LONGEST_CHANNEL = 200
 LARGEST_DATAGRAM = 1400
 """Bytes of a feedback datagram, so that Ethernet need not cut it."""
 
@@ -115,7 +121,7 @@ def read_numbers(given: Frame) -> Numbers:
     if len(given.payload) < _NUMBERS.size:
         raise WireError(f"a {given.kind.name} frame of {len(given.payload)} bytes is too short.")
     first, count, columns, _ = _NUMBERS.unpack_from(given.payload)
-    if not 1 <= columns <= MOST_AXES or len(given.payload) != _NUMBERS.size + 8 * count * columns:
+    if not 1 <= columns <= MOST_AXES or len(given.payload) != _NUMBERS.size + _DOUBLE * count * columns:
         told = f"{count} samples of {columns} columns"
         raise WireError(f"a {given.kind.name} frame says {told} and holds {len(given.payload) - _NUMBERS.size} bytes.")
     values = np.frombuffer(given.payload, dtype="<f8", offset=_NUMBERS.size).reshape(count, columns).astype(np.float64)
@@ -191,3 +197,10 @@ def _checked(header: bytes) -> tuple[FrameKind, int]:
 
 def _refuse_constant(name: str) -> float:
     raise ValueError(name)
+
+
+def describes_channel(row: object) -> bool:
+    """Return whether a part of a greeting is the description of a channel."""
+    if not isinstance(row, list) or len(row) != _CHANNEL:
+        return False
+    return all(isinstance(text, str) and len(text) < _LONGEST_CHANNEL for text in row)

@@ -18,8 +18,10 @@ from lathesim.lessons.part_values import si_value
 from lathesim.lessons.schema import Quantity, Text
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import read_source
+from lathesim.limit import Limit
 from lathesim.record import FloatArray
 from lathesim.stability.beams import MODELS, Beam, Complex, Material, assembly_tip, base_from_tip, cylinder, prism
+from lathesim.stability.thresholds import ROUNDING
 from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.units import in_unit
 
@@ -68,6 +70,10 @@ class AssemblySettings(_FileModel):
     base: Text = Field(default="free", description="free, wall, or a file of receptances as 'lathesim couple --json' writes it")
 
 
+_GAP = Limit(1e-9, "m", "two parts that lie further apart do not touch", "derived", "coordinates are rounded")
+_GAP_SHARE = Limit(1e-6, "of the place", "the same, of large coordinates", "derived", "coordinates have 6 digits at least")
+
+
 @dataclass(frozen=True)
 class Joint:
     """Stiffness of an elastic joint [N/m] and [N*m/rad], its loss factor, and the relative standard deviation of both."""
@@ -113,7 +119,7 @@ class Base:
         asked = np.asarray(frequency, dtype=np.float64)
         if self.receptance is None:
             return np.zeros((*asked.shape, 2, 2), dtype=np.complex128)
-        if asked.min() < self.frequency[0] * (1.0 - 1e-9) or asked.max() > self.frequency[-1] * (1.0 + 1e-9):
+        if asked.min() < self.frequency[0] * (1.0 - ROUNDING) or asked.max() > self.frequency[-1] * (1.0 + ROUNDING):
             known = f"{self.frequency[0]:g} to {self.frequency[-1]:g} Hz"
             fact = f"the base is known from {known}, and {asked.min():g} to {asked.max():g} Hz are asked."
             raise LessonError(fact, place=self.name, remedy="Ask for frequencies inside.")
@@ -198,7 +204,7 @@ def _beam(entry: BeamEntry, place: str) -> Beam:
 
 
 def _check_start(start: float, reached: float, number: int, place: str) -> None:
-    if abs(start - reached) > 1e-9 + 1e-6 * abs(reached):
+    if abs(start - reached) > _GAP + _GAP_SHARE * abs(reached):
         word = "a gap" if start > reached else "an overlap"
         places = f"starts at {in_unit(start, 'mm', 'g')} and the parts before end at {in_unit(reached, 'mm', 'g')}"
         fact = f"part {number + 1} {places}: the assembly has {word}."

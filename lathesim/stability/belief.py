@@ -34,6 +34,7 @@ import numpy as np
 
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.record import FloatArray
+from lathesim.stability.thresholds import MAP
 from lathesim.units import in_unit, quantity
 
 _RPM = 9.549296585513721
@@ -205,7 +206,7 @@ def chatter_places(rate: FloatArray, damping: FloatArray, beta: FloatArray) -> t
             now = np.where(unstable, limit * np.exp(part * np.log(np.where(unstable, beta / limit, 1.0))), 1.0)
             for _ in range(4):
                 s = s - _newton(s, damping, now, delay)
-        growth = np.where(unstable & np.isfinite(s.real) & (s.imag > 0.5) & (s.imag < 6.0), s.real, -np.inf)
+        growth = np.where(unstable & np.isfinite(s.real) & (s.imag > MAP.lowest) & (s.imag < MAP.highest), s.real, -np.inf)
         better = growth > best_growth
         best, best_growth = np.where(better, s.imag, best), np.where(better, growth, best_growth)
     return lowest, best
@@ -295,7 +296,7 @@ def learn(belief: Belief, cut: TriedCut) -> Belief:
     log_weights = belief.log_weights + gained
     found = replace(belief, log_weights=log_weights - log_weights.max(), cuts=cuts, surprise=(*belief.surprise, surprise))
     weights = found.weights
-    if 1.0 / float((weights**2).sum()) > 0.6 * len(weights):
+    if 1.0 / float((weights**2).sum()) > MAP.few_left * len(weights):
         return found
     return _moved(found, np.random.Generator(np.random.Philox(key=belief.seed + 7919 * len(cuts))))
 

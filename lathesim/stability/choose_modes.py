@@ -11,6 +11,7 @@ import numpy as np
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
 from lathesim.stability.modal_fit import ModalModel, NoiseWeights, begin_modes, fit_modes, weights_of_mean, weights_of_residual
+from lathesim.stability.thresholds import SHORT
 from lathesim.stability.tool_point import Complex, FrequencyResponse, Mode
 
 MOST_MODES = 12
@@ -136,7 +137,7 @@ def _fitted(response: FrequencyResponse, count: int, start: ModalModel | None) -
 
 def _rest(response: FrequencyResponse) -> bool:
     """Whether terms for modes outside the band are part of the model: they cost little, and a band always ends somewhere."""
-    return len(response.frequency) > 64
+    return len(response.frequency) > SHORT.first_poles
 
 
 def _fitted_without_hits(response: FrequencyResponse, count: int, start: ModalModel | None) -> ModalModel:
@@ -164,7 +165,7 @@ def _count(response: FrequencyResponse, given: int | None) -> tuple[ModalModel |
 
     With a ``given`` number of modes, only the number of poles outside the band is decided.
     """
-    if response.hits is not None and len(response.hits) >= 3:
+    if response.hits is not None and len(response.hits) >= SHORT.hits:
         folds = _folds_of_hits(response)
         text = f"each of {len(folds)} hits in turn, which was not fitted"
     else:

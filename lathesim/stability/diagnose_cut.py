@@ -26,7 +26,7 @@ from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import RawTable
 from lathesim.stability.judge import Judged, judge, judge_line
 from lathesim.stability.signal_lines import Vibration, vibration, within_band
-from lathesim.stability.thresholds import GROWTH, LINES, SIGN
+from lathesim.stability.thresholds import GROWTH, LINES, RECORDED, SIGN
 
 _TIME = ("time", "t", "x_value", "time_s")
 _TURNING = ("taco", "tacho", "speed", "rpm", "angle", "index", "pulse", "spindle")
@@ -118,7 +118,7 @@ def turning_of(pulse: FloatArray, rate: float, place: str = "") -> float:
     centred = pulse - np.median(pulse)
     level = 0.35 * float(np.quantile(centred, 0.9995))
     rising = np.flatnonzero((centred[1:] > level) & (centred[:-1] <= level))
-    if level <= 0.0 or len(rising) < 4:
+    if level <= 0.0 or len(rising) < RECORDED.pulses:
         raise RecordingError("the tacho shows no pulses.", place=place, remedy="Give --speed.")
     comb = np.zeros(len(pulse))
     comb[rising] = 1.0
@@ -129,20 +129,20 @@ def turning_of(pulse: FloatArray, rate: float, place: str = "") -> float:
     period = least + int(np.argmax(smooth[least : len(smooth) // 2]))
     shorter = [period / part for part in (2, 3, 4) if period / part > least]
     for other in reversed(shorter):
-        if smooth[round(other)] > 0.6 * smooth[period]:
+        if smooth[round(other)] > RECORDED.shorter * smooth[period]:
             period = round(other)
             break
     # a pulse that rings counts once, at its first edge
-    firsts = rising[np.concatenate([[True], np.diff(rising) > 0.3 * period])]
+    firsts = rising[np.concatenate([[True], np.diff(rising) > RECORDED.same_pulse * period])]
     gaps = np.diff(firsts)
-    near = gaps[np.abs(gaps / period - 1.0) < 0.06]
-    return float(rate / (near.mean() if len(near) >= 3 else period))
+    near = gaps[np.abs(gaps / period - 1.0) < RECORDED.even]
+    return float(rate / (near.mean() if len(near) >= RECORDED.pulses - 1 else period))
 
 
 def cutting_stretch(values: FloatArray, rate: float, turning: float) -> tuple[int, int]:
     """Return the first and last sample of the cut: of a force that starts or ends near 0, or of a vibration that begins at once."""
     width = max(8, int(rate / turning))
-    if len(values) < 8 * width:
+    if len(values) < RECORDED.windows * width:
         return 0, len(values)
     begun = _onset(values, rate)
     smooth = np.convolve(values, np.ones(width) / width, "same")
@@ -150,7 +150,7 @@ def cutting_stretch(values: FloatArray, rate: float, turning: float) -> tuple[in
     if abs(low) > abs(high):
         low, high, smooth = -high, -low, -smooth
     spread = float(np.quantile(np.abs(values - smooth), 0.9))
-    if high - low < 3.0 * spread or abs(low) > 0.3 * abs(high):
+    if high - low < RECORDED.stands_out * spread or abs(low) > RECORDED.idle * abs(high):
         return begun, len(values)
     inside = smooth > low + _IN_CUT * (high - low)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
@@ -159,10 +159,14 @@ def cutting_stretch(values: FloatArray, rate: float, turning: float) -> tuple[in
     first, last = int(begins[longest]), int(ends[longest])
     # the ramps at both ends are no vibration
     margin = 2 * width
-    while first + margin < last and smooth[first] < low + (1.0 - _SETTLED) * (high - low) and first < begins[longest] + 20 * width:
+    while (
+        first + margin < last
+        and smooth[first] < low + (1.0 - _SETTLED) * (high - low)
+        and first < begins[longest] + RECORDED.settles * width
+    ):
         first += width // 4
     last = last - margin if last < len(values) else last
-    return (first, last) if last - first > 8 * width else (begun, len(values))
+    return (first, last) if last - first > RECORDED.windows * width else (begun, len(values))
 
 
 def _onset(values: FloatArray, rate: float) -> int:
@@ -348,7 +352,7 @@ def _with_second(judged: Judged, first: Vibration, second: Vibration) -> Judged:
         return judged
     reach = max(LINES.moved * line.frequency, line.width * line.resolution, 2.0 * line.resolution)
     moved = any(abs(item.frequency - ratio * line.frequency) < reach for item in second.lines)
-    stayed = any(abs(item.frequency - line.frequency) < 4.0 * reach and item.share > 1e-3 for item in second.lines)
+    stayed = any(abs(item.frequency - line.frequency) < LINES.stayed * reach and item.share > LINES.something for item in second.lines)
     if moved and not stayed and judged.kind in ("hopf", "segmentation"):
         told = f"at {60 * second.turning:.0f} rpm the line is at {ratio * line.frequency:.1f} Hz: it moves with the speed"
         return Judged("segmentation", line, judged.mode, (*judged.reasons, told))

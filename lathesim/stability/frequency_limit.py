@@ -173,7 +173,8 @@ def between_lines(frequency: FloatArray, response: Any) -> tuple[FloatArray, Any
     """
     response = np.asarray(response)
     size = np.abs(response)
-    usable = np.minimum.reduce([size[:-3], size[1:-2], size[2:-1], size[3:]]) > 0.0 if len(size) > 3 else np.zeros(0, dtype=bool)
+    inner = [size[place : len(size) - 3 + place] for place in range(4)]
+    usable = np.minimum.reduce(inner) > 0.0 if len(size) >= len(inner) else np.zeros(0, dtype=bool)
     turn = np.abs(np.angle(response[2:-1] / np.where(size[1:-2] > 0.0, response[1:-2], 1.0)))
     places = np.flatnonzero(usable & (turn > _QUICK_TURN) & (np.minimum(response.real[1:-2], response.real[2:-1]) < 0.0)) + 1
     if not len(places):

@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from lathesim.record import FloatArray
 from lathesim.stability.signal_lines import TurnMemory, Vibration, VibrationLine, turn_memory, turn_shares, vibration
-from lathesim.stability.thresholds import GROWTH, LINES, REPEATS, SHARES
+from lathesim.stability.thresholds import GROWTH, LINES, REPEATS, SHARES, SHORT
 from lathesim.units import in_unit
 
 KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")
@@ -83,7 +83,7 @@ def _judge_whole(found: Vibration, modes: tuple[float, ...], quiet: Vibration | 
     half = max(halves, key=lambda line: line.share, default=None)
     half_share = sum(line.share for line in halves)
     hum_share = sum(line.share for line in hum)
-    repeated = each_other > max(REPEATS.repeated, 1.5 * found.rate / (len(found.values) * found.turning))
+    repeated = each_other > max(REPEATS.repeated, REPEATS.one_turn * found.rate / (len(found.values) * found.turning))
     flips = _are_a_flip(orders, halves, repeated) and half_share > SHARES.not_far_below * sum(line.share for line in others)
     if not flips:
         others = [*others, *halves]  # at a high order any line is near a half number
@@ -197,7 +197,7 @@ def _rung_at_first(found: Vibration) -> float:
     strongest = float(np.fft.rfftfreq(len(high), 1.0 / found.rate)[1 + int(np.argmax(np.abs(np.fft.rfft(high))[1:]))])
     block = max(8, int(min(0.25 / found.turning, _BLOCK / strongest) * found.rate))
     count = len(high) // block
-    if count < 16:
+    if count < SHORT.ringing:
         return 0.0
     size = np.sqrt((high[: count * block].reshape(count, block) ** 2).mean(axis=1))
     later = float(np.sqrt((size[count // 2 :] ** 2).mean()))
@@ -285,7 +285,7 @@ def _rung_each_turn(found: Vibration) -> float:
     samples = found.rate / found.turning
     count = int(samples)
     turns = int(len(found.values) / samples)
-    if turns < 4 or count < 24:
+    if turns < SHORT.turns or count < SHORT.of_a_turn:
         return 0.0
     places = (np.arange(turns)[:, None] + np.arange(count)[None, :] / count) * samples
     mean = np.interp(places, np.arange(len(found.values)), found.values).mean(axis=0)

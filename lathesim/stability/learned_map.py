@@ -21,6 +21,7 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
 from lathesim.stability.belief import MISLABELLED, Belief, TriedCut, learn_all, log_likelihood
 from lathesim.stability.next_cut import CutRange, Proposal, next_cuts
+from lathesim.stability.thresholds import MAP, ROUNDING
 from lathesim.stability.uncertain_cut import carried_over, lesson_prior
 from lathesim.units import in_unit
 
@@ -45,7 +46,7 @@ def contradictions(cuts: Sequence[TriedCut]) -> list[tuple[int, int]]:
     for first, stable in enumerate(cuts, 1):
         for second, other in enumerate(cuts, 1):
             same = abs(stable.speed - other.speed) <= SAME_SPEED * stable.speed
-            if same and stable.stable and not other.stable and other.width <= stable.width * (1.0 + 1e-9):
+            if same and stable.stable and not other.stable and other.width <= stable.width * (1.0 + ROUNDING):
                 found.append((first, second))
     return found
 
@@ -269,7 +270,7 @@ def _held(quantiles: FloatArray, speeds: FloatArray, cuts: Sequence[TriedCut]) -
     lower = np.zeros(len(speeds))
     for cut in cuts:
         if cut.stable:
-            near = np.abs(speeds / cut.speed - 1.0) < 0.01
+            near = np.abs(speeds / cut.speed - 1.0) < MAP.same_speed
             lower[near] = np.maximum(lower[near], cut.width)
     failed = min((cut.width for cut in cuts if not cut.stable), default=math.inf)
     return np.stack([np.minimum(quantiles[0], np.maximum(lower, 0.5 * min(failed, float(quantiles[0].min())))), quantiles[1], quantiles[2]])

@@ -18,6 +18,7 @@ from lathesim.lessons.case import Given
 from lathesim.lessons.part_values import si_value
 from lathesim.record import FloatArray
 from lathesim.stability.tap import TapEstimate, TapRecord, TapSettings, estimate_response, judged_hits, tap
+from lathesim.stability.thresholds import ROUNDING, TAP
 from lathesim.stability.tool_point import Mode, Quantity, ToolPoint
 from lathesim.units import in_unit, quantity
 
@@ -154,7 +155,7 @@ def _check_cut(cut: Cut, place: str) -> None:
     if cut.milling is not None and (cut.process_damping > 0.0 or cut.share < 1.0):
         word = "process damping" if cut.process_damping > 0.0 else "slotted bar"
         raise LessonError(f"milling takes no {word}.", place=place, remedy="Take the key out.")
-    if cut.milling is not None and not 0.0 <= cut.milling.entry < cut.milling.leave <= 2.0 * math.pi + 1e-9:
+    if cut.milling is not None and not 0.0 <= cut.milling.entry < cut.milling.leave <= 2.0 * math.pi + ROUNDING:
         raise LessonError("a tooth leaves the cut before it enters.", place=place, remedy="Give entry below leave, from 0 to 360 deg.")
 
 
@@ -257,9 +258,9 @@ def _check(settings: TapSettings, place: str) -> None:
     for word, found in (("peak", settings.peak), ("contact", settings.contact), ("rate", settings.rate), ("length", settings.length)):
         if not found > 0.0:
             raise LessonError(f"the {word} of the tap test is {found:g}.", place=place, remedy="Give a value above 0.")
-    if settings.length * settings.rate > 4e6:
+    if settings.length * settings.rate > TAP.values:
         raise LessonError(f"a hit would have {settings.length * settings.rate:.3g} samples.", place=place, remedy="Shorten the record.")
-    if settings.length < 0.05:
+    if settings.length < TAP.shortest:
         raise LessonError(f"a record of {in_unit(settings.length, 'ms', 'g')} is too short.", place=place, remedy="Use 0.5 s or more.")
 
 
@@ -305,7 +306,7 @@ def recorded_tap(path: Path) -> TapEstimate:
     quantity, unit, _ = SENSORS[sensor]
     response = _column(names, table, sensor, unit, path)
     steps = np.diff(time)
-    if len(steps) < 64 or not (steps > 0.0).all() or steps.max() > 1.5 * np.median(steps):
+    if len(steps) < TAP.samples or not (steps > 0.0).all() or steps.max() > TAP.uneven * np.median(steps):
         raise RecordingError("the time does not rise evenly.", place=str(path), remedy="Give one row a sample.")
     rate = 1.0 / float(np.median(steps))
     return estimate_response(_split(force, response, rate, quantity, path))
@@ -323,7 +324,7 @@ def _column(names: list[str], table: FloatArray, word: str, unit: str, path: Pat
 def _split(force: FloatArray, response: FloatArray, rate: float, quantity: Quantity, path: Path) -> TapRecord:
     """Return the hits of a recording, each with the silence before it, all as long as the shortest distance."""
     top = float(force.max())
-    above = force > 0.25 * top
+    above = force > TAP.hit * top
     starts = np.flatnonzero(above & ~np.concatenate([[False], above[:-1]]))
     gap = int(0.1 * rate)
     firsts = [int(start) for place, start in enumerate(starts) if place == 0 or start - starts[place - 1] > gap]
@@ -331,7 +332,7 @@ def _split(force: FloatArray, response: FloatArray, rate: float, quantity: Quant
         raise RecordingError("no hit stands out in the force.", place=str(path), remedy="Check the sign and the column of the force.")
     before = min(int(0.01 * rate), firsts[0])
     length = min([second - first for first, second in itertools.pairwise(firsts)] + [len(force) - firsts[-1]])
-    if length < 64:
+    if length < TAP.samples:
         raise RecordingError("the last hit is too close to the end.", place=str(path), remedy="Record longer.")
     pieces = [slice(first - before, first - before + length) for first in firsts]
     return TapRecord(np.stack([force[piece] for piece in pieces]), np.stack([response[piece] for piece in pieces]), rate, quantity)

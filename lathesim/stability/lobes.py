@@ -27,6 +27,7 @@ from lathesim.record import FloatArray
 from lathesim.stability.frequency_limit import WidthLimit, between_lines, limit_at, limit_of_response, limits_of_lines, smallest_limit
 from lathesim.stability.lesson_settings import Cut, Milling, with_modes
 from lathesim.stability.periodic_delay import DelayEquation, chatter_frequency, kind_of, milling, smallest_unstable, turning
+from lathesim.stability.thresholds import MAP, ROUNDING
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 from lathesim.units import in_unit
 
@@ -38,7 +39,7 @@ TURNS = 48
 """Turns of a run: the first third lets the quicker modes die out."""
 _RANK = 12
 """Modes of the decomposition at most, assumed: more only fit rounding."""
-_LARGEST = 1e250
+_SMALLEST, _LARGEST = 1e-290, 1e250
 _SEED = 1e-6
 
 
@@ -156,9 +157,9 @@ def turn_multiplier(displacement: FloatArray, samples_of_a_turn: int) -> complex
     turns = len(displacement) // samples_of_a_turn
     snapshots = displacement[: turns * samples_of_a_turn].reshape(turns, samples_of_a_turn).T
     largest = np.abs(snapshots).max(axis=0)
-    good = np.isfinite(largest) & (largest < _LARGEST) & (largest > 1e-290)
+    good = np.isfinite(largest) & (largest < _LARGEST) & (largest > _SMALLEST)
     usable = int(np.argmin(good)) if not good.all() else turns
-    if usable < 6:
+    if usable < MAP.snapshots:
         return complex(math.inf)
     # each pair of turns counts alike, however much the vibration grew before it
     kept = snapshots[:, usable // 3 : usable]
@@ -166,7 +167,7 @@ def turn_multiplier(displacement: FloatArray, samples_of_a_turn: int) -> complex
     scale = np.maximum(scale[:-1], scale[1:])
     before, after = kept[:, :-1] / scale, kept[:, 1:] / scale
     left, sizes, right = np.linalg.svd(before, full_matrices=False)
-    rank = min(_RANK, int(np.count_nonzero(sizes > 1e-9 * sizes[0])), before.shape[1] // 2)
+    rank = min(_RANK, int(np.count_nonzero(sizes > ROUNDING * sizes[0])), before.shape[1] // 2)
     reduced = left[:, :rank].T @ after @ right[:rank].T / sizes[:rank]
     values: Any = np.linalg.eigvals(reduced)
     found = complex(values[np.argmax(np.abs(values))])
@@ -219,7 +220,7 @@ def time_limit(made: Rig, guess: float, largest: float) -> tuple[float, complex]
             continue
         if above == 0 and low == 0.0:
             width = 0.5 * float(widths[0])
-            if width < 1e-9 * guess:
+            if width < ROUNDING * guess:
                 return 0.0, found[0]
             continue
         if above > 0:

@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.record import FloatArray
+from lathesim.stability.thresholds import TAP
 from lathesim.stability.tool_point import Complex, FrequencyResponse
 
 BAND = 0.25
@@ -89,8 +90,8 @@ def _response_noise(scatter: FloatArray, strength: FloatArray, response: Frequen
     """Return the noise of the response channel alone, by the scatter less what the noise of the force explains; smooth over frequency."""
     assert response.forces is not None
     by_force = (strength * response.force_noise / response.forces) ** 2 * response.pulse_length
-    quiet = by_force < 0.3 * np.median(scatter)
-    if np.count_nonzero(quiet) < 8:
+    quiet = by_force < TAP.by_force * np.median(scatter)
+    if np.count_nonzero(quiet) < TAP.quiet_lines:
         return running_mean(np.maximum(scatter - by_force, 0.05 * scatter))
     places = np.flatnonzero(quiet)
     smooth = running_mean(np.maximum(scatter[places] - by_force[places], 0.0))
@@ -205,7 +206,8 @@ class ModalModel:
         """Return the indices of poles that are no modes: pairs that cancel, and poles in the band that the data do not determine."""
         assert self.covariance is not None
         count, spread = len(self.omega), np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        unknown = (spread[count : 2 * count] > _DETERMINED) | (spread[2 * count : 3 * count] > _DETERMINED)
+        of_damping, of_residue = spread[count : 2 * count], spread[2 * count : 3 * count]
+        unknown = (of_damping > _DETERMINED) | (of_residue > _DETERMINED)
         found = set(np.flatnonzero(unknown & self.inside(frequency)).tolist())
         for low, high in itertools.combinations(range(count), 2):
             width = max(self.damping[low] * self.omega[low], self.damping[high] * self.omega[high])
@@ -294,7 +296,7 @@ def _worst(frequency: FloatArray, misfit: Complex, weights: NoiseWeights) -> lis
     power = running_mean(np.abs(misfit / weights.deviation) ** 2, 5)
     found: list[float] = []
     for place in np.argsort(-power):
-        if all(abs(frequency[place] - other) > 0.015 * other for other in found):
+        if all(abs(frequency[place] - other) > TAP.apart * other for other in found):
             found.append(float(frequency[place]))
         if len(found) == _PLACES:
             break

@@ -21,6 +21,7 @@ import scipy.linalg
 
 from lathesim.errors import LessonError
 from lathesim.record import FloatArray
+from lathesim.stability.thresholds import MAP
 from lathesim.stability.tool_point import Mode, ToolPoint
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
@@ -31,6 +32,8 @@ _LOOK_POINTS = 22
 """Points with which a limit is looked for before it is found with all."""
 VIBRATIONS = 4.0
 """Vibrations of an element at most."""
+_NONE, _EXACT, _ZERO = 1e-12, 1e-10, 1e-11
+"""Shares of a width: so narrow is no cut, and so near the limit is on it; a rate of growth so small is none."""
 _DENSE = 300
 """Columns up to which all eigenvalues are found."""
 _LARGEST, _BASIS = 8, 80
@@ -215,7 +218,7 @@ def smallest_unstable(
     low = guess
     while rate(low)[0] > 0.0:
         low *= 0.5
-        if low < 1e-12 * guess:
+        if low < _NONE * guess:
             return 0.0, rate(low)[1]
     high = low * growth
     while rate(high, _LOOK_POINTS)[0] <= 0.0:
@@ -239,7 +242,7 @@ def _between(rate: Callable[[float], tuple[float, complex]], low: float, high: f
     side = 0
     left, right = below, above
     for _ in range(60):
-        if high - low < 1e-10 * high:
+        if high - low < _EXACT * high:
             break
         part = min(max(-left / (right - left), 1e-6), 1.0 - 1e-6) if right > left else 0.5
         middle = low + part * (high - low)
@@ -252,14 +255,14 @@ def _between(rate: Callable[[float], tuple[float, complex]], low: float, high: f
             low, left = middle, found
             right *= 0.5 if side == -1 else 1.0
             side = -1
-        if abs(found) < 1e-11:
+        if abs(found) < _ZERO:
             return middle, multiplier
     return 0.5 * (low + high), at_high
 
 
 def kind_of(multiplier: complex) -> str:
     """Return how stability is lost: "flip" where the multiplier is near -1, else "Hopf"."""
-    return "flip" if abs(multiplier.imag) < 1e-3 * abs(multiplier) and multiplier.real < 0.0 else "Hopf"
+    return "flip" if abs(multiplier.imag) < MAP.flip * abs(multiplier) and multiplier.real < 0.0 else "Hopf"
 
 
 def turning(

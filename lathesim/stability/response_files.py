@@ -123,7 +123,8 @@ def _from_text(path: Path, told: tuple[Quantity, float] | None) -> FrequencyResp
     first = next((number for number, line in enumerate(rows) if _is_numbers(line)), len(rows))
     header = rows[first - 1] if first > 0 else ""
     delimiter = _delimiter(rows[first] if first < len(rows) else header)
-    decimal_comma = delimiter == ";" and "." not in "".join(rows[first : first + 3])
+    begin = "".join(rows[first : first + 3])
+    decimal_comma = delimiter == ";" and "." not in begin
     body = [line.replace(",", ".") if decimal_comma else line for line in rows[first:]]
     if not body:
         raise RecordingError("no row of numbers stands in the file.", place=str(path), remedy="Give rows as frequency, real, imag.")

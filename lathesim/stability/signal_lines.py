@@ -36,7 +36,7 @@ from scipy.ndimage import median_filter
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
-from lathesim.stability.thresholds import LINES, REPEATS
+from lathesim.stability.thresholds import LINES, REPEATS, SHORT
 
 _TURNS = 2.0
 """Distance in turns over which the memory of a band is judged: whole and half orders both come back to themselves in two."""
@@ -101,7 +101,7 @@ def _later(band: Any, turn: float) -> Any:
 
 def _coherence(band: Any, lag: int) -> float:
     """Return how alike a band is to itself ``lag`` samples before, from 0 to 1."""
-    if len(band) <= lag + 8:
+    if len(band) <= lag + SHORT.beyond:
         return 0.0
     now, before = band[lag:], band[:-lag]
     size = math.sqrt(float(np.vdot(now, now).real) * float(np.vdot(before, before).real))
@@ -115,7 +115,7 @@ def turn_shares(values: FloatArray, rate: float, turning: float) -> tuple[float,
     """
     rows = _turns(values, rate / turning)
     total = float(rows.var())
-    if len(rows) < 4 or not total > 0.0:
+    if len(rows) < SHORT.turns or not total > 0.0:
         return 0.0, 0.0
     signs = np.where(np.arange(len(rows)) % 2 == 0, 1.0, -1.0)[:, None]
     shares = []
@@ -196,7 +196,7 @@ def refined_speed(values: FloatArray, rate: float, turning: float) -> float:
     the given one where none stands out."""
     low, slow = _low_orders(values, rate, turning)
     turns = len(low) * turning / slow
-    if turns < 4.0:
+    if turns < SHORT.turns:
         return turning
     # at the highest order the ends of the record are out of step by a quarter of a vibration between two trials
     step = 0.25 / (_ORDERS * turns)
@@ -243,7 +243,8 @@ class VibrationLine:
     @property
     def is_wide(self) -> bool:
         """Whether the line is wider than a steady vibration would be."""
-        return self.width > 1.0 and self.width * self.resolution / max(self.frequency, 1e-9) > 0.002
+        share = self.width * self.resolution / max(self.frequency, 1e-9)
+        return self.width > 1.0 and share > LINES.wide
 
 
 @dataclass(frozen=True, eq=False)
@@ -268,7 +269,7 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = L
     if len(values) * turning / rate < fewest:
         fact = f"the recording holds {len(values) * turning / rate:.1f} turns."
         raise RecordingError(fact, remedy=f"Record at least {fewest:.0f}.")
-    if rate < 8.0 * turning:
+    if rate < LINES.samples * turning:
         raise RecordingError(f"{rate:g} samples a second are too few at {turning:g} revolutions a second.", remedy="Sample faster.")
     clean = _without_trend(np.asarray(values, dtype=np.float64), rate, turning)
     if not np.any(clean):
@@ -297,7 +298,7 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = L
     mean = abs(float(np.mean(values)))
     swing = float(clean.std())
     # a signal without a mean, as of an accelerometer, tells nothing of contact
-    modulation = swing / mean if mean > 0.2 * swing else 0.0
+    modulation = swing / mean if mean > LINES.mean_counts * swing else 0.0
     departure = departure_from_gaussian(without_orders(clean, rate, turning))
     return Vibration(clean, rate, turning, lines, resolution, modulation, departure)
 
@@ -313,7 +314,7 @@ def _bands(
     edges = np.searchsorted(frequency, max(lowest, resolution) * 2.0 ** (np.arange(last + 1) / _BINS_OF_AN_OCTAVE))
     # bins of equal relative width: a hump of some per cent of its frequency fills as many of them wherever it lies
     bins = [(low, high) for low, high in itertools.pairwise(edges.tolist()) if high - low >= _FEWEST_OF_A_BIN]
-    if len(bins) < 5:
+    if len(bins) < SHORT.bins:
         return []
     level = np.array([float(free[low:high].mean()) for low, high in bins])
     around = median_filter(level, size=min(2 * _BINS_OF_AN_OCTAVE + 1, len(level)) | 1, mode="nearest")
@@ -321,9 +322,9 @@ def _bands(
     if level[place] < LINES.hump_out_of_noise * around[place]:
         return []
     low = high = place
-    while low > 0 and level[low - 1] > 0.25 * level[place]:
+    while low > 0 and level[low - 1] > LINES.hump_edge * level[place]:
         low -= 1
-    while high < len(level) - 1 and level[high + 1] > 0.25 * level[place]:
+    while high < len(level) - 1 and level[high + 1] > LINES.hump_edge * level[place]:
         high += 1
     lines = slice(bins[low][0], bins[high][1])
     share = float(np.maximum(free[lines] - around[place], 0.0).sum()) / total
@@ -336,9 +337,9 @@ def within_band(found: Vibration, low: float, high: float) -> Vibration:
     """Return a vibration with one line, that of a band [Hz]: its middle, share, and width between the halves of its power."""
     frequency, power, resolution = _spectrum(found.values, found.rate, found.turning)
     inside = (frequency >= low) & (frequency <= high)
-    if np.count_nonzero(inside) < 4:
+    if np.count_nonzero(inside) < SHORT.band:
         raise RecordingError(f"the band from {low:g} to {high:g} Hz holds fewer than four lines.", remedy="Make it wider.")
-    around = ((frequency >= 0.6 * low) & (frequency < low)) | ((frequency > high) & (frequency <= 1.6 * high))
+    around = ((frequency >= LINES.below * low) & (frequency < low)) | ((frequency > high) & (frequency <= LINES.above * high))
     floor = float(np.median(power[around])) if around.any() else 0.0
     over = np.maximum(power[inside] - floor, 0.0)
     total = float(power[frequency >= LINES.lowest_order * found.turning].sum())
@@ -381,9 +382,9 @@ def _floor(power: FloatArray) -> FloatArray:
 def _extent(power: FloatArray, place: int, floor: float) -> tuple[int, int]:
     level = max(2.5 * floor, 0.02 * power[place])
     low = high = place
-    while low > 0 and power[low - 1] > level and place - low < 60:
+    while low > 0 and power[low - 1] > level and place - low < LINES.reach:
         low -= 1
-    while high < len(power) - 1 and power[high + 1] > level and high - place < 60:
+    while high < len(power) - 1 and power[high + 1] > level and high - place < LINES.reach:
         high += 1
     return low, high
 

@@ -24,6 +24,7 @@ from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, RecordingError
 from lathesim.record import FloatArray
+from lathesim.stability.thresholds import ROUNDING, TAP
 from lathesim.stability.tool_point import Complex, FrequencyResponse, Quantity, ToolPoint, to_receptance
 from lathesim.units import in_unit
 
@@ -72,7 +73,7 @@ class TapRecord:
 def tap(tool: ToolPoint, settings: TapSettings, seed: int) -> TapRecord:
     """Return the records of a tap test of a tool point along the normal. Each hit is a run; its peak and bounce are drawn by ``seed``."""
     highest = max(mode.frequency for mode in tool.modes)
-    if highest > 0.4 * settings.rate:
+    if highest > TAP.bandwidth * settings.rate:
         fact = f"a mode at {highest:.0f} Hz cannot be seen at {settings.rate:.0f} samples a second."
         raise LessonError(fact, remedy=f"Use a rate of at least {math.ceil(highest / 0.3):d} Hz.")
     from lathesim.engine.run import run
@@ -225,12 +226,12 @@ def _judged(record: TapRecord, number: int) -> Hit:
     noise = _noise(force)
     if not peak > NOISE_LEVELS * noise or peak <= 0.0:
         return Hit(number + 1, peak, "no pulse stands out of the noise")
-    at_top = int(np.count_nonzero(force >= peak * (1.0 - 1e-9)))
-    if peak >= record.force_range * (1.0 - 1e-9) or at_top >= _FLAT_TOP:
+    at_top = int(np.count_nonzero(force >= peak * (1.0 - ROUNDING)))
+    if peak >= record.force_range * (1.0 - ROUNDING) or at_top >= _FLAT_TOP:
         return Hit(number + 1, peak, f"the force is overloaded at {peak:.0f} N")
     answer = record.response[number]
     highest = np.abs(answer).max()
-    if int(np.count_nonzero(np.abs(answer) >= highest * (1.0 - 1e-9))) >= _FLAT_TOP and highest > 0.0:
+    if int(np.count_nonzero(np.abs(answer) >= highest * (1.0 - ROUNDING))) >= _FLAT_TOP and highest > 0.0:
         return Hit(number + 1, peak, "the response is overloaded")
     again = _second_pulse(force, top, max(SECOND_PULSE * peak, NOISE_LEVELS * noise))
     if again is not None:
@@ -269,8 +270,8 @@ def _pulse(force: FloatArray) -> tuple[int, int]:
     """Return where the pulse and the ringing of its filter begin and end."""
     noise = _noise(force)
     top = int(np.argmax(force))
-    loud = np.flatnonzero(np.abs(force) > max(6.0 * noise, 1e-5 * force[top]))
-    around = loud[np.abs(loud - top) < max(64, int(0.02 * len(force)))]
+    loud = np.flatnonzero(np.abs(force) > max(TAP.noise * noise, TAP.ring * force[top]))
+    around = loud[np.abs(loud - top) < max(TAP.least_near, int(TAP.near * len(force)))]
     return max(0, int(around[0]) - _MARGIN), min(len(force), int(around[-1]) + 1 + _MARGIN)
 
 
@@ -287,7 +288,7 @@ def _zero(record: TapRecord, good: list[int]) -> FloatArray:
     for at in good:
         top = int(np.argmax(record.force[at]))
         quiet = record.response[at, : max(0, top - 16)]
-        found.append(float(quiet.mean()) if len(quiet) >= 16 else 0.0)
+        found.append(float(quiet.mean()) if len(quiet) >= TAP.quiet else 0.0)
     return np.array(found)
 
 
@@ -301,7 +302,7 @@ def _window_rate(record: TapRecord, good: list[int]) -> float:
         top = int(np.argmax(record.force[at]))
         answer = record.response[at]
         quiet = answer[: max(0, top - 16)]
-        noise = float(quiet.std()) if len(quiet) >= 16 else 1e-6 * float(np.abs(answer).max())
+        noise = float(quiet.std()) if len(quiet) >= TAP.quiet else 1e-6 * float(np.abs(answer).max())
         end = float(answer[-tail:].std())
         largest = float(np.abs(answer).max())
         if end > _DIED_OUT * noise and end > _LEFT_AT_END * largest:

@@ -43,6 +43,16 @@ class LineLimits:
         8.0, "nats", "another speed has to gain this", "the power of chance in the mean of turns, each one observation, gains 1 or 2"
     )
     moved: Limit = _assumed(0.012, "share of its frequency", "a line moved with the speed, or stayed, within this")
+    stayed: Limit = _assumed(4.0, "times how far a line moves", "a line that has moved with the speed leaves nothing within this")
+    something: Limit = _assumed(1e-3, "share of the power", "what is left where a line was counts from here on")
+    wide: Limit = _assumed(0.002, "share of its frequency", "a wider line is none of a steady vibration")
+    samples: Limit = _assumed(8.0, "samples a turn", "with fewer no line of a turn shows")
+    below: Limit = _assumed(0.6, "of its lower edge", "from here to a band lies noise")
+    above: Limit = _assumed(1.6, "of its upper edge", "and from a band to here")
+    hump_edge: Limit = _assumed(0.25, "share of the top", "a hump reaches as far as it has more")
+    reach: int = 60
+    """Lines of the spectrum to which one line reaches to either side at most."""
+    mean_counts: Limit = _assumed(0.2, "standard deviations", "a smaller mean is that of no force: it tells nothing of contact")
 
 
 @dataclass(frozen=True)
@@ -72,7 +82,92 @@ class RepeatLimits:
         "it is 0.003 and more, and chatter looks like 0.0005 to 0.0013",
     )
     by_chance: Limit = _derived(1e-4, "probability", "a growth less likely than this is none of noise", "F distribution of two powers")
+    one_turn: Limit = _assumed(1.5, "shares of one turn", "half orders that repeat hold more than chance gives one turn of all")
     repeated: Limit = _assumed(0.005, "share of the power", "half orders that repeat with alternating sign hold more")
+
+
+@dataclass(frozen=True)
+class ShortLimits:
+    """What is too short to tell: nothing is said of it."""
+
+    ringing: int = 16
+    """Blocks of a recording in which a ringing is looked for."""
+    turns: int = 4
+    """Turns whose mean is worth anything."""
+    of_a_turn: int = 24
+    """Samples of a turn in which a ringing is looked for."""
+    band: int = 4
+    """Lines of a band."""
+    bins: int = 5
+    """Bins among which one is a hump."""
+    beyond: int = 8
+    """Values of a band beyond the turns that are compared."""
+    first_poles: int = 64
+    """Frequencies of a response from which single lines can be left out to judge on."""
+    hits: int = 3
+    """Hits from which each can be left out in turn to judge on."""
+
+
+@dataclass(frozen=True)
+class RecordedCutLimits:
+    """When a recording of a cut begins, ends and turns."""
+
+    pulses: int = 4
+    """Rises of a tachometer from which its period is known, less one."""
+    shorter: Limit = _assumed(0.6, "of the correlation", "a shorter period that is as much alike is that of a pulse")
+    same_pulse: Limit = _assumed(0.3, "turns", "a rise so soon after another one is the same pulse")
+    even: Limit = _assumed(0.06, "share of a turn", "turns differ by less; other gaps are lost pulses")
+    windows: int = 8
+    """Windows that a recording, and the cut in it, hold at least."""
+    stands_out: Limit = _assumed(3.0, "standard deviations", "a force rises by more where the cut begins")
+    idle: Limit = _assumed(0.3, "share of the force", "before the cut there is less")
+    settles: int = 20
+    """Windows within which a cut settles."""
+
+
+@dataclass(frozen=True)
+class TapLimits:
+    """What is odd about a hit, and where its pulse lies."""
+
+    bandwidth: Limit = _assumed(0.4, "of the sample rate", "a mode above it cannot be seen: the filter of a logger takes it")
+    noise: Limit = _assumed(6.0, "noise levels", "a pulse is louder")
+    ring: Limit = _assumed(1e-5, "share of the peak", "the ringing of a filter is followed to this")
+    near: Limit = _assumed(0.02, "share of the record", "a pulse lies within this of its top")
+    least_near: int = 64
+    """Samples around its top in which a pulse lies in any case."""
+    quiet: int = 16
+    """Samples before a hit from which its zero and noise are known."""
+    values: float = 4e6
+    """Samples of a record that are simulated at most."""
+    shortest: Limit = _assumed(0.05, "s", "no response of a machine dies out sooner")
+    uneven: Limit = _assumed(1.5, "usual steps", "times with a longer step have a gap")
+    samples: int = 64
+    """Samples of a recording, and of each hit in it, at least."""
+    hit: Limit = _assumed(0.25, "share of the largest", "a hit is stronger")
+    by_force: Limit = _assumed(0.3, "share of the scatter", "the noise of the response shows where that of the force makes less")
+    quiet_lines: int = 8
+    """Lines from which the noise of the response is known."""
+    apart: Limit = _assumed(0.015, "share of the frequency", "two starting points of modes lie further apart")
+
+
+@dataclass(frozen=True)
+class MapLimits:
+    """When a point of a stability map is taken for what."""
+
+    same_speed: Limit = _assumed(0.01, "share of the speed", "two cuts that differ by less were made at one speed")
+    few_left: Limit = _assumed(0.6, "of the particles", "with more that count none is drawn anew")
+    lowest: Limit = _assumed(0.5, "natural frequencies", "roots of a regenerative cut lie above")
+    highest: Limit = _assumed(6.0, "natural frequencies", "and below: higher ones are damped more")
+    widest: Limit = _assumed(3.0, "of the value", "a lesson may call a value uncertain by less")
+    counts: Limit = _assumed(0.05, "of the lowest limit", "a mode whose limit is this far above does not decide")
+    flip: Limit = _assumed(1e-3, "of the multiplier", "one as near the negative real axis is a flip")
+    steady: Limit = _assumed(3.0, "standard errors", "a response that ends higher does not fall at its end")
+    snapshots: int = 6
+    """Turns from which a growth is known."""
+
+
+ROUNDING_OF_A_FILE = Limit(1e-12, "share of the largest value", "a smaller part is rounding", "derived", "doubles have 16 digits")
+ROUNDING = Limit(1e-9, "share", "two numbers that differ by less are equal", "derived", "sums here lose six of 16 digits")
 
 
 @dataclass(frozen=True)
@@ -139,3 +234,4 @@ class FirstSignLimits:
 
 
 LINES, REPEATS, SHARES, GROWTH, SIGN = LineLimits(), RepeatLimits(), ShareLimits(), GrowthLimits(), FirstSignLimits()
+SHORT, RECORDED, TAP, MAP = ShortLimits(), RecordedCutLimits(), TapLimits(), MapLimits()

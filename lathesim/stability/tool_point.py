@@ -11,6 +11,7 @@ import numpy as np
 
 from lathesim.errors import LessonError, RecordingError, nearest
 from lathesim.record import FloatArray
+from lathesim.stability.thresholds import MAP, ROUNDING_OF_A_FILE
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -210,7 +211,7 @@ def checked(response: FrequencyResponse, place: str) -> FrequencyResponse:
         raise RecordingError("the response is 0 at all frequencies.", place=place, remedy="Check the columns.")
     if (middle := float(np.median(np.abs(h)))) > _SOFTEST:
         raise RecordingError(f"the receptance is {middle:.3g} m/N in the median.", place=place, remedy="Check the unit of the response.")
-    if np.abs(h.imag).max() <= 1e-12 * np.abs(h).max():
+    if np.abs(h.imag).max() <= ROUNDING_OF_A_FILE * np.abs(h).max():
         raise RecordingError("the response has no phase.", place=place, remedy="Give its real and imaginary part, or magnitude and phase.")
     if response.coherence is not None:
         good = response.coherence[np.isfinite(response.coherence)]
@@ -248,7 +249,7 @@ def ends_too_low(response: FrequencyResponse, factor: float) -> tuple[str, ...]:
     end, scatter = real[-last:], np.diff(real[-last:], 2) / np.sqrt(6.0)
     if (factor * end).min() <= (factor * real).min() < 0.0:
         return (f"the response ends at {response.highest:g} Hz, below the chatter frequency: the limits are too high. Measure further up",)
-    if end.mean() > 3.0 * float(scatter.std()) / np.sqrt(last):
+    if end.mean() > MAP.steady * float(scatter.std()) / np.sqrt(last):
         fact = f"the response ends at {response.highest:g} Hz, below a mode that still adds to it"
         return (f"{fact}: chatter above is not measured. Measure further up",)
     return ()

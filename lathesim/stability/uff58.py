@@ -22,6 +22,8 @@ from lathesim.whole_file import write_bytes
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+|[-+]\d{3})?")
 _BARE_EXPONENT = re.compile(r"(\d)([-+]\d{3})$")
 _HEADER = 11
+_FORM, _KINDS, _COMPLEX, _DOUBLE = 5, (2, 4, 5, 6), (5, 6), (4, 6)
+"""Numbers of the line of the form; kinds of values that may follow, those that are complex, and those of double precision."""
 """Lines between the first line of a dataset and its data."""
 TIME, RESPONSE, COHERENCE, SPECTRUM = 1, 4, 6, 12
 """Function types."""
@@ -73,26 +75,27 @@ def _line(raw: bytes, place: int) -> tuple[bytes, int]:
 def _dataset(raw: bytes, first: str, place: int, path: str, number: int) -> tuple[Function58, int]:
     """Return a dataset that begins behind its first line at ``place``, and where the next may begin."""
     where = f"{path}: dataset {number}"
-    binary = first[6:7].lower() == "b"
+    sort = first[6:7].lower()
+    binary = sort == "b"
     lines = []
     for _ in range(_HEADER):
         line, place = _line(raw, place)
         lines.append(line.decode("utf-8", errors="replace"))
     function = [int(item) for item in re.findall(r"-?\d+", lines[5][:5])]
     form = _numbers(lines[6])
-    if not function or len(form) < 5:
+    if not function or len(form) < _FORM:
         raise RecordingError("the header cannot be read.", place=where, remedy="Export the file again.")
     kind, count, even, start, step = int(form[0]), int(form[1]), int(form[2]) == 1, form[3], form[4]
-    if kind not in (2, 4, 5, 6) or count < 1:
+    if kind not in _KINDS or count < 1:
         raise RecordingError(f"data type {kind} with {count} lines is not one of dataset 58.", place=where)
-    columns = (2 if kind in (5, 6) else 1) + (0 if even else 1)
+    columns = (2 if kind in _COMPLEX else 1) + (0 if even else 1)
     if binary:
-        values, place = _binary(raw, place, first, count * columns, kind in (4, 6), where)
+        values, place = _binary(raw, place, first, count * columns, kind in _DOUBLE, where)
     else:
         values, place = _ascii(raw, place, count * columns, where)
     table = values.reshape(count, columns)
     x = start + step * np.arange(count) if even else table[:, 0].copy()
-    y = table[:, -2] + 1j * table[:, -1] if kind in (5, 6) else table[:, -1].copy()
+    y = table[:, -2] + 1j * table[:, -1] if kind in _COMPLEX else table[:, -1].copy()
     axes = [_axis(lines[row]) for row in (8, 9)]
     return Function58(np.asarray(x, dtype=np.float64), y, function[0], lines[0].strip(), axes[0], axes[1]), place
 

@@ -18,6 +18,7 @@ from lathesim.record import FloatArray
 from lathesim.stability.belief import Prior
 from lathesim.stability.frequency_limit import between_lines, widths_of_lines
 from lathesim.stability.lesson_settings import Cut, cut_of, with_modes
+from lathesim.stability.thresholds import MAP
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 from lathesim.units import in_unit, split_quantity
 
@@ -84,7 +85,7 @@ def _deviation(cut: Cut, item: str, mode: int, text: str, place: str) -> float:
             getattr(modes[max(mode, 1) - 1], item) if item in OF_A_MODE else {OF_THE_CUT[0]: cut.stiffness}.get(item, cut.process_damping)
         )
         share = si_value(Given(text, place, place), _UNITS[item]) / middle if middle else 0.0
-    if not 0.0 <= share < 3.0:
+    if not 0.0 <= share < MAP.widest:
         raise LessonError(f"an uncertainty of {in_unit(share, '%', 'g')} makes no sense.", place=place, remedy="Give one from 0 to 300 %.")
     return share
 
@@ -239,7 +240,7 @@ def lesson_prior(lesson: Lesson, *, needs_uncertain: bool = True) -> LessonPrior
             "the mode that limits the cut is pushed the wrong way.", place=place, remedy="Check the directions and the force angle."
         )
     sentences = [told] if told else []
-    if len([value for value in lowest if value > 0.05 * lowest[first]]) > 1:
+    if len([value for value in lowest if value > MAP.counts * lowest[first]]) > 1:
         sentences.append(f"The map learns the mode at {mode.frequency:.1f} Hz alone, which limits the cut most.")
     deviation = dict.fromkeys(("frequency", "damping", "stiffness", "cutting_stiffness"), 0.0)
     for spread in spreads:

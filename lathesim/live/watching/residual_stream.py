@@ -26,6 +26,7 @@ from lathesim.identification.replay.converter_rounding import resolving_everythi
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.identification.replay.open_loop import seen
 from lathesim.lessons.simulate import Prepared
+from lathesim.limit import Limit
 from lathesim.live.samples import LiveError
 from lathesim.live.stepped_machine import SteppedMachine
 from lathesim.live.watching.thresholds import ERRORS
@@ -34,6 +35,7 @@ from lathesim.units import in_unit
 
 _HALF = 0.5
 """Share of a value by which it is changed at most."""
+_UNEVEN = Limit(1e-3, "share", "a sample period nearer a whole number of the machine's is one", "assumed", "clocks are better by far")
 LARGEST_RATIO = 1000
 """Periods of the machine between two samples of a recording at most."""
 FREE = 1e-6
@@ -75,7 +77,7 @@ class ResidualStream:
         self.free: NDArray[np.bool_] = np.array([name not in allowed for name in self.scales], dtype=np.bool_)
         own = prepared.plan.assembly.sample_period
         self.ratio = round(period / own)
-        if self.ratio < 1 or self.ratio > LARGEST_RATIO or abs(period / own - self.ratio) > 1e-3 * self.ratio:
+        if self.ratio < 1 or self.ratio > LARGEST_RATIO or abs(period / own - self.ratio) > _UNEVEN * self.ratio:
             fact = f"the samples come every {in_unit(period, 'ms', 'g')}, and the machine is simulated every {in_unit(own, 'ms', 'g')}."
             raise LiveError(fact, remedy="Record at the machine's rate, or at a whole fraction of it.")
         self._exact = _without_steps(prepared)
