@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from lathesim.tui.widgets.read_outs import ReadOuts
 from textual.command import Hit
 from textual.widgets import Input, Markdown, OptionList, Static, Tree
 
 from lathesim.tui.model.student_book import suggestion
+from lathesim.tui.widgets.controls import ReadOuts
 from tests.tui.driving import opened, run_to_end, told, until
 
 
