@@ -22,11 +22,13 @@ A component declares names, each with a unit, and up to three pure laws whose *a
 ``derivative`` gives the rates of the states, ``output`` the outputs, ``update`` the next discrete states, each in the order of
 declaration (one value alone, several as a tuple). An output that answers at once to an input may have a law of its own,
 ``output_<its name>``, so that the other outputs need not wait for that input; ``output`` then gives the rest. Floats in, floats out, SI,
-``math`` only. What a law depends on is its signature: evaluation order, algebraic loops and unit checks follow from it. Three names need no
-declaration: ``time`` [s], ``sample_period`` [s] (of this part) and ``step`` [s].
+``math`` only. A law may also take an output of its own part, so that each equation stands once: ``output_torque(current,
+torque_constant)``. What a law depends on is its signature: evaluation order, algebraic loops and unit checks follow from it. Three names
+need no declaration: ``time`` [s], ``sample_period`` [s] (of this part) and ``step`` [s].
 
 A unit may hold a *placeholder* in braces, for example ``"{signal}"`` or ``"{effort}*s/{displacement}"``; it is replaced when the
 part is placed in a machine (:meth:`Component.with_units`). That is how one effect serves a table [N, m] and a spindle [N*m, rad].
+``class Accelerometer(SampledSensor, units={"signal": "m/s^2"})`` is a part of its own with the declarations and laws of another.
 """
 
 from __future__ import annotations
@@ -34,6 +36,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Callable, Mapping
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, ClassVar, TypeVar
 
 from lathesim.errors import ComponentError, nearest
@@ -187,6 +190,8 @@ class Component:
     declarations: ClassVar[dict[str, Declaration]] = {}
     laws: ClassVar[dict[str, Law]] = {}
     arguments: ClassVar[dict[str, tuple[str, ...]]] = {}
+    law_order: ClassVar[tuple[str, ...]] = ()
+    """The laws, each after those that give what it takes."""
     ports: ClassVar[dict[str, str]] = {}
     """Role -> declared name, for effects that attach to this part and for whoever looks for a channel of a record by its role. Any declared
     name plays the role of its own name too. Roles of effects: ``effort`` (input that takes a disturbance), ``flow``, ``displacement``
@@ -199,13 +204,16 @@ class Component:
     group: ClassVar[str] = ""
     """Where a person looks for the part: one of :data:`GROUPS`; empty for one that stands among "further parts"."""
 
-    def __init_subclass__(cls, **keywords: Any) -> None:
+    def __init_subclass__(cls, units: Mapping[str, str] | None = None, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
+        for name, item in _collect(cls).items() if units else ():
+            setattr(cls, name, item.with_units(units or {}))
         cls.declarations = _collect(cls)
         own = [f"output_{name}" for name in cls.declared(Output)]
         cls.laws = {name: getattr(cls, name) for name in (*LAW_NAMES, *own) if hasattr(cls, name)}
         cls.arguments = {name: _argument_names(cls, name) for name in cls.laws}
         _check_definition(cls)
+        cls.law_order = _law_order(cls)
 
     @classmethod
     def declared(cls, kind: type[Kind]) -> dict[str, Kind]:
@@ -233,6 +241,26 @@ class Component:
         return f"output_{output}" if f"output_{output}" in cls.laws else "output"
 
     @classmethod
+    def taken_for(cls, output: str) -> tuple[str, ...]:
+        """Return what an output depends on: the arguments of its law, and for an output among them those of that one's law."""
+        outputs, arguments = cls.declared(Output), cls.arguments[cls.law_of(output)]
+        found = [cls.taken_for(name) if name in outputs else (name,) for name in arguments]
+        return tuple(dict.fromkeys(name for names in found for name in names))
+
+    @classmethod
+    def law_answer(cls, law: str, given: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Return what a law gives where all that it depends on has the values ``given``; outputs that it takes are computed."""
+        outputs = cls.declared(Output)
+        answer = cls.laws[law](*(cls.value_of(name, given) if name in outputs else given[name] for name in cls.arguments[law]))
+        return answer if isinstance(answer, tuple) else (answer,)
+
+    @classmethod
+    def value_of(cls, output: str, given: Mapping[str, Any]) -> float:
+        """Return an output where what it depends on (:meth:`taken_for`) has the values ``given``."""
+        law = cls.law_of(output)
+        return float(cls.law_answer(law, given)[cls.output_laws()[law].index(output)])
+
+    @classmethod
     def placeholders(cls) -> set[str]:
         """Return the unit placeholders that are still open."""
         return {match for item in cls.declarations.values() for match in _PLACEHOLDER.findall(item.unit)}
@@ -242,10 +270,8 @@ class Component:
         """Return the same part with its unit placeholders replaced, for example ``{"effort": "N", "flow": "m/s"}``."""
         if not cls.placeholders():
             return cls
-        body: dict[str, Any] = {name: item.with_units(units) for name, item in cls.declarations.items()}
-        body |= {name: staticmethod(law) for name, law in cls.laws.items()}
-        body |= {"__doc__": cls.__doc__, "__module__": cls.__module__, "__qualname__": cls.__qualname__}
-        return type(cls.__name__, (cls,), body)
+        body = {"__doc__": cls.__doc__, "__module__": cls.__module__, "__qualname__": cls.__qualname__}
+        return type(cls.__name__, (cls,), body, units=units)
 
 
 def _collect(cls: type[Component]) -> dict[str, Declaration]:
@@ -311,9 +337,23 @@ def _check_definition(cls: type[Component]) -> None:
                     place=place,
                     remedy=hint or f"Declare '{argument}', or take it out.",
                 )
-            if isinstance(names[argument], Output):
-                raise ComponentError(
-                    f"{law} takes its own output '{argument}'.", place=place, remedy="Compute it from states, inputs and parameters."
-                )
             if isinstance(names[argument], Noise) and law != "update":
                 raise ComponentError(f"{law} takes the noise '{argument}'.", place=place, remedy="Noise is sampled: take it in update.")
+
+
+def _law_order(cls: type[Component]) -> tuple[str, ...]:
+    """Return the laws in an order in which each finds what it takes. Raises :class:`ComponentError` where there is none."""
+    needs: dict[str, list[str]] = {}
+    for law, arguments in cls.arguments.items():
+        items = [cls.declarations[name] for name in arguments if name in cls.declarations]
+        needs[law] = [cls.law_of(item.name) for item in items if isinstance(item, Output)]
+        if law != "update" and "update" in cls.laws and any(isinstance(item, (DiscreteState, Memory)) for item in items):
+            needs[law].append("update")
+    try:
+        return tuple(TopologicalSorter(needs).static_order())
+    except CycleError as error:
+        raise ComponentError(
+            f"the laws {' -> '.join(error.args[1])} wait for one another.",
+            place=f"{cls.__module__}.{cls.__qualname__}",
+            remedy="Compute one of them from states, inputs and parameters.",
+        ) from None

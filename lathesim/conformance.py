@@ -148,19 +148,20 @@ def _case(component: type[Component], label: str, changed: dict[str, float], siz
 def _walk(component: type[Component], laws: dict[str, Any], case: _Case) -> Iterator[tuple[str, Any, dict[str, float]]]:
     """Run a case for a few samples and give each law's answer with what it was given."""
     discrete = dict(case.discrete)
-    order = [law for law in ("update", "output", "derivative") if law in laws]
     noises = itertools.cycle((0.0, 1.0, -2.0, 0.5))
     for sample in range(SAMPLES):
         known: dict[str, Any] = {**case.values, **case.memories, **case.tables}
         known |= {"time": sample * SAMPLE_PERIOD, "sample_period": SAMPLE_PERIOD, "step": STEP}
         known |= {name: next(noises) for name in component.declared(Noise)}
-        for law in order:
+        for law in component.law_order:
             given = {name: known[name] if name in known else discrete[name] for name in component.arguments[law]}
             answer = laws[law](*given.values())
             yield law, answer, {name: value for name, value in given.items() if isinstance(value, float)}
+            answers = answer if isinstance(answer, tuple) else (answer,)
             if law == "update":
-                answers = answer if isinstance(answer, tuple) else (answer,)
                 discrete = dict(zip(discrete, answers, strict=True)) if discrete else {}
+            elif law != "derivative":
+                known |= zip(component.output_laws()[law], answers, strict=True)
 
 
 def _run(component: type[Component], laws: dict[str, Any], case: _Case) -> ComponentError | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lathesim.component import Component, Input, Output, Parameter, State
-from lathesim.components.drives import dry_friction, motor_current
+from lathesim.components.drives import at_the_motor, dry_friction, motor_current
 
 
 class EmpiricalAxis(Component):
@@ -129,127 +129,51 @@ class AnalyticalAxis(Component):
     drive_force = Output("N", doc="net force of the drive at the table, before dry friction and disturbance")
     back_emf = Output("V*s/m", doc="voltage to the amplifier that a speed of the table takes up")
 
+    output_current = staticmethod(motor_current)
+
     @staticmethod
     def derivative(
-        motor_speed: float,
-        voltage: float,
-        force: float,
-        resistance: float,
-        amplifier_gain: float,
-        torque_constant: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        gear: float,
-        lead: float,
-        motor_inertia: float,
-        screw_inertia: float,
-        mass: float,
-        motor_viscous: float,
-        screw_viscous: float,
-        table_viscous: float,
-        motor_coulomb: float,
-        screw_coulomb: float,
-        table_coulomb: float,
-        step: float,
-    ) -> tuple[float, float]:
-        """Equations (6) to (8), reduced to the motor's shaft."""
+        motor_speed: float, torque: float, force: float, gear: float, lead: float, motor_inertia: float, screw_inertia: float, mass: float,
+        motor_viscous: float, screw_viscous: float, table_viscous: float, motor_coulomb: float, screw_coulomb: float,
+        table_coulomb: float, step: float,
+    ) -> tuple[float, float]:  # fmt: skip
+        """Equations (7) and (8), reduced to the motor's shaft."""
         ratio = gear * lead
-        inertia = motor_inertia + gear * gear * screw_inertia + ratio * ratio * mass
-        viscous = motor_viscous + gear * gear * screw_viscous + ratio * ratio * table_viscous
-        current = motor_current(
-            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
-        applied = torque_constant * current - viscous * motor_speed - ratio * force
+        inertia = at_the_motor(at_the_motor(motor_inertia, gear, screw_inertia), ratio, mass)
+        viscous = at_the_motor(at_the_motor(motor_viscous, gear, screw_viscous), ratio, table_viscous)
+        applied = torque - viscous * motor_speed - ratio * force
         level = motor_coulomb + gear * screw_coulomb + ratio * table_coulomb
-        friction = dry_friction(applied, motor_speed, level, inertia, step)
-        return (applied - friction) / inertia, ratio * motor_speed
+        return (applied - dry_friction(applied, motor_speed, level, inertia, step)) / inertia, ratio * motor_speed
 
     @staticmethod
-    def output(
-        travel: float, motor_speed: float, gear: float, lead: float, motor_inertia: float, screw_inertia: float, mass: float
-    ) -> tuple[float, float, float, float]:
-        """Position, equation (8), and what the drive weighs at the table."""
+    def output(travel: float, motor_speed: float, gear: float, lead: float) -> tuple[float, float, float]:
+        """Position, equation (8), and the state as it is."""
+        return travel, gear * lead * motor_speed, motor_speed
+
+    @staticmethod
+    def output_equivalent_mass(gear: float, lead: float, motor_inertia: float, screw_inertia: float, mass: float) -> float:
+        """What the drive weighs at the table."""
         ratio = gear * lead
-        inertia = motor_inertia + gear * gear * screw_inertia + ratio * ratio * mass
-        return travel, ratio * motor_speed, motor_speed, inertia / (ratio * ratio)
+        return at_the_motor(at_the_motor(motor_inertia, gear, screw_inertia), ratio, mass) / (ratio * ratio)
 
     @staticmethod
-    def output_current(
-        voltage: float,
-        motor_speed: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-    ) -> float:
-        """Equation of the current."""
-        return motor_current(
-            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
-
-    @staticmethod
-    def output_torque(
-        voltage: float,
-        motor_speed: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        torque_constant: float,
-    ) -> float:
+    def output_torque(current: float, torque_constant: float) -> float:
         """What the current gives."""
-        return torque_constant * motor_current(
-            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
+        return torque_constant * current
 
     @staticmethod
-    def output_power(
-        voltage: float,
-        motor_speed: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        torque_constant: float,
-    ) -> float:
+    def output_power(torque: float, motor_velocity: float) -> float:
         """Torque times speed."""
-        torque = torque_constant * motor_current(
-            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
-        return torque * motor_speed
+        return torque * motor_velocity
 
     @staticmethod
     def output_drive_force(
-        voltage: float,
-        motor_speed: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        torque_constant: float,
-        gear: float,
-        lead: float,
-        motor_viscous: float,
-        screw_viscous: float,
-        table_viscous: float,
+        torque: float, motor_velocity: float, gear: float, lead: float, motor_viscous: float, screw_viscous: float, table_viscous: float
     ) -> float:
         """The driving part of the equation of motion."""
-        current = motor_current(
-            voltage, motor_speed, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
         ratio = gear * lead
-        viscous = motor_viscous + gear * gear * screw_viscous + ratio * ratio * table_viscous
-        return (torque_constant * current - viscous * motor_speed) / ratio
+        viscous = at_the_motor(at_the_motor(motor_viscous, gear, screw_viscous), ratio, table_viscous)
+        return (torque - viscous * motor_velocity) / ratio
 
     @staticmethod
     def output_back_emf(amplifier_gain: float, voltage_constant: float, tachometer_gain: float, gear: float, lead: float) -> float:

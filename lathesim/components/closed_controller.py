@@ -92,9 +92,9 @@ class MultiOscillatoryController(Component):
         return reference - measured
 
     @staticmethod
-    def output_speed(reference: float, measured: float, added: float, proportional: float, loop_gain: float) -> float:
+    def output_speed(error: float, added: float, proportional: float, loop_gain: float) -> float:
         """The speed."""
-        return loop_gain * (proportional * (reference - measured) + added)
+        return loop_gain * (proportional * error + added)
 
 
 class OscillatoryElement(Component):

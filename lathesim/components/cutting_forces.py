@@ -272,16 +272,23 @@ class CuttingProcess(Component):
     cutting_time = Output("s", doc="time since the tool entered")
 
     @staticmethod
-    def derivative(feed: float, depth: float, speed: float, radius: float, since_entry: float, step: float) -> tuple[float, float]:
+    def derivative(spindle_speed: float, in_cut: float, since_entry: float, step: float) -> tuple[float, float]:
         """The turning, and the clock that a tool out of the cut sets back within a few steps."""
-        if feed > 0.0 and depth > 0.0 and speed > 0.0:
-            return speed / radius, 1.0
-        return speed / radius, -since_entry / step
+        return spindle_speed, 1.0 if in_cut > 0.5 else -since_entry / step
 
     @staticmethod
-    def output_main_force(feed: float, depth: float, speed: float, specific_force: float, exponent: float, approach_angle: float) -> float:
+    def output(turned: float, speed: float, radius: float, since_entry: float) -> tuple[float, float, float]:
+        """Where the spindle is, and the clock."""
+        return turned, speed / radius, since_entry
+
+    @staticmethod
+    def output_in_cut(feed: float, depth: float, speed: float) -> float:
+        return 1.0 if feed > 0.0 and depth > 0.0 and speed > 0.0 else 0.0
+
+    @staticmethod
+    def output_main_force(in_cut: float, feed: float, depth: float, specific_force: float, exponent: float, approach_angle: float) -> float:
         """Kienzle's law."""
-        if not (feed > 0.0 and depth > 0.0 and speed > 0.0):
+        if in_cut < 0.5:
             return 0.0
         thickness = feed * math.sin(approach_angle)
         return specific_force * feed * depth * math.pow(thickness / 1e-3, -exponent)
@@ -293,12 +300,3 @@ class CuttingProcess(Component):
     @staticmethod
     def output_feed_force(acting_force: float, feed_ratio: float) -> float:
         return feed_ratio * acting_force
-
-    @staticmethod
-    def output(
-        feed: float, depth: float, speed: float, radius: float, turned: float, since_entry: float
-    ) -> tuple[float, float, float, float]:
-        """Where the spindle is and whether the tool cuts."""
-        if not (feed > 0.0 and depth > 0.0 and speed > 0.0):
-            return turned, speed / radius, 0.0, since_entry
-        return turned, speed / radius, 1.0, since_entry

@@ -6,26 +6,25 @@ from lathesim.component import Component, Input, Output, Parameter
 
 
 def motor_current(
-    voltage: float,
-    speed: float,
-    resistance: float,
-    amplifier_gain: float,
-    voltage_constant: float,
-    tachometer_gain: float,
-    largest_current: float,
-    smallest_current: float,
-) -> float:
+    voltage: float, motor_velocity: float, resistance: float, amplifier_gain: float, voltage_constant: float, tachometer_gain: float,
+    largest_current: float, smallest_current: float,
+) -> float:  # fmt: skip
     """Return the current [A] of a DC motor behind an amplifier with a tachometer loop, kept between the limits.
 
     I = (Ka (V - Kmtach w) - Kv w)/R.   Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equations (1) and (6). Left out:
     inductance.
     """
-    current = (amplifier_gain * (voltage - tachometer_gain * speed) - voltage_constant * speed) / resistance
+    current = (amplifier_gain * (voltage - tachometer_gain * motor_velocity) - voltage_constant * motor_velocity) / resistance
     if current > largest_current:
         current = largest_current
     if current < smallest_current:
         current = smallest_current
     return current
+
+
+def at_the_motor(own: float, ratio: float, driven: float) -> float:
+    """Return an inertia or a viscous friction as the motor feels it: its own, and what it drives over a gear of ``ratio``."""
+    return own + ratio * ratio * driven
 
 
 def dry_friction(applied: float, speed: float, level: float, inertia: float, step: float) -> float:

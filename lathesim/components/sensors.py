@@ -202,66 +202,6 @@ _NARROW, _WIDE = 0.3826834323650898, 0.9238795325112867
 """Damping ratios of the two pairs of poles of a Butterworth filter of fourth order: the sines of 22.5 and 67.5 degrees."""
 
 
-def low_passed(
-    measured: float, bandwidth: float, first: float, first_rate: float, second: float, second_rate: float
-) -> tuple[float, float, float, float]:
-    """Return the derivatives of both halves and their rates; ``bandwidth`` is the corner frequency [Hz]."""
-    w = 2.0 * math.pi * bandwidth
-    return (
-        first_rate,
-        w * (w * (measured - first) - 2.0 * _WIDE * first_rate),
-        second_rate,
-        w * (w * (first - second) - 2.0 * _NARROW * second_rate),
-    )
-
-
-def clipped_with_noise(second: float, noise: float, range: float, chance: float) -> float:
-    """Return the filter's output with its noise, clipped at the range of the channel."""
-    reading = second + noise * chance
-    return min(max(reading, -range), range)
-
-
-class Accelerometer(Component):
-    """Gives the acceleration of the place where it sits, low-passed against aliasing, with noise, and clipped at its range.
-
-    The filter is of fourth order (Butterworth), so that two channels of the same bandwidth differ by nothing but what they measure. Source:
-    D. J. Ewins, Modal Testing (2000), section 3.5. Left out: its mass, its own resonance, drift.
-    """
-
-    group = "converters"
-
-    ports = {"measured": "measured", "reading": "reading"}
-
-    measured = Input("m/s^2", doc="what is measured")
-
-    bandwidth = Parameter("Hz", 4000.0, low=0.1, doc="corner frequency of the filter")
-    noise = Parameter("m/s^2", 0.0, low=0.0, doc="standard deviation of the white noise")
-    range = Parameter("m/s^2", 1e9, low=0.0, doc="largest reading; what is beyond is clipped")
-
-    first = State("m/s^2", doc="output of the first half of the filter")
-    first_rate = State("(m/s^2)/s", doc="its rate")
-    second = State("m/s^2", doc="output of the filter")
-    second_rate = State("(m/s^2)/s", doc="its rate")
-    chance = Noise(doc="white noise of the channel")
-    held = DiscreteState("m/s^2", doc="reading of this sample")
-
-    reading = Output("m/s^2", doc="what was read")
-
-    @staticmethod
-    def derivative(
-        measured: float, bandwidth: float, first: float, first_rate: float, second: float, second_rate: float
-    ) -> tuple[float, float, float, float]:
-        return low_passed(measured, bandwidth, first, first_rate, second, second_rate)
-
-    @staticmethod
-    def update(second: float, noise: float, range: float, chance: float) -> float:
-        return clipped_with_noise(second, noise, range, chance)
-
-    @staticmethod
-    def output(held: float) -> float:
-        return held
-
-
 class SampledSensor(Component):
     """Gives what is measured, low-passed against aliasing, with noise, and clipped at its range.
 
@@ -292,12 +232,28 @@ class SampledSensor(Component):
     def derivative(
         measured: float, bandwidth: float, first: float, first_rate: float, second: float, second_rate: float
     ) -> tuple[float, float, float, float]:
-        return low_passed(measured, bandwidth, first, first_rate, second, second_rate)
+        """The rates of both halves, and theirs."""
+        w = 2.0 * math.pi * bandwidth
+        return (
+            first_rate,
+            w * (w * (measured - first) - 2.0 * _WIDE * first_rate),
+            second_rate,
+            w * (w * (first - second) - 2.0 * _NARROW * second_rate),
+        )
 
     @staticmethod
     def update(second: float, noise: float, range: float, chance: float) -> float:
-        return clipped_with_noise(second, noise, range, chance)
+        """The filter's output with its noise, clipped."""
+        return min(max(second + noise * chance, -range), range)
 
     @staticmethod
     def output(held: float) -> float:
         return held
+
+
+class Accelerometer(SampledSensor, units={"signal": "m/s^2"}):
+    """Gives the acceleration of the place where it sits, low-passed against aliasing, with noise, and clipped at its range.
+
+    The filter is of fourth order (Butterworth), so that two channels of the same bandwidth differ by nothing but what they measure. Source:
+    D. J. Ewins, Modal Testing (2000), section 3.5. Left out: its mass, its own resonance, drift.
+    """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import Component, Input, Output, Parameter, State
-from lathesim.components.drives import dry_friction, motor_current
+from lathesim.components.drives import at_the_motor, dry_friction, motor_current
 
 
 class EmpiricalSpindle(Component):
@@ -103,116 +103,43 @@ class AnalyticalSpindle(Component):
     drive_torque = Output("N*m", doc="net torque of the drive at the spindle, before dry friction and load")
     back_emf = Output("V*s/rad", doc="voltage to the amplifier that a speed of the spindle takes up")
 
+    output_current = staticmethod(motor_current)
+
     @staticmethod
     def derivative(
-        rotation: float,
-        voltage: float,
-        torque: float,
-        resistance: float,
-        amplifier_gain: float,
-        torque_constant: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        gear: float,
-        motor_inertia: float,
-        spindle_inertia: float,
-        motor_viscous: float,
-        spindle_viscous: float,
-        motor_coulomb: float,
-        spindle_coulomb: float,
-        step: float,
-    ) -> tuple[float, float]:
-        """Equations (1) to (3)."""
-        inertia = motor_inertia + gear * gear * spindle_inertia
-        viscous = motor_viscous + gear * gear * spindle_viscous
-        current = motor_current(
-            voltage, rotation, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
-        applied = torque_constant * current - viscous * rotation - gear * torque
+        rotation: float, motor_torque: float, torque: float, gear: float, motor_inertia: float, spindle_inertia: float,
+        motor_viscous: float, spindle_viscous: float, motor_coulomb: float, spindle_coulomb: float, step: float,
+    ) -> tuple[float, float]:  # fmt: skip
+        """Equations (2) and (3)."""
+        inertia = at_the_motor(motor_inertia, gear, spindle_inertia)
+        applied = motor_torque - at_the_motor(motor_viscous, gear, spindle_viscous) * rotation - gear * torque
         friction = dry_friction(applied, rotation, motor_coulomb + gear * spindle_coulomb, inertia, step)
         return (applied - friction) / inertia, gear * rotation
 
     @staticmethod
-    def output(
-        rotation: float, turned: float, gear: float, motor_inertia: float, spindle_inertia: float
-    ) -> tuple[float, float, float, float]:
-        """Equation (3), and what the drive weighs at the spindle."""
-        return gear * rotation, turned, rotation, motor_inertia / (gear * gear) + spindle_inertia
+    def output(rotation: float, turned: float, gear: float) -> tuple[float, float, float]:
+        """Equation (3), and the states as they are."""
+        return gear * rotation, turned, rotation
 
     @staticmethod
-    def output_current(
-        voltage: float,
-        rotation: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-    ) -> float:
-        """Equation of the current."""
-        return motor_current(
-            voltage, rotation, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
+    def output_equivalent_inertia(gear: float, motor_inertia: float, spindle_inertia: float) -> float:
+        """What the drive weighs at the spindle."""
+        return motor_inertia / (gear * gear) + spindle_inertia
 
     @staticmethod
-    def output_motor_torque(
-        voltage: float,
-        rotation: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        torque_constant: float,
-    ) -> float:
+    def output_motor_torque(current: float, torque_constant: float) -> float:
         """What the current gives."""
-        return torque_constant * motor_current(
-            voltage, rotation, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
+        return torque_constant * current
 
     @staticmethod
-    def output_power(
-        voltage: float,
-        rotation: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        torque_constant: float,
-    ) -> float:
+    def output_power(motor_torque: float, motor_velocity: float) -> float:
         """Torque times speed."""
-        torque = torque_constant * motor_current(
-            voltage, rotation, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
-        return torque * rotation
+        return motor_torque * motor_velocity
 
     @staticmethod
-    def output_drive_torque(
-        voltage: float,
-        rotation: float,
-        resistance: float,
-        amplifier_gain: float,
-        voltage_constant: float,
-        tachometer_gain: float,
-        largest_current: float,
-        smallest_current: float,
-        torque_constant: float,
-        gear: float,
-        motor_viscous: float,
-        spindle_viscous: float,
-    ) -> float:
+    def output_drive_torque(motor_torque: float, motor_velocity: float, gear: float, motor_viscous: float, spindle_viscous: float) -> float:
         """The driving part of the equation of motion."""
-        current = motor_current(
-            voltage, rotation, resistance, amplifier_gain, voltage_constant, tachometer_gain, largest_current, smallest_current
-        )
-        viscous = motor_viscous + gear * gear * spindle_viscous
-        return (torque_constant * current - viscous * rotation) / gear
+        return (motor_torque - at_the_motor(motor_viscous, gear, spindle_viscous) * motor_velocity) / gear
 
     @staticmethod
     def output_back_emf(amplifier_gain: float, voltage_constant: float, tachometer_gain: float, gear: float) -> float:

@@ -143,9 +143,7 @@ def value_of(plan: Plan, name: str, item: str, values: Mapping[str, float]) -> f
              if f"{name}.{one}" in plan.parameters}  # fmt: skip
     if item in known:
         return known[item]
-    law = component.law_of(item)
-    found = component.laws[law](*(known.get(one, 0.0) for one in component.arguments[law]))
-    return float(found[component.output_laws()[law].index(item)] if isinstance(found, tuple) else found)
+    return component.value_of(item, dict.fromkeys(component.taken_for(item), 0.0) | known)
 
 
 def places(experiment: Experiment, fitted: Fitted) -> list[OffChannel]:

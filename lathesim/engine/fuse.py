@@ -37,7 +37,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import cast
 
-from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, State, Table
+from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, Output, State, Table
 from lathesim.engine.assembly import Part, Place
 from lathesim.engine.law_source import LawLibrary, Piece
 from lathesim.engine.wiring import Plan, giving, law_sources
@@ -182,6 +182,8 @@ class Writer:
             if kind == "output" and isinstance(item, Input) and item.previous and law == "update":
                 return flat_name(full) + "__previous"
             return self._during_stage(source) if staged and kind == "output" else flat_name(source)
+        if isinstance(item, Output) and staged:
+            return self._during_stage(full)
         if type(item) is State and staged:
             return flat_name(full) + "__stage"
         if isinstance(item, Noise):

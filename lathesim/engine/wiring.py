@@ -284,7 +284,9 @@ def law_sources(part: Part, law: str, feeds: dict[str, tuple[str, str]]) -> list
         item = part.component.declarations[argument]
         full = f"{part.name}.{argument}"
         delayed = isinstance(item, Input) and item.previous and law == "update"
-        if full in feeds and feeds[full][0] == "output" and not delayed:
+        if isinstance(item, Output):
+            found.append(full)
+        elif full in feeds and feeds[full][0] == "output" and not delayed:
             found.append(feeds[full][1])
     return found
 

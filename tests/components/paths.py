@@ -53,9 +53,7 @@ class Walk:
         self.discrete = {name: item.start for name, item in component.declared(DiscreteState).items()}
 
     def _call(self, law: str) -> tuple[float, ...]:
-        known = {**self.values, **self.discrete}
-        answer = self.component.laws[law](*[known[name] for name in self.component.arguments[law]])
-        return answer if isinstance(answer, tuple) else (answer,)
+        return self.component.law_answer(law, {**self.values, **self.discrete})
 
     def sample(self, **inputs: float) -> dict[str, float]:
         """Update once and give the outputs."""

@@ -8,8 +8,9 @@ import pytest
 
 from lathesim.component import Component, DiscreteState, Input, Output, State
 from lathesim.engine.assembly import Assembly, Part, Place, Wire
+from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
-from lathesim.errors import WiringError
+from lathesim.errors import ComponentError, WiringError
 from tests.engine.small_machine import PARTS, WIRES, Axis, loop
 
 
@@ -59,6 +60,62 @@ class DirectAxis(Component):
     @staticmethod
     def output_current(voltage: float) -> float:
         return 3.0 * voltage
+
+
+class GearedAxis(Component):
+    """Written with outputs in the place of what they stand for: f = 3 u - 0.5 v,  p = f v,  dv/dt = f,  held(k) = f."""
+
+    push = Input("m", doc="in")
+    velocity = State("m/s", doc="velocity")
+    held = DiscreteState("N", doc="force of the last sample")
+    power = Output("W", doc="its power")
+    force = Output("N", doc="force")
+    speed = Output("m/s", doc="speed")
+    last = Output("N", doc="force of the last sample")
+
+    @staticmethod
+    def derivative(force: float) -> float:
+        return force
+
+    @staticmethod
+    def update(force: float) -> float:
+        return force
+
+    @staticmethod
+    def output_power(force: float, speed: float) -> float:
+        return force * speed
+
+    @staticmethod
+    def output_force(push: float, speed: float) -> float:
+        return 3.0 * push - 0.5 * speed
+
+    @staticmethod
+    def output_speed(velocity: float) -> float:
+        return velocity
+
+    @staticmethod
+    def output_last(held: float) -> float:
+        return held
+
+
+class WrittenOutAxis(GearedAxis):
+    """The same, with what each output stands for written out."""
+
+    @staticmethod
+    def derivative(push: float, velocity: float) -> float:  # type: ignore[override]  # a law's arguments are its own
+        return 3.0 * push - 0.5 * velocity
+
+    @staticmethod
+    def update(push: float, velocity: float) -> float:  # type: ignore[override]
+        return 3.0 * push - 0.5 * velocity
+
+    @staticmethod
+    def output_power(push: float, velocity: float) -> float:  # type: ignore[override]
+        return (3.0 * push - 0.5 * velocity) * velocity
+
+    @staticmethod
+    def output_force(push: float, velocity: float) -> float:  # type: ignore[override]
+        return 3.0 * push - 0.5 * velocity
 
 
 def refusal(assembly: Assembly) -> str:
@@ -136,3 +193,28 @@ def test_a_value_out_of_bounds_is_refused() -> None:
 def test_a_parameter_may_be_fed_by_a_wire() -> None:
     plan = wire(Assembly(PARTS, (*WIRES, Wire("controller.gain", constant=7.0)), 0.005, 0.0005))
     assert plan.parameter_values[plan.parameters["controller.gain"]] == 7.0
+
+
+def test_laws_that_take_outputs_of_their_part_give_what_these_stand_for() -> None:
+    def recorded(axis: type[Component], engine: str) -> list[bytes]:
+        plan = wire(
+            Assembly((PARTS[0], Part("axis", axis, start={"velocity": 2.0})), (Wire("axis.push", "source.reference"),), 0.01, 0.0025)
+        )
+        record = run(plan, duration=0.2, seed=1, engine=engine)
+        return [record[name].tobytes() for name in record.channels]
+
+    assert recorded(GearedAxis, "plain") == recorded(GearedAxis, "compiled") == recorded(WrittenOutAxis, "plain")
+    assert GearedAxis.taken_for("power") == ("push", "velocity")
+    assert GearedAxis.value_of("power", {"push": 1.0, "velocity": 2.0}) == 4.0
+
+
+def test_laws_of_a_part_that_wait_for_one_another_are_refused() -> None:
+    sentence = r"the laws output_force -> output_power -> output_force wait for one another\. Compute one of them from states, inputs and"
+    with pytest.raises(ComponentError, match=sentence):
+
+        class Circle(GearedAxis):
+            """Two outputs, each of which takes the other."""
+
+            @staticmethod
+            def output_force(power: float) -> float:  # type: ignore[override]
+                return power

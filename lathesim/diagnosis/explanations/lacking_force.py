@@ -80,14 +80,11 @@ def _of_an_effort(experiment: Experiment, fitted: Fitted, channel: str) -> tuple
     host, item = Place.of(channel)
     component = plan.parts[host].component
     effort = component.ports.get("effort", "")
-    if item not in component.declared(Output) or effort not in component.arguments[component.law_of(item)]:
+    if item not in component.declared(Output) or effort not in component.taken_for(item):
         return None
-    law = component.law_of(item)
-    values = {name: value_of(plan, host, name, fitted.by_name) for name in component.declared(Parameter)}
-    told = []
-    for force in (0.0, 1.0):
-        given = component.laws[law](*({**values, effort: force}.get(name, 0.0) for name in component.arguments[law]))
-        told.append(given[component.output_laws()[law].index(item)] if isinstance(given, tuple) else given)
+    values = dict.fromkeys(component.taken_for(item), 0.0)
+    values |= {name: value_of(plan, host, name, fitted.by_name) for name in component.declared(Parameter)}
+    told = [component.value_of(item, {**values, effort: force}) for force in (0.0, 1.0)]
     return (f"{host}.{effort}", plan.unit(f"{host}.{effort}"), told[1] - told[0]) if told[1] != told[0] else None
 
 

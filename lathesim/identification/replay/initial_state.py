@@ -39,18 +39,14 @@ def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tupl
 def line_of(part: Part, output: str, state: str) -> tuple[float, float] | None:
     """Return a and b of an output that is a + b times a state and nothing else that moves; none of any other one."""
     component = part.component
-    law = component.law_of(output)
     parameters, states = component.declared(Parameter), component.declared(State)
-    arguments = component.arguments[law]
-    if state not in arguments or any(name not in parameters and name not in states for name in arguments):
+    taken = component.taken_for(output)
+    if state not in taken or any(name not in parameters and name not in states for name in taken):
         return None
-    place = component.output_laws()[law].index(output)
     given = {name: item.default for name, item in parameters.items()} | dict(part.parameters)
 
     def output_at(value: float, others: float) -> float:
-        values = given | dict.fromkeys(states, others) | {state: value}
-        found = component.laws[law](*[values[name] for name in arguments])
-        return float(found[place] if isinstance(found, tuple) else found)
+        return component.value_of(output, given | dict.fromkeys(states, others) | {state: value})
 
     at = [output_at(value, 0.0) for value in (0.0, 1.0, 2.0)]
     slope = at[1] - at[0]

@@ -36,7 +36,7 @@ class PartModel:
         self.derivative = self._bound("derivative") if "derivative" in component.laws else None
         self._update = self._bound("update") if "update" in component.laws else None
         self._output_laws = [(self._bound(law), names) for law, names in component.output_laws().items()]
-        used = {name for law in component.output_laws() for name in component.arguments[law]}
+        used = {name for output in component.declared(Output) for name in component.taken_for(output)}
         self.passes_through = any(self._feeding(name) is not None for name in used)
         self.is_sampled = self._update is not None
 
@@ -66,6 +66,7 @@ class PartModel:
         states, discretes = list(component.declared(State)), list(component.declared(DiscreteState))
         given: list[Any] = []
         from_inputs, from_states, from_discrete, from_noise, from_time = [], [], [], [], []
+        from_outputs: list[tuple[int, Law, int]] = []
         for place, name in enumerate(component.arguments[law]):
             item, full, value = component.declarations.get(name), f"{self.name}.{name}", 0.0
             source = self._feeding(name)
@@ -81,6 +82,9 @@ class PartModel:
                 from_noise.append((place, work.noise[full].tolist()))
             elif isinstance(item, (Memory, Table)):
                 value = self._stores.setdefault(name, self._store(name, item))
+            elif isinstance(item, Output):
+                giver = component.law_of(name)
+                from_outputs.append((place, self._bound(giver), component.output_laws()[giver].index(name)))
             elif name == "time":
                 from_time.append(place)
             elif name in ("sample_period", "step"):
@@ -101,6 +105,9 @@ class PartModel:
                 arguments[place] = numbers[self.instant]
             for place in from_time:
                 arguments[place] = time
+            for place, answer, position in from_outputs:
+                found = answer(inputs, own, time)
+                arguments[place] = found[position] if isinstance(found, tuple) else found
             return function(*arguments)
 
         return bound
