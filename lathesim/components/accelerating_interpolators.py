@@ -88,29 +88,11 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
 
     @staticmethod
     def update(  # type: ignore[override]  # a law's arguments are its own
-        path: Any,
-        segment: float,
-        travelled: float,
-        samples_left: float,
-        planned_speed: float,
-        path_speed: float,
-        at_end: float,
-        started: float,
-        done: float,
-        index: float,
-        plan_from: float,
-        plan_start_speed: float,
-        plan_samples: float,
-        spindle_speed: float,
-        spindle_angle: float,
-        feed_command: float,
-        feed_override: float,
-        spindle_override: float,
-        rapid_speed: float,
-        largest_spindle_speed: float,
-        acceleration: float,
-        sample_period: float,
-    ) -> tuple[float, ...]:
+        path: Any, segment: float, travelled: float, samples_left: float, planned_speed: float, path_speed: float, at_end: float,
+        started: float, done: float, index: float, plan_from: float, plan_start_speed: float, plan_samples: float, spindle_speed: float,
+        spindle_angle: float, feed_command: float, feed_override: float, spindle_override: float, rapid_speed: float,
+        largest_spindle_speed: float, acceleration: float, sample_period: float,
+    ) -> tuple[float, ...]:  # fmt: skip
         """Walk one sample further."""
         rows = len(path)
         row = int(segment)

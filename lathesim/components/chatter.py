@@ -57,20 +57,9 @@ class RegenerativeCut(Component):
 
     @staticmethod
     def update(
-        angle: float,
-        spindle_speed: float,
-        displacement: float,
-        velocity: float,
-        feed: float,
-        run_out: float,
-        always_in_contact: float,
-        cell: float,
-        last_angle: float,
-        last_displacement: float,
-        last_velocity: float,
-        surface: Any,
-        time: float,
-    ) -> tuple[float, float, float, float]:
+        angle: float, spindle_speed: float, displacement: float, velocity: float, feed: float, run_out: float, always_in_contact: float,
+        cell: float, last_angle: float, last_displacement: float, last_velocity: float, surface: Any, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         total = len(surface)
         turn = total // 2
         per_cell = 2.0 * math.pi / turn
@@ -107,22 +96,10 @@ class RegenerativeCut(Component):
 
     @staticmethod
     def output(
-        angle: float,
-        spindle_speed: float,
-        displacement: float,
-        velocity: float,
-        feed: float,
-        width: float,
-        cutting_stiffness: float,
-        exponent: float,
-        process_damping: float,
-        diameter: float,
-        interrupted: float,
-        run_out: float,
-        always_in_contact: float,
-        surface: Any,
-        step: float,
-    ) -> tuple[float, float, float, float, float]:
+        angle: float, spindle_speed: float, displacement: float, velocity: float, feed: float, width: float, cutting_stiffness: float,
+        exponent: float, process_damping: float, diameter: float, interrupted: float, run_out: float, always_in_contact: float,
+        surface: Any, step: float,
+    ) -> tuple[float, float, float, float, float]:  # fmt: skip
         total = len(surface)
         turn = total // 2
         place = angle / (2.0 * math.pi) * turn - turn
@@ -204,18 +181,9 @@ class MillingCut(Component):
 
     @staticmethod
     def update(
-        angle: float,
-        spindle_speed: float,
-        displacement: float,
-        velocity: float,
-        teeth: float,
-        cell: float,
-        last_angle: float,
-        last_displacement: float,
-        last_velocity: float,
-        kept: Any,
-        time: float,
-    ) -> tuple[float, float, float, float]:
+        angle: float, spindle_speed: float, displacement: float, velocity: float, teeth: float, cell: float, last_angle: float,
+        last_displacement: float, last_velocity: float, kept: Any, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         total = len(kept)
         per_cell = 4.0 * math.pi / total
         if time <= 0.0:
@@ -245,20 +213,9 @@ class MillingCut(Component):
 
     @staticmethod
     def output(
-        angle: float,
-        spindle_speed: float,
-        displacement: float,
-        feed: float,
-        width: float,
-        teeth: float,
-        tangential: float,
-        normal: float,
-        entry: float,
-        leave: float,
-        always_in_contact: float,
-        kept: Any,
-        step: float,
-    ) -> float:
+        angle: float, spindle_speed: float, displacement: float, feed: float, width: float, teeth: float, tangential: float, normal: float,
+        entry: float, leave: float, always_in_contact: float, kept: Any, step: float,
+    ) -> float:  # fmt: skip
         total = len(kept)
         place = (angle / (4.0 * math.pi) - 0.5 / teeth) * total
         below = math.floor(place)

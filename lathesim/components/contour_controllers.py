@@ -41,18 +41,9 @@ class CrossCouplingController(Component):
 
     @staticmethod
     def update(
-        deviation: float,
-        normal_x: float,
-        normal_z: float,
-        proportional: float,
-        integral: float,
-        derivative_gain: float,
-        largest_voltage: float,
-        held_deviation: float,
-        deviation_sum: float,
-        started: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float, float, float]:
+        deviation: float, normal_x: float, normal_z: float, proportional: float, integral: float, derivative_gain: float,
+        largest_voltage: float, held_deviation: float, deviation_sum: float, started: float, sample_period: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """The PID law on the contour error."""
         slope = (deviation - held_deviation) / sample_period if started > 0.5 else 0.0
         total = deviation_sum + deviation * sample_period
@@ -109,19 +100,9 @@ class VariableGainCoupling(Component):
 
     @staticmethod
     def update(
-        x_reference: float,
-        z_reference: float,
-        x_position: float,
-        z_position: float,
-        direction_x: float,
-        direction_z: float,
-        curvature: float,
-        proportional: float,
-        integral: float,
-        largest_voltage: float,
-        total: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float]:
+        x_reference: float, z_reference: float, x_position: float, z_position: float, direction_x: float, direction_z: float,
+        curvature: float, proportional: float, integral: float, largest_voltage: float, total: float, sample_period: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """The gains of this sample and the PI law."""
         x_error = x_reference - x_position
         z_error = z_reference - z_position
@@ -186,27 +167,11 @@ class TaskFrameController(Component):
 
     @staticmethod
     def update(
-        deviation: float,
-        lag: float,
-        normal_x: float,
-        normal_z: float,
-        tangent_x: float,
-        tangent_z: float,
-        feed_speed: float,
-        curvature: float,
-        along: float,
-        across: float,
-        across_integral: float,
-        across_derivative: float,
-        velocity_feedforward: float,
-        acceleration_feedforward: float,
-        largest_voltage: float,
-        held_deviation: float,
-        total: float,
-        held_speed: float,
-        started: float,
+        deviation: float, lag: float, normal_x: float, normal_z: float, tangent_x: float, tangent_z: float, feed_speed: float,
+        curvature: float, along: float, across: float, across_integral: float, across_derivative: float, velocity_feedforward: float,
+        acceleration_feedforward: float, largest_voltage: float, held_deviation: float, total: float, held_speed: float, started: float,
         sample_period: float,
-    ) -> tuple[float, float, float, float, float, float]:
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """Both laws, turned back to the axes."""
         slope = (deviation - held_deviation) / sample_period if started > 0.5 else 0.0
         rise = (feed_speed - held_speed) / sample_period if started > 0.5 else 0.0
@@ -273,14 +238,9 @@ class CoordinatedSpeed(Component):
 
     @staticmethod
     def output(
-        x_position: float,
-        z_position: float,
-        x_regulator: float,
-        z_regulator: float,
-        contour_speed: float,
-        regulator_gain: float,
+        x_position: float, z_position: float, x_regulator: float, z_regulator: float, contour_speed: float, regulator_gain: float,
         command_gain: float,
-    ) -> tuple[float, float]:
+    ) -> tuple[float, float]:  # fmt: skip
         """Equations (3) and (4)."""
         distance = max(math.sqrt(x_position * x_position + z_position * z_position), 1e-12)
         along_x = -z_position / distance

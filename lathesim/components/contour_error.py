@@ -63,16 +63,9 @@ class ContourError(Component):
 
     @staticmethod
     def output(
-        x_reference: float,
-        z_reference: float,
-        x_position: float,
-        z_position: float,
-        direction_x: float,
-        direction_z: float,
-        centre_x: float,
-        centre_z: float,
-        radius: float,
-    ) -> tuple[float, float, float, float, float, float]:
+        x_reference: float, z_reference: float, x_position: float, z_position: float, direction_x: float, direction_z: float,
+        centre_x: float, centre_z: float, radius: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """Equations (10) and (11)."""
         x_error = x_reference - x_position
         z_error = z_reference - z_position
@@ -211,17 +204,9 @@ class FootPoint(Component):
 
     @staticmethod
     def output(
-        path: Any,
-        segment_number: float,
-        x_reference: float,
-        z_reference: float,
-        direction_x: float,
-        direction_z: float,
-        x_position: float,
-        z_position: float,
-        method: float,
-        row: float,
-    ) -> tuple[float, ...]:
+        path: Any, segment_number: float, x_reference: float, z_reference: float, direction_x: float, direction_z: float, x_position: float,
+        z_position: float, method: float, row: float,
+    ) -> tuple[float, ...]:  # fmt: skip
         """The foot point of the present position, in the row of this sample."""
         rows = len(path)
         if rows == 0:

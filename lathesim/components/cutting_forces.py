@@ -41,14 +41,9 @@ class LinearForce(Component):
 
     @staticmethod
     def output(
-        depth_of_cut: float,
-        feed: float,
-        in_contact: float,
-        wear_factor: float,
-        cutting_pressure: float,
-        thrust_pressure: float,
+        depth_of_cut: float, feed: float, in_contact: float, wear_factor: float, cutting_pressure: float, thrust_pressure: float,
         lead_angle: float,
-    ) -> tuple[float, float, float]:
+    ) -> tuple[float, float, float]:  # fmt: skip
         """Equations (12), (13), (16) to (18)."""
         if in_contact < 0.5 or depth_of_cut <= 0.0 or feed <= 0.0:
             return 0.0, 0.0, 0.0
@@ -111,22 +106,11 @@ class NonlinearForce(Component):
 
     @staticmethod
     def output(
-        depth_of_cut: float,
-        feed: float,
-        cutting_speed: float,
-        in_contact: float,
-        wear_factor: float,
-        cutting_pressure: float,
-        cutting_feed_exponent: float,
-        cutting_depth_exponent: float,
-        cutting_speed_exponent: float,
-        thrust_pressure: float,
-        thrust_feed_exponent: float,
-        thrust_depth_exponent: float,
-        thrust_speed_exponent: float,
-        lead_angle: float,
+        depth_of_cut: float, feed: float, cutting_speed: float, in_contact: float, wear_factor: float, cutting_pressure: float,
+        cutting_feed_exponent: float, cutting_depth_exponent: float, cutting_speed_exponent: float, thrust_pressure: float,
+        thrust_feed_exponent: float, thrust_depth_exponent: float, thrust_speed_exponent: float, lead_angle: float,
         slowest_cutting_speed: float,
-    ) -> tuple[float, float, float]:
+    ) -> tuple[float, float, float]:  # fmt: skip
         """Equations (12) to (18), P a with the area among the powers: F_C = K_C f^(1 + alpha_C) d^(1 + beta_C) V^gamma_C.
 
         One logarithm of each variable serves both forces, to base 2, which Python gives five times sooner.
@@ -190,17 +174,9 @@ class CuttingLoad(Component):
 
     @staticmethod
     def output(
-        cutting_force: float,
-        longitudinal_force: float,
-        radial_force: float,
-        part_radius: float,
-        x_velocity: float,
-        z_velocity: float,
-        spindle_speed: float,
-        free_end: float,
-        slowest_feed: float,
-        slowest_spindle: float,
-    ) -> tuple[float, float, float, float]:
+        cutting_force: float, longitudinal_force: float, radial_force: float, part_radius: float, x_velocity: float, z_velocity: float,
+        spindle_speed: float, free_end: float, slowest_feed: float, slowest_spindle: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """Equation (22) and the balance of forces at the tool."""
         along = math.sqrt(x_velocity * x_velocity + z_velocity * z_velocity + slowest_feed * slowest_feed)
         feed_x = x_velocity / along

@@ -83,21 +83,10 @@ class LatheDesign(Component):
 
     @staticmethod
     def output(
-        spindle_gain: float,
-        spindle_time_constant: float,
-        spindle_ad_bits: float,
-        spindle_da_bits: float,
-        tachometer_noise: float,
-        x_gain: float,
-        x_time_constant: float,
-        x_bits: float,
-        x_resolution: float,
-        z_gain: float,
-        z_time_constant: float,
-        z_bits: float,
-        z_resolution: float,
-        largest_voltage: float,
-    ) -> tuple[float, float, float, float, float]:
+        spindle_gain: float, spindle_time_constant: float, spindle_ad_bits: float, spindle_da_bits: float, tachometer_noise: float,
+        x_gain: float, x_time_constant: float, x_bits: float, x_resolution: float, z_gain: float, z_time_constant: float, z_bits: float,
+        z_resolution: float, largest_voltage: float,
+    ) -> tuple[float, float, float, float, float]:  # fmt: skip
         """Equation (40)."""
         turning = spindle_gain * largest_voltage
         spindle = spindle_cost(turning, turning / spindle_time_constant, spindle_ad_bits + spindle_da_bits, tachometer_noise)

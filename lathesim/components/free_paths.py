@@ -145,16 +145,9 @@ class CircleReference(Component):
 
     @staticmethod
     def output(
-        now: float,
-        radius: float,
-        speed: float,
-        acceleration: float,
-        turns: float,
-        direction: float,
-        start_angle: float,
-        centre_x_at: float,
-        centre_z_at: float,
-    ) -> tuple[float, ...]:
+        now: float, radius: float, speed: float, acceleration: float, turns: float, direction: float, start_angle: float,
+        centre_x_at: float, centre_z_at: float,
+    ) -> tuple[float, ...]:  # fmt: skip
         """Where the circle asks the tool to be."""
         whole = TWO_PI * radius * turns
         ramp = speed / acceleration if acceleration > 0.0 else 0.0

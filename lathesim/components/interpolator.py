@@ -128,16 +128,9 @@ def z_on_path(path: Any, row: int, travelled: float) -> float:
 
 
 def wanted_speed(
-    path: Any,
-    row: int,
-    x: float,
-    spindle_speed: float,
-    feed_command: float,
-    feed_override: float,
-    spindle_override: float,
-    rapid_speed: float,
-    largest: float,
-) -> float:
+    path: Any, row: int, x: float, spindle_speed: float, feed_command: float, feed_override: float, spindle_override: float,
+    rapid_speed: float, largest: float,
+) -> float:  # fmt: skip
     """Return the path speed [m/s] asked for now: rapid, feed per minute, or feed per revolution times the actual spindle speed."""
     if path[row][KIND] == RAPID:
         return rapid_speed
@@ -228,25 +221,10 @@ class ConstantVelocityInterpolator(Component):
 
     @staticmethod
     def update(
-        path: Any,
-        segment: float,
-        travelled: float,
-        samples_left: float,
-        planned_speed: float,
-        path_speed: float,
-        at_end: float,
-        started: float,
-        done: float,
-        index: float,
-        spindle_speed: float,
-        spindle_angle: float,
-        feed_command: float,
-        feed_override: float,
-        spindle_override: float,
-        rapid_speed: float,
-        largest_spindle_speed: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float, float, float, float, float, float]:
+        path: Any, segment: float, travelled: float, samples_left: float, planned_speed: float, path_speed: float, at_end: float,
+        started: float, done: float, index: float, spindle_speed: float, spindle_angle: float, feed_command: float, feed_override: float,
+        spindle_override: float, rapid_speed: float, largest_spindle_speed: float, sample_period: float,
+    ) -> tuple[float, float, float, float, float, float, float, float, float]:  # fmt: skip
         """Walk one sample further."""
         rows = len(path)
         row = int(segment)

@@ -61,27 +61,11 @@ class FeedforwardController(Component):
 
     @staticmethod
     def update(
-        reference: float,
-        measured: float,
-        reference_velocity: float,
-        reference_acceleration: float,
-        correction: float,
-        proportional: float,
-        integral: float,
-        derivative_gain: float,
-        velocity_feedforward: float,
-        acceleration_feedforward: float,
-        friction_feedforward: float,
-        friction_speed: float,
-        smallest_voltage: float,
-        largest_voltage: float,
-        held_error: float,
-        error_sum: float,
-        held_reference: float,
-        held_rate: float,
-        samples: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float, float, float]:
+        reference: float, measured: float, reference_velocity: float, reference_acceleration: float, correction: float, proportional: float,
+        integral: float, derivative_gain: float, velocity_feedforward: float, acceleration_feedforward: float, friction_feedforward: float,
+        friction_speed: float, smallest_voltage: float, largest_voltage: float, held_error: float, error_sum: float, held_reference: float,
+        held_rate: float, samples: float, sample_period: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """The PID law and what is fed forward."""
         error = reference - measured
         slope = (error - held_error) / sample_period if samples > 0.5 else 0.0
@@ -148,17 +132,9 @@ class ZeroPhasePrefilter(Component):
 
     @staticmethod
     def update(
-        reference: float,
-        axis_gain: float,
-        time_constant: float,
-        proportional: float,
-        share: float,
-        newest: float,
-        second: float,
-        third: float,
-        started: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float, float, float]:
+        reference: float, axis_gain: float, time_constant: float, proportional: float, share: float, newest: float, second: float,
+        third: float, started: float, sample_period: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """Four samples of the reference, weighted."""
         if started < 0.5:
             return reference, reference, reference, reference, reference, 1.0
@@ -262,25 +238,10 @@ class PredictiveController(Component):
 
     @staticmethod
     def update(
-        reference: float,
-        measured: float,
-        correction: float,
-        axis_gain: float,
-        time_constant: float,
-        effort: float,
-        observer: float,
-        largest_voltage: float,
-        plan: list[float],
-        track: list[float],
-        held_voltage: float,
-        before: float,
-        asked: float,
-        asked_rate: float,
-        speed: float,
-        disturbance: float,
-        samples: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float, float, float, float]:
+        reference: float, measured: float, correction: float, axis_gain: float, time_constant: float, effort: float, observer: float,
+        largest_voltage: float, plan: list[float], track: list[float], held_voltage: float, before: float, asked: float, asked_rate: float,
+        speed: float, disturbance: float, samples: float, sample_period: float,
+    ) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
         """Predict, plan, apply the first."""
         length = len(plan)
         a = math.exp(-sample_period / time_constant)
@@ -387,14 +348,8 @@ class NeuralRegulator(Component):
 
     @staticmethod
     def output(
-        weights: Any,
-        x_position: float,
-        z_position: float,
-        contour_error: float,
-        position_scale: float,
-        error_scale: float,
-        share: float,
-    ) -> tuple[float, float]:
+        weights: Any, x_position: float, z_position: float, contour_error: float, position_scale: float, error_scale: float, share: float,
+    ) -> tuple[float, float]:  # fmt: skip
         """One pass forward."""
         if share == 0.0 or len(weights) < OUTPUTS:
             return 0.0, 0.0

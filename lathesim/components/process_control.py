@@ -85,22 +85,10 @@ class NonlinearProcessController(Component):
 
     @staticmethod
     def update(
-        measured: float,
-        programmed_feed: float,
-        cutting_block: float,
-        reference: float,
-        force_gain: float,
-        feed_exponent: float,
-        depth_exponent: float,
-        speed_exponent: float,
-        depth_of_cut: float,
-        cutting_speed: float,
-        time_constant: float,
-        smallest_feed: float,
-        largest_feed: float,
-        held_feed: float,
-        sample_period: float,
-    ) -> float:
+        measured: float, programmed_feed: float, cutting_block: float, reference: float, force_gain: float, feed_exponent: float,
+        depth_exponent: float, speed_exponent: float, depth_of_cut: float, cutting_speed: float, time_constant: float, smallest_feed: float,
+        largest_feed: float, held_feed: float, sample_period: float,
+    ) -> float:  # fmt: skip
         """Equation (26), one sample."""
         if cutting_block < 0.5:
             return NO_COMMAND
@@ -140,22 +128,10 @@ class LinearizationProcessController(NonlinearProcessController):
 
     @staticmethod
     def update(
-        measured: float,
-        programmed_feed: float,
-        cutting_block: float,
-        reference: float,
-        force_gain: float,
-        feed_exponent: float,
-        depth_exponent: float,
-        speed_exponent: float,
-        depth_of_cut: float,
-        cutting_speed: float,
-        time_constant: float,
-        smallest_feed: float,
-        largest_feed: float,
-        held_feed: float,
-        sample_period: float,
-    ) -> float:
+        measured: float, programmed_feed: float, cutting_block: float, reference: float, force_gain: float, feed_exponent: float,
+        depth_exponent: float, speed_exponent: float, depth_of_cut: float, cutting_speed: float, time_constant: float, smallest_feed: float,
+        largest_feed: float, held_feed: float, sample_period: float,
+    ) -> float:  # fmt: skip
         """Equations (27) and (28), one sample."""
         if cutting_block < 0.5:
             return NO_COMMAND
@@ -202,18 +178,9 @@ class LogTransformProcessController(Component):
 
     @staticmethod
     def update(
-        measured: float,
-        programmed_feed: float,
-        cutting_block: float,
-        reference: float,
-        feed_exponent: float,
-        time_constant: float,
-        smallest_measured: float,
-        smallest_feed: float,
-        largest_feed: float,
-        held_feed: float,
-        sample_period: float,
-    ) -> float:
+        measured: float, programmed_feed: float, cutting_block: float, reference: float, feed_exponent: float, time_constant: float,
+        smallest_measured: float, smallest_feed: float, largest_feed: float, held_feed: float, sample_period: float,
+    ) -> float:  # fmt: skip
         """Equation (30), one sample."""
         if cutting_block < 0.5:
             return NO_COMMAND
@@ -277,23 +244,10 @@ class AdaptiveProcessController(Component):
 
     @staticmethod
     def update(
-        measured: float,
-        programmed_feed: float,
-        cutting_block: float,
-        reference: float,
-        pole: float,
-        start_estimate: float,
-        smallest_estimate: float,
-        forgetting_factor: float,
-        reset_covariance: float,
-        smallest_covariance: float,
-        contact_threshold: float,
-        smallest_feed: float,
-        largest_feed: float,
-        held_feed: float,
-        held_estimate: float,
-        held_covariance: float,
-    ) -> tuple[float, float, float]:
+        measured: float, programmed_feed: float, cutting_block: float, reference: float, pole: float, start_estimate: float,
+        smallest_estimate: float, forgetting_factor: float, reset_covariance: float, smallest_covariance: float, contact_threshold: float,
+        smallest_feed: float, largest_feed: float, held_feed: float, held_estimate: float, held_covariance: float,
+    ) -> tuple[float, float, float]:  # fmt: skip
         """One sample of estimation, then of control."""
         if held_covariance <= 0.0:
             held_estimate = start_estimate if start_estimate > smallest_estimate else smallest_estimate

@@ -181,14 +181,9 @@ class Dynamometer(Component):
 
     @staticmethod
     def update(
-        main_force: float,
-        thrust_force: float,
-        feed_force: float,
-        noise: float,
-        main_chance: float,
-        thrust_chance: float,
+        main_force: float, thrust_force: float, feed_force: float, noise: float, main_chance: float, thrust_chance: float,
         feed_chance: float,
-    ) -> tuple[float, float, float]:
+    ) -> tuple[float, float, float]:  # fmt: skip
         """Force and noise."""
         return main_force + noise * main_chance, thrust_force + noise * thrust_chance, feed_force + noise * feed_chance
 

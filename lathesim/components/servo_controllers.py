@@ -47,19 +47,9 @@ class PositionController(Component):
 
     @staticmethod
     def update(
-        reference: float,
-        measured: float,
-        correction: float,
-        proportional: float,
-        integral: float,
-        derivative_gain: float,
-        smallest_voltage: float,
-        largest_voltage: float,
-        held_error: float,
-        error_sum: float,
-        started: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float]:
+        reference: float, measured: float, correction: float, proportional: float, integral: float, derivative_gain: float,
+        smallest_voltage: float, largest_voltage: float, held_error: float, error_sum: float, started: float, sample_period: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """Equation (5) in discrete time, with conditional integration."""
         error = reference - measured
         slope = (error - held_error) / sample_period if started > 0.5 else 0.0
@@ -125,20 +115,10 @@ class AngularPositionController(Component):
 
     @staticmethod
     def update(
-        reference: float,
-        measured: float,
-        proportional: float,
-        integral: float,
-        derivative_gain: float,
-        derivative_filter: float,
-        smallest_voltage: float,
-        largest_voltage: float,
-        held_error: float,
-        error_sum: float,
-        slope: float,
-        started: float,
+        reference: float, measured: float, proportional: float, integral: float, derivative_gain: float, derivative_filter: float,
+        smallest_voltage: float, largest_voltage: float, held_error: float, error_sum: float, slope: float, started: float,
         sample_period: float,
-    ) -> tuple[float, float, float, float, float]:
+    ) -> tuple[float, float, float, float, float]:  # fmt: skip
         """The law in discrete time, with conditional integration."""
         error = reference - measured
         change = error - held_error if started > 0.5 else 0.0
@@ -231,20 +211,9 @@ class CascadeController(Component):
 
     @staticmethod
     def update(
-        reference: float,
-        measured: float,
-        filtered: float,
-        before: float,
-        integral: float,
-        position_gain: float,
-        velocity_gain: float,
-        integral_rate: float,
-        mean_share: float,
-        limit: float,
-        start_speed: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float]:
+        reference: float, measured: float, filtered: float, before: float, integral: float, position_gain: float, velocity_gain: float,
+        integral_rate: float, mean_share: float, limit: float, start_speed: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """Both loops."""
         if time <= 0.0:
             before = measured - start_speed * sample_period

@@ -68,19 +68,9 @@ class Stock(Component):
 
     @staticmethod
     def update(
-        x_position: float,
-        z_position: float,
-        stock_radius: float,
-        stock_length: float,
-        face: float,
-        free_end: float,
-        edge_length: float,
-        removed: Any,
-        volume: float,
-        x_before: float,
-        z_before: float,
-        started: float,
-    ) -> tuple[float, ...]:
+        x_position: float, z_position: float, stock_radius: float, stock_length: float, face: float, free_end: float, edge_length: float,
+        removed: Any, volume: float, x_before: float, z_before: float, started: float,
+    ) -> tuple[float, ...]:  # fmt: skip
         """Carve from the former to the present point, then look what stands around it."""
         cells = len(removed)
         cell_width = stock_length / cells
@@ -181,17 +171,9 @@ class CuttingGeometry(Component):
 
     @staticmethod
     def output(
-        x_position: float,
-        x_velocity: float,
-        z_velocity: float,
-        spindle_speed: float,
-        uncut_radius: float,
-        material_radius: float,
-        facing_width: float,
-        inside_stock: float,
-        cutting_block: float,
-        slowest_spindle: float,
-    ) -> tuple[float, ...]:
+        x_position: float, x_velocity: float, z_velocity: float, spindle_speed: float, uncut_radius: float, material_radius: float,
+        facing_width: float, inside_stock: float, cutting_block: float, slowest_spindle: float,
+    ) -> tuple[float, ...]:  # fmt: skip
         """Geometry of the cut at this moment."""
         radius = x_position if x_position > 0.0 else 0.0
         touching = material_radius > x_position or facing_width > 0.0

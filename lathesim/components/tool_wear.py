@@ -44,14 +44,9 @@ class TaylorWear(Component):
 
     @staticmethod
     def update(
-        cutting_speed: float,
-        in_contact: float,
-        taylor_constant: float,
-        taylor_exponent: float,
-        slowest_cutting_speed: float,
-        used: float,
+        cutting_speed: float, in_contact: float, taylor_constant: float, taylor_exponent: float, slowest_cutting_speed: float, used: float,
         sample_period: float,
-    ) -> tuple[float, float]:
+    ) -> tuple[float, float]:  # fmt: skip
         """Equation (34), one sample of it."""
         if in_contact < 0.5 or cutting_speed < slowest_cutting_speed:
             return used, 0.0

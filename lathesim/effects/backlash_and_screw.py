@@ -157,15 +157,9 @@ class PeriodicPitchError(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        amplitude: float,
-        lead: float,
-        phase: float,
-        second_sine: float,
-        second_cosine: float,
-        third_sine: float,
+        incoming: float, amplitude: float, lead: float, phase: float, second_sine: float, second_cosine: float, third_sine: float,
         third_cosine: float,
-    ) -> float:
+    ) -> float:  # fmt: skip
         if amplitude == 0.0:
             return incoming
         angle = 2.0 * math.pi * incoming / lead + phase

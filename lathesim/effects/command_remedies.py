@@ -117,31 +117,11 @@ class FrictionFeedforward(ModelledRemedy):
 
     @staticmethod
     def update(
-        drive: float,
-        lag: float,
-        inner: float,
-        model_position: float,
-        model_rate: float,
-        level: float,
-        asymmetry: float,
-        difference: float,
-        excess: float,
-        stribeck_velocity: float,
-        shape: float,
-        amplitude: float,
-        period: float,
-        phase: float,
-        second_sine: float,
-        second_cosine: float,
-        third_sine: float,
-        third_cosine: float,
-        distance: float,
-        lead: float,
-        still: float,
-        direction: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float]:
+        drive: float, lag: float, inner: float, model_position: float, model_rate: float, level: float, asymmetry: float, difference: float,
+        excess: float, stribeck_velocity: float, shape: float, amplitude: float, period: float, phase: float, second_sine: float,
+        second_cosine: float, third_sine: float, third_cosine: float, distance: float, lead: float, still: float, direction: float,
+        sample_period: float, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """Follow the reference and add what the friction takes there."""
         if time <= 0.0:
             return drive, 0.0, 0.0, 0.0
@@ -196,18 +176,9 @@ class MotionFeedforward(ModelledRemedy):
 
     @staticmethod
     def update(
-        drive: float,
-        lag: float,
-        inner: float,
-        model_position: float,
-        model_rate: float,
-        velocity_gain: float,
-        acceleration_gain: float,
-        jerk_gain: float,
-        slope: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float]:
+        drive: float, lag: float, inner: float, model_position: float, model_rate: float, velocity_gain: float, acceleration_gain: float,
+        jerk_gain: float, slope: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """Follow the reference; slopes are those over the sample."""
         if time <= 0.0:
             return drive, 0.0, 0.0, 0.0
@@ -250,17 +221,9 @@ class RippleFeedforward(Remedy):
 
     @staticmethod
     def update(
-        measured: float,
-        amplitude: float,
-        second: float,
-        period: float,
-        phase: float,
-        second_phase: float,
-        lead: float,
-        place: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float]:
+        measured: float, amplitude: float, second: float, period: float, phase: float, second_phase: float, lead: float, place: float,
+        sample_period: float, time: float,
+    ) -> tuple[float, float]:  # fmt: skip
         """Take the place half a sample on."""
         moved = measured - place if time > 0.0 else 0.0
         angle = 2.0 * math.pi * (measured + (0.5 + lead / sample_period) * moved) / period

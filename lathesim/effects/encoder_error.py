@@ -45,15 +45,9 @@ class EncoderEccentricity(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        amplitude: float,
-        turn: float,
-        phase: float,
-        second_sine: float,
-        second_cosine: float,
-        third_sine: float,
+        incoming: float, amplitude: float, turn: float, phase: float, second_sine: float, second_cosine: float, third_sine: float,
         third_cosine: float,
-    ) -> float:
+    ) -> float:  # fmt: skip
         if amplitude == 0.0:
             return incoming
         angle = 2.0 * math.pi * incoming / turn + phase
@@ -132,15 +126,9 @@ class LostCounts(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        time: float,
-        jump: float,
-        instant: float,
-        second_jump: float,
-        second_instant: float,
-        third_jump: float,
+        incoming: float, time: float, jump: float, instant: float, second_jump: float, second_instant: float, third_jump: float,
         third_instant: float,
-    ) -> float:
+    ) -> float:  # fmt: skip
         if jump == 0.0:
             return incoming
         shown = incoming

@@ -178,17 +178,9 @@ class RegenerativeChatter(Effect):
 
     @staticmethod
     def update(
-        angle: float,
-        swing: float,
-        swing_rate: float,
-        cell: float,
-        last_angle: float,
-        last_swing: float,
-        last_rate: float,
-        surface: list[float],
-        time: float,
-        sample_period: float,
-    ) -> tuple[float, float, float, float]:
+        angle: float, swing: float, swing_rate: float, cell: float, last_angle: float, last_swing: float, last_rate: float,
+        surface: list[float], time: float, sample_period: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         total = len(surface)
         per_cell = 4.0 * math.pi / total
         last = math.floor(angle / per_cell)
@@ -217,20 +209,9 @@ class RegenerativeChatter(Effect):
 
     @staticmethod
     def derivative(
-        incoming: float,
-        angle: float,
-        feed: float,
-        depth: float,
-        speed: float,
-        swing: float,
-        swing_rate: float,
-        surface: list[float],
-        engagement: float,
-        compliance: float,
-        frequency: float,
-        damping: float,
-        process_damping: float,
-    ) -> tuple[float, float]:
+        incoming: float, angle: float, feed: float, depth: float, speed: float, swing: float, swing_rate: float, surface: list[float],
+        engagement: float, compliance: float, frequency: float, damping: float, process_damping: float,
+    ) -> tuple[float, float]:  # fmt: skip
         angular = 2.0 * math.pi * frequency
         force = _chip_force(incoming, feed, swing, _wave(surface, angle), engagement)
         if incoming != 0.0 and abs(speed) > 1e-6:

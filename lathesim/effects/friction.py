@@ -173,15 +173,9 @@ class AsymmetricFriction(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        applied: float,
-        inertia: float,
-        flow: float,
-        level: float,
-        asymmetry: float,
-        viscous_difference: float,
+        incoming: float, applied: float, inertia: float, flow: float, level: float, asymmetry: float, viscous_difference: float,
         step: float,
-    ) -> float:
+    ) -> float:  # fmt: skip
         if level == 0.0 and viscous_difference == 0.0:
             return incoming
         viscous = incoming + viscous_difference * abs(flow)
@@ -227,20 +221,9 @@ class PositionDependentFriction(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        applied: float,
-        inertia: float,
-        flow: float,
-        displacement: float,
-        amplitude: float,
-        period: float,
-        phase: float,
-        second_sine: float,
-        second_cosine: float,
-        third_sine: float,
-        third_cosine: float,
-        step: float,
-    ) -> float:
+        incoming: float, applied: float, inertia: float, flow: float, displacement: float, amplitude: float, period: float, phase: float,
+        second_sine: float, second_cosine: float, third_sine: float, third_cosine: float, step: float,
+    ) -> float:  # fmt: skip
         if amplitude == 0.0:
             return incoming
         angle = 2.0 * math.pi * displacement / period + phase
@@ -362,33 +345,18 @@ class PreslidingFriction(Effect):
 
     @staticmethod
     def update(
-        bristle_force: float,
-        bristle_position: float,
-        flow: float,
-        displacement: float,
-        level: float,
-        distance: float,
-        excess: float,
-        stribeck_velocity: float,
-        time: float,
-    ) -> tuple[float, float]:
+        bristle_force: float, bristle_position: float, flow: float, displacement: float, level: float, distance: float, excess: float,
+        stribeck_velocity: float, time: float,
+    ) -> tuple[float, float]:  # fmt: skip
         sliding = _sliding_level(flow, level, excess, stribeck_velocity)
         travelled = displacement - bristle_position if time > 0.0 else _MOVED_BEFORE * flow
         return _spring_force(travelled, bristle_force, sliding, distance), displacement
 
     @staticmethod
     def output(
-        incoming: float,
-        bristle_force: float,
-        bristle_position: float,
-        flow: float,
-        displacement: float,
-        level: float,
-        distance: float,
-        excess: float,
-        stribeck_velocity: float,
-        bristle_damping: float,
-    ) -> float:
+        incoming: float, bristle_force: float, bristle_position: float, flow: float, displacement: float, level: float, distance: float,
+        excess: float, stribeck_velocity: float, bristle_damping: float,
+    ) -> float:  # fmt: skip
         if level == 0.0:
             return incoming
         sliding = _sliding_level(flow, level, excess, stribeck_velocity)

@@ -197,19 +197,9 @@ class ServoLag(Effect):
 
     @staticmethod
     def update(
-        velocity_in: float,
-        acceleration_in: float,
-        velocity: float,
-        velocity_slope: float,
-        acceleration: float,
-        acceleration_slope: float,
-        velocity_before: float,
-        acceleration_before: float,
-        lag: float,
-        velocity_lag: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float, float, float]:
+        velocity_in: float, acceleration_in: float, velocity: float, velocity_slope: float, acceleration: float, acceleration_slope: float,
+        velocity_before: float, acceleration_before: float, lag: float, velocity_lag: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         if time <= 0.0 or lag == 0.0:
             return velocity_in - lag * acceleration_in, acceleration_in, acceleration_in, 0.0, velocity_in, acceleration_in
         reached, slope = _over_a_sample(
@@ -224,15 +214,9 @@ class ServoLag(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        velocity_in: float,
-        acceleration_in: float,
-        velocity: float,
-        velocity_slope: float,
-        acceleration: float,
-        lag: float,
-        velocity_lag: float,
-    ) -> tuple[float, float, float]:
+        incoming: float, velocity_in: float, acceleration_in: float, velocity: float, velocity_slope: float, acceleration: float,
+        lag: float, velocity_lag: float,
+    ) -> tuple[float, float, float]:  # fmt: skip
         if lag == 0.0:
             return incoming, velocity_in, acceleration_in
         return incoming - lag * (velocity + velocity_lag * velocity_slope), velocity, acceleration

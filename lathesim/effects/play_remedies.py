@@ -35,22 +35,9 @@ class BacklashShift(ModelledRemedy):
 
     @staticmethod
     def update(
-        drive: float,
-        lag: float,
-        inner: float,
-        model_position: float,
-        model_rate: float,
-        width: float,
-        spread: float,
-        still: float,
-        side: float,
-        since: float,
-        begin: float,
-        shift: float,
-        before: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float, float, float, float, float]:
+        drive: float, lag: float, inner: float, model_position: float, model_rate: float, width: float, spread: float, still: float,
+        side: float, since: float, begin: float, shift: float, before: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float, float, float, float, float]:  # fmt: skip
         """Find reversals of the model, and where the shift is on its way over."""
         if time <= 0.0:
             return drive, 0.0, 0.0, 1e9, 0.0, 0.0, 0.0, 0.0
@@ -103,16 +90,9 @@ class PlayReading(ModelledRemedy):
 
     @staticmethod
     def update(
-        drive: float,
-        lag: float,
-        inner: float,
-        model_position: float,
-        model_rate: float,
-        width: float,
-        follower: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float]:
+        drive: float, lag: float, inner: float, model_position: float, model_rate: float, width: float, follower: float,
+        sample_period: float, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
         """Follow the reference, and drag the reading along."""
         if time <= 0.0:
             return drive, 0.0, drive, 0.0

@@ -55,18 +55,9 @@ class TachometerRipple(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        displacement: float,
-        brush: float,
-        ripple: float,
-        gain_error: float,
-        order: float,
-        phase: float,
-        second_sine: float,
-        second_cosine: float,
-        third_sine: float,
-        third_cosine: float,
-    ) -> float:
+        incoming: float, displacement: float, brush: float, ripple: float, gain_error: float, order: float, phase: float,
+        second_sine: float, second_cosine: float, third_sine: float, third_cosine: float,
+    ) -> float:  # fmt: skip
         if ripple == 0.0 and gain_error == 0.0:
             return incoming * (1.0 + brush)
         angle = order * displacement + phase
@@ -234,18 +225,9 @@ class SensorFilter(Effect):
 
     @staticmethod
     def update(
-        incoming: float,
-        first: float,
-        second: float,
-        third: float,
-        fourth: float,
-        before: float,
-        time_constant: float,
-        stages: float,
-        held: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float, float]:
+        incoming: float, first: float, second: float, third: float, fourth: float, before: float, time_constant: float, stages: float,
+        held: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float, float]:  # fmt: skip
         if time <= 0.0 or time_constant == 0.0:
             return incoming, incoming, incoming, incoming, incoming
         end = before if held >= 0.5 else incoming

@@ -42,17 +42,9 @@ class Runout(Effect):
 
     @staticmethod
     def output(
-        incoming: float,
-        angle: float,
-        depth: float,
-        eccentricity: float,
-        order: float,
-        phase: float,
-        second_sine: float,
-        second_cosine: float,
-        third_sine: float,
-        third_cosine: float,
-    ) -> float:
+        incoming: float, angle: float, depth: float, eccentricity: float, order: float, phase: float, second_sine: float,
+        second_cosine: float, third_sine: float, third_cosine: float,
+    ) -> float:  # fmt: skip
         if eccentricity == 0.0 or depth <= 0.0:
             return incoming
         turned = order * angle + phase

@@ -60,18 +60,9 @@ class AxialResonance(Effect):
 
     @staticmethod
     def derivative(
-        incoming: float,
-        applied: float,
-        inertia: float,
-        flow: float,
-        resistance: float,
-        stretch: float,
-        stretch_rate: float,
-        table_share: float,
-        frequency: float,
-        damping: float,
-        motor_friction: float,
-    ) -> tuple[float, float]:
+        incoming: float, applied: float, inertia: float, flow: float, resistance: float, stretch: float, stretch_rate: float,
+        table_share: float, frequency: float, damping: float, motor_friction: float,
+    ) -> tuple[float, float]:  # fmt: skip
         if table_share == 0.0 or inertia <= 0.0:
             return 0.0, 0.0
         spring = _spring_acceleration(stretch, stretch_rate, frequency, damping)
@@ -91,18 +82,9 @@ class AxialResonance(Effect):
 
     @staticmethod
     def output_outgoing(
-        incoming: float,
-        applied: float,
-        inertia: float,
-        flow: float,
-        resistance: float,
-        stretch: float,
-        stretch_rate: float,
-        table_share: float,
-        frequency: float,
-        damping: float,
-        motor_friction: float,
-    ) -> float:
+        incoming: float, applied: float, inertia: float, flow: float, resistance: float, stretch: float, stretch_rate: float,
+        table_share: float, frequency: float, damping: float, motor_friction: float,
+    ) -> float:  # fmt: skip
         if table_share == 0.0:
             return incoming
         spring = table_share * inertia * _spring_acceleration(stretch, stretch_rate, frequency, damping)

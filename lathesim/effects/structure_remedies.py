@@ -31,18 +31,9 @@ class ComplianceShift(ModelledRemedy):
 
     @staticmethod
     def update(
-        drive: float,
-        lag: float,
-        inner: float,
-        model_position: float,
-        model_rate: float,
-        per_speed: float,
-        per_acceleration: float,
-        shift: float,
-        before: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float, float]:
+        drive: float, lag: float, inner: float, model_position: float, model_rate: float, per_speed: float, per_acceleration: float,
+        shift: float, before: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float, float]:  # fmt: skip
         """Follow the reference; the acceleration is that of the model's equation."""
         if time <= 0.0:
             return drive, 0.0, 0.0, 0.0, 0.0
@@ -89,22 +80,9 @@ class SwingModel(ModelledRemedy):
 
     @staticmethod
     def update(
-        drive: float,
-        lag: float,
-        inner: float,
-        model_position: float,
-        model_rate: float,
-        share: float,
-        gain: float,
-        drag: float,
-        frequency: float,
-        damping: float,
-        swing: float,
-        swing_rate: float,
-        before: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float, float, float]:
+        drive: float, lag: float, inner: float, model_position: float, model_rate: float, share: float, gain: float, drag: float,
+        frequency: float, damping: float, swing: float, swing_rate: float, before: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """Follow the reference, and the swing that its acceleration excites: exact for an acceleration that is held."""
         if time <= 0.0:
             return drive, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -159,15 +137,9 @@ class InputShaper(Remedy):
 
     @staticmethod
     def update(
-        incoming: float,
-        history: list[float],
-        newest: float,
-        frequency: float,
-        damping: float,
-        kind: float,
-        sample_period: float,
+        incoming: float, history: list[float], newest: float, frequency: float, damping: float, kind: float, sample_period: float,
         time: float,
-    ) -> tuple[float, float]:
+    ) -> tuple[float, float]:  # fmt: skip
         """Add the parts, linear between samples."""
         length = len(history)
         place = int(newest) + 1

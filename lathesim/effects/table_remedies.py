@@ -75,19 +75,9 @@ class PitchTable(ModelledRemedy):
 
     @staticmethod
     def update(
-        points: Any,
-        drive: float,
-        lag: float,
-        inner: float,
-        model_position: float,
-        model_rate: float,
-        still: float,
-        backward: float,
-        error: float,
-        before: float,
-        sample_period: float,
-        time: float,
-    ) -> tuple[float, float, float, float, float, float]:
+        points: Any, drive: float, lag: float, inner: float, model_position: float, model_rate: float, still: float, backward: float,
+        error: float, before: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """Look the error up where the model is."""
         if time <= 0.0:
             first = interpolated(points, drive, 1)
