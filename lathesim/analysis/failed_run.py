@@ -89,10 +89,7 @@ def _without_chips(record: Record) -> str:
 def _led_beside(record: Record) -> str:
     """Return where the program leads the tool nearest to the stock in the blocks run at feed; empty where it leads it in."""
     stock = RawStock.of(record)
-    x, z = (
-        find_channel(record, "x_reference"),
-        find_channel(record, "z_reference"),
-    )
+    x, z = (find_channel(record, "x_reference"), find_channel(record, "z_reference"))
     if stock is None or x is None or z is None:
         return ""
     programmed = _nearest(record, stock, record[x], record[z])

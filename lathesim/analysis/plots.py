@@ -228,12 +228,7 @@ def overview_figure(record: Record, title: str = "") -> Any:
 
 
 def compare_figure(
-    simulated: Record,
-    measured: Record,
-    names: Sequence[str] | None = None,
-    *,
-    floors: Mapping[str, float] | None = None,
-    title: str = "",
+    simulated: Record, measured: Record, names: Sequence[str] | None = None, *, floors: Mapping[str, float] | None = None, title: str = ""
 ) -> Any:
     """Draw simulation over recording, and below each channel the residual with the band of its noise floor (SI, by channel name).
 

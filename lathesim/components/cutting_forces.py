@@ -189,12 +189,7 @@ class CuttingLoad(Component):
             across_z = -across_z
         torque = part_radius * cutting_force
         torque = torque * spindle_speed / math.sqrt(spindle_speed * spindle_speed + slowest_spindle * slowest_spindle)
-        return (
-            longitudinal_force * feed_x + across_x,
-            longitudinal_force * feed_z - across_z,
-            torque,
-            torque * spindle_speed,
-        )
+        return (longitudinal_force * feed_x + across_x, longitudinal_force * feed_z - across_z, torque, torque * spindle_speed)
 
 
 class CuttingProcess(Component):

@@ -14,12 +14,7 @@ from typing import Any, ClassVar
 from lathesim.component import Component, DiscreteState, Output, Parameter, Table
 
 CURVE_COLUMNS = ("x", "z", "x_slope", "z_slope")
-EXAMPLE_CURVE = [
-    [0.0, 0.0, 2e-3, 0.0],
-    [2e-3, 1e-3, 2e-3, 2e-3],
-    [3e-3, 3e-3, 0.0, 2e-3],
-    [2e-3, 5e-3, -2e-3, 2e-3],
-]
+EXAMPLE_CURVE = [[0.0, 0.0, 2e-3, 0.0], [2e-3, 1e-3, 2e-3, 2e-3], [3e-3, 3e-3, 0.0, 2e-3], [2e-3, 5e-3, -2e-3, 2e-3]]
 """Three pieces of some millimetres, for the conformance test."""
 
 _STEPS = 12

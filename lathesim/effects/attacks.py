@@ -40,7 +40,7 @@ class ReplayAttack(Effect):
 
     catalogue, family, site = 0, "recording", "reading"
     neutral = {"lap": 0.0}
-    identification = Identification(typical={"lap": (0.5, 8.0)}, typical_rotary={"lap": (0.5, 8.0)}, carried=())
+    identification = Identification(typical={"lap": (0.5, 8.0)}, carried=())
     fingerprint = "Readings that repeat to the last digit, and answer to no watermark."
     confused_with = ("a lap that is run again",)
     experiment = "Put a watermark on the reference that is never the same twice."
@@ -97,7 +97,7 @@ class ScaleAttack(Effect):
 
     catalogue, family, site = 0, "constants", "reading"
     neutral = {"share": 0.0}
-    identification = Identification(typical={"share": (1e-3, 0.05)}, typical_rotary={"share": (1e-3, 0.05)}, carried=())
+    identification = Identification(typical={"share": (1e-3, 0.05)}, carried=())
     fingerprint = "Parts that are too small or too large by a share; the loop sees nothing."
     confused_with = ("ScaleFactorError",)
     experiment = "Measure a part, or a second scale."
@@ -121,7 +121,7 @@ class DelayAttack(Effect):
 
     catalogue, family, site = 0, "lag", "reading"
     neutral = {"delay": 0.0}
-    identification = Identification(typical={"delay": (1e-3, 50e-3)}, typical_rotary={"delay": (1e-3, 50e-3)}, carried=())
+    identification = Identification(typical={"delay": (1e-3, 50e-3)}, carried=())
     fingerprint = "A loop that begins to swing though nothing of it was changed."
     confused_with = ("TransportDelay", "ChannelTimeShift")
     experiment = "Watch the innovation while the axis accelerates."

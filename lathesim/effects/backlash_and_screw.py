@@ -100,12 +100,7 @@ class CumulativePitchError(Effect):
 
     catalogue, family, site = 9, "geometry", "measured"
     neutral = {"slope": 0.0}
-    identification = Identification(
-        between_sensors=True,
-        carried=("m",),
-        typical={"slope": (-300e-6, 300e-6)},
-        typical_rotary={"slope": (-300e-6, 300e-6)},
-    )
+    identification = Identification(between_sensors=True, carried=("m",), typical={"slope": (-300e-6, 300e-6)})
     fingerprint = "Table scale less motor encoder grows in proportion to the position, the same in both directions, from the first lap on."
     confused_with = ("ScaleFactorError", "ThermalScrewGrowth, which grows with time")
     experiment = "Measure with a laser or scale at two temperatures."
@@ -182,7 +177,6 @@ class ThermalScrewGrowth(Effect):
         between_sensors=True,
         carried=("m",),
         typical={"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)},
-        typical_rotary={"strain": (10e-6, 300e-6), "time_constant": (10.0, 3600.0), "fixed_end": (-1.0, 1.0)},
         history=("warmed_before",),
     )
     fingerprint = "Table scale less motor encoder drifts slowly, in proportion to the distance from the fixed bearing."
@@ -215,9 +209,7 @@ class SquarenessError(Effect):
     catalogue, family, site = 12, "geometry", "measured"
     neutral = {"slope": 0.0, "bow": 0.0}
     identification = Identification(
-        senses_elsewhere={"other_position": "displacement"},
-        between_sensors=True,
-        typical={"slope": (-50e-6, 50e-6), "bow": (-1e-3, 1e-3)},
+        senses_elsewhere={"other_position": "displacement"}, between_sensors=True, typical={"slope": (-50e-6, 50e-6), "bow": (-1e-3, 1e-3)}
     )
     fingerprint = "The position error of one axis is a function of the position of the other."
     confused_with = ("a tailstock out of line, which gives the same taper", "WorkpieceDeflection")

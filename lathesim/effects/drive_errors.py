@@ -25,10 +25,7 @@ class AmplifierDeadZone(Effect):
 
     catalogue, family, site = 18, "drive range", "drive"
     neutral = {"half_width": 0.0}
-    identification = Identification(
-        typical={"half_width": (0.02, 0.5)},
-        typical_rotary={"half_width": (0.02, 0.5)},
-    )
+    identification = Identification(typical={"half_width": (0.02, 0.5)})
     fingerprint = "The force is flat around zero command and wrong by a constant beside it: a function of the command, not of the velocity."
     confused_with = ("CoulombFriction, which follows the sign of the velocity",)
     experiment = "Hold still against a force that varies slowly through zero."
@@ -53,11 +50,7 @@ class DriveSaturation(Effect):
 
     catalogue, family, site = 20, "drive range", "drive"
     neutral = {"level": 1e9}
-    identification = Identification(
-        typical={"level": (0.5, 10.0), "softness": (0.0, 1.0)},
-        typical_rotary={"level": (0.5, 10.0), "softness": (0.0, 1.0)},
-        extended=("softness",),
-    )
+    identification = Identification(typical={"level": (0.5, 10.0), "softness": (0.0, 1.0)}, extended=("softness",))
     fingerprint = "Flat tops, and only in large or fast moves."
     confused_with = ("DriveGainError",)
     experiment = "Play the same move within and beyond the range."
@@ -91,11 +84,7 @@ class CurrentLimit(Effect):
 
     catalogue, family, site = 20, "drive range", "drive"
     neutral = {"level": 1e9}
-    identification = Identification(
-        typical={"level": (0.05, 5.0)},
-        typical_rotary={"level": (0.05, 5.0)},
-        as_simulated=True,
-    )
+    identification = Identification(typical={"level": (0.05, 5.0)}, as_simulated=True)
     fingerprint = "Flat tops of the current while the speed still grows: slopes of the speed that are all alike."
     confused_with = ("DriveSaturation", "DriveGainError")
     experiment = "Accelerate harder and harder: the current stops growing at one size, whatever the speed is."
@@ -131,10 +120,7 @@ class SlewLimit(Effect):
 
     catalogue, family, site = 20, "drive range", "drive"
     neutral = {"rate": 1e12}
-    identification = Identification(
-        typical={"rate": (10.0, 10000.0)},
-        typical_rotary={"rate": (10.0, 10000.0)},
-    )
+    identification = Identification(typical={"rate": (10.0, 10000.0)})
     fingerprint = "Ramps of one slope where the command jumps."
     confused_with = ("MotorInductance", "CurrentLoopLag", "TransportDelay")
     experiment = "Steps of two sizes: the slope is the same for a slew limit and grows with the step for a lag."

@@ -149,11 +149,7 @@ class Quantisation(Effect):
 
     catalogue, family, site = 30, "encoder", "measured"
     neutral = {"count": 0.0}
-    identification = Identification(
-        typical={"count": (0.05e-6, 5e-6)},
-        spacing="count",
-        typical_rotary={"count": (1e-5, 1e-2)},
-    )
+    identification = Identification(typical={"count": (0.05e-6, 5e-6)}, spacing="count", typical_rotary={"count": (1e-5, 1e-2)})
     fingerprint = "A staircase of one height."
     confused_with = ("noise of the sensor", "EncoderInterpolationError")
     experiment = "Creep over a few counts."

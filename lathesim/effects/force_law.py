@@ -80,9 +80,7 @@ class ChipThicknessExponent(Effect):
 
     catalogue, family, site = 39, "force law", "force"
     neutral = {"exponent": 0.0}
-    identification = Identification(
-        typical={"exponent": (0.1, 0.35)},
-    )
+    identification = Identification(typical={"exponent": (0.1, 0.35)})
     fingerprint = "The force over the feed is a straight line in logarithms, with a slope below one."
     confused_with = ("EdgeForce: a line with intercept and a power law are alike above 0.1 mm",)
     experiment = "Six levels of feed from 0.02 to 0.4 mm per turn."
@@ -147,9 +145,7 @@ class BuiltUpEdge(Effect):
 
     catalogue, family, site = 48, "chip", "force"
     neutral = {"share": 0.0}
-    identification = Identification(
-        typical={"share": (0.1, 0.3), "rate": (1.0, 20.0)},
-    )
+    identification = Identification(typical={"share": (0.1, 0.3), "rate": (1.0, 20.0)})
     fingerprint = "An irregular sawtooth of the force, within a band of speeds only."
     confused_with = ("ChipSegmentation",)
     experiment = "Raise the cutting speed: it goes."
@@ -204,10 +200,7 @@ class TemperatureSoftening(Effect):
 
     catalogue, family, site = 41, "slow", "force"
     neutral = {"softening": 0.0}
-    identification = Identification(
-        typical={"softening": (0.02, 0.3), "time_constant": (0.5, 10.0)},
-        history=("warmth",),
-    )
+    identification = Identification(typical={"softening": (0.02, 0.3), "time_constant": (0.5, 10.0)}, history=("warmth",))
     fingerprint = "The force decays after each entry, and starts anew with the next."
     confused_with = ("WearForceGrowth, which does not start anew", "DynamometerDrift", "SpeedDependence")
     experiment = "Repeat a cut with interruptions of several lengths."
@@ -307,9 +300,7 @@ class EntryBuildUp(Effect):
 
     catalogue, family, site = 0, "slow", "force"
     neutral = {"lacking": 0.0}
-    identification = Identification(
-        typical={"lacking": (0.1, 1.0), "time_constant": (0.01, 1.0)},
-    )
+    identification = Identification(typical={"lacking": (0.1, 1.0), "time_constant": (0.01, 1.0)})
     fingerprint = "The force climbs over the first turns after each entry."
     confused_with = ("TemperatureSoftening, which falls", "SensorFilter")
     experiment = "Enter at several spindle speeds: a build-up of the chip lasts a turn, a filter a time."

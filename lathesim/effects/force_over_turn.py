@@ -30,8 +30,7 @@ class InterruptedCut(Effect):
     stage = 2
     neutral = {"missing": 0.0}
     identification = Identification(
-        typical={"missing": (0.2, 1.0), "width": (0.02, 0.3), "middle": (-math.pi, math.pi)},
-        nuisance=("middle",),
+        typical={"missing": (0.2, 1.0), "width": (0.02, 0.3), "middle": (-math.pi, math.pi)}, nuisance=("middle",)
     )
     fingerprint = "A pulse of missing force once per turn, at one angle of the spindle."
     confused_with = ("Runout", "HardSpot")
@@ -63,10 +62,7 @@ class HardSpot(Effect):
     catalogue, family, site = 47, "spindle-synchronous", "force"
     stage = 2
     neutral = {"rise": 0.0}
-    identification = Identification(
-        typical={"rise": (0.1, 0.5), "width": (0.02, 0.2), "middle": (-math.pi, math.pi)},
-        nuisance=("middle",),
-    )
+    identification = Identification(typical={"rise": (0.1, 0.5), "width": (0.02, 0.2), "middle": (-math.pi, math.pi)}, nuisance=("middle",))
     fingerprint = "A pulse of force once per turn at one angle, on a locus that winds along the part."
     confused_with = ("Runout", "InterruptedCut")
     experiment = "Map the force over angle and turns."
@@ -96,9 +92,7 @@ class ChipSegmentation(Effect):
     catalogue, family, site = 49, "spindle-synchronous", "force"
     neutral = {"share": 0.0}
     identification = Identification(
-        typical={"share": (0.02, 0.3), "length": (1e-3, 0.2), "phase": (-math.pi, math.pi)},
-        nuisance=("phase",),
-        along="cut_length",
+        typical={"share": (0.02, 0.3), "length": (1e-3, 0.2), "phase": (-math.pi, math.pi)}, nuisance=("phase",), along="cut_length"
     )
     fingerprint = "A line whose frequency is the cutting speed over a chip length, not tied to the spindle."
     confused_with = ("RegenerativeChatter", "mains hum, which does not move with the speed")

@@ -69,10 +69,7 @@ class CoulombFriction(Effect):
 
     catalogue, family, site = 1, "reversal", "effort"
     neutral = {"level": 0.0}
-    identification = Identification(
-        typical={"level": (5.0, 100.0)},
-        typical_rotary={"level": (0.005, 5.0)},
-    )
+    identification = Identification(typical={"level": (5.0, 100.0)}, typical_rotary={"level": (0.005, 5.0)})
     fingerprint = "The missing force steps by twice the level where the velocity changes sign, and is flat in speed elsewhere."
     confused_with = ("viscous friction, at one speed only", "ForceOffset, in one direction only", "PreslidingFriction", "StribeckFriction")
     experiment = "Constant speeds in both directions, three or more of them: Coulomb friction is the intercept, viscous friction the slope."

@@ -44,11 +44,7 @@ class MotorInductance(Effect):
 
     catalogue, family, site = 16, "lag", "drive"
     neutral = {"time_constant": 0.0}
-    identification = Identification(
-        typical={"time_constant": (0.1e-3, 10e-3)},
-        typical_rotary={"time_constant": (0.1e-3, 10e-3)},
-        as_simulated=True,
-    )
+    identification = Identification(typical={"time_constant": (0.1e-3, 10e-3)}, as_simulated=True)
     fingerprint = "A first-order lag between voltage and current: rounded corners of the force, gain falling with frequency."
     confused_with = ("TransportDelay", "CurrentLoopLag", "SensorFilter")
     experiment = "Step the voltage with the rotor locked: inductance gives a slope from the start, a delay gives dead time."
@@ -85,10 +81,7 @@ class CurrentLoopLag(Effect):
 
     catalogue, family, site = 17, "lag", "drive"
     neutral = {"time_constant": 0.0}
-    identification = Identification(
-        typical={"time_constant": (0.08e-3, 2e-3), "damping": (0.4, 1.0)},
-        typical_rotary={"time_constant": (0.08e-3, 2e-3), "damping": (0.4, 1.0)},
-    )
+    identification = Identification(typical={"time_constant": (0.08e-3, 2e-3), "damping": (0.4, 1.0)})
     fingerprint = "The force lags the command with a phase that is linear at low frequency, and its amplitude drops near the bandwidth."
     confused_with = ("TransportDelay, whose amplitude does not drop", "MotorInductance", "SensorFilter")
     experiment = "A chirp: the amplitude falls for a loop and stays for a delay."
@@ -166,10 +159,7 @@ class ServoLag(Effect):
     catalogue, family, site = 0, "lag", "reference"
     also_at = {"reference_rate": ("velocity_in", "velocity_out"), "reference_acceleration": ("acceleration_in", "acceleration_out")}
     neutral = {"lag": 0.0}
-    identification = Identification(
-        typical={"lag": (1e-3, 60e-3), "velocity_lag": (0.5e-3, 20e-3)},
-        extended=("velocity_lag",),
-    )
+    identification = Identification(typical={"lag": (1e-3, 60e-3), "velocity_lag": (0.5e-3, 20e-3)}, extended=("velocity_lag",))
     fingerprint = "The position stays behind the one asked for in proportion to the velocity, at rest by nothing, and the current is late."
     confused_with = (
         "SensorFilter of the position, with which the current is in time",

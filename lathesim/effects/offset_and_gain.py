@@ -16,10 +16,7 @@ class ForceOffset(Effect):
 
     catalogue, family, site = 5, "constants", "effort"
     neutral = {"offset": 0.0}
-    identification = Identification(
-        typical={"offset": (-500.0, 500.0)},
-        typical_rotary={"offset": (-1.0, 1.0)},
-    )
+    identification = Identification(typical={"offset": (-500.0, 500.0)}, typical_rotary={"offset": (-1.0, 1.0)})
     fingerprint = "The missing force holds a constant that is there at rest and in both directions."
     confused_with = ("ConverterOffset, the same thing without a current channel", "AsymmetricFriction")
     experiment = (
@@ -46,11 +43,7 @@ class ConverterOffset(Effect):
 
     catalogue, family, site = 23, "constants", "drive"
     neutral = {"offset": 0.0}
-    identification = Identification(
-        of_any_reading=True,
-        typical={"offset": (-0.2, 0.2)},
-        typical_rotary={"offset": (-0.2, 0.2)},
-    )
+    identification = Identification(of_any_reading=True, typical={"offset": (-0.2, 0.2)})
     fingerprint = "A constant between commanded and acting voltage."
     confused_with = ("ForceOffset, the same thing without a current channel",)
     experiment = (
@@ -112,10 +105,7 @@ class DriveGainError(Effect):
 
     catalogue, family, site = 19, "constants", "drive"
     neutral = {"error": 0.0, "sag": 0.0}
-    identification = Identification(
-        typical={"error": (-0.1, 0.1), "sag": (0.0, 0.02)},
-        typical_rotary={"error": (-0.1, 0.1), "sag": (0.0, 0.02)},
-    )
+    identification = Identification(typical={"error": (-0.1, 0.1), "sag": (0.0, 0.02)})
     fingerprint = "Everything the drive does is too large or too small in proportion to the command."
     confused_with = ("mass and friction scaled together, which cannot be told apart from command and position alone", "ScaleFactorError")
     experiment = "Add a known mass, or measure the current."
@@ -142,12 +132,7 @@ class ScaleFactorError(Effect):
     catalogue, family, site = 33, "constants", "measured"
     proportional = True
     neutral = {"factor": 1.0}
-    identification = Identification(
-        between_sensors=True,
-        of_any_reading=True,
-        typical={"factor": (0.5, 2.0)},
-        typical_rotary={"factor": (0.5, 2.0)},
-    )
+    identification = Identification(between_sensors=True, of_any_reading=True, typical={"factor": (0.5, 2.0)})
     fingerprint = "One channel is proportionally wrong everywhere, by a number near 2, 10, 25.4, 2 pi, the lead or a drive constant."
     confused_with = ("DriveGainError", "CumulativePitchError")
     experiment = "Measure one known distance, speed or load."

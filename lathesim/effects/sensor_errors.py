@@ -76,9 +76,7 @@ class DynamometerDrift(Effect):
     catalogue, family, site = 50, "slow", "reading"
     neutral = {"leak": 0.0, "drift": 0.0, "offset": 0.0}
     identification = Identification(
-        carried=("N",),
-        typical={"leak": (0.001, 0.5), "drift": (-5.0, 5.0), "offset": (-20.0, 20.0)},
-        nuisance=("offset",),
+        carried=("N",), typical={"leak": (0.001, 0.5), "drift": (-5.0, 5.0), "offset": (-20.0, 20.0)}, nuisance=("offset",)
     )
     fingerprint = "The force decays in the cut, and stands on the other side of zero after it."
     confused_with = ("TemperatureSoftening, after which the zero returns", "WearForceGrowth")
@@ -111,11 +109,7 @@ class DynamometerCrosstalk(Effect):
 
     catalogue, family, site = 50, "force law", "reading"
     neutral = {"share": 0.0}
-    identification = Identification(
-        senses_beside="other_force",
-        carried=("N",),
-        typical={"share": (-0.05, 0.05)},
-    )
+    identification = Identification(senses_beside="other_force", carried=("N",), typical={"share": (-0.05, 0.05)})
     fingerprint = "One channel carries a copy of another."
     confused_with = ("a real side force",)
     experiment = "A known static load in one direction."
@@ -142,8 +136,7 @@ class DynamometerResonance(Effect):
     catalogue, family, site = 50, "lag", "reading"
     neutral = {"coupling": 0.0}
     identification = Identification(
-        carried=("N",),
-        typical={"coupling": (0.5, 1.0), "frequency": (300.0, 3000.0), "damping": (0.005, 0.05)},
+        carried=("N",), typical={"coupling": (0.5, 1.0), "frequency": (300.0, 3000.0), "damping": (0.005, 0.05)}
     )
     fingerprint = "Ringing at one frequency after each entry and exit."
     confused_with = ("SensorFilter", "RegenerativeChatter")
@@ -198,11 +191,7 @@ class SensorFilter(Effect):
     catalogue, family, site = 32, "lag", "reading"
     neutral = {"time_constant": 0.0}
     identification = Identification(
-        delay="time_constant",
-        held_flag="held",
-        typical={"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)},
-        typical_rotary={"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)},
-        extended=("stages",),
+        delay="time_constant", held_flag="held", typical={"time_constant": (0.3e-3, 20e-3), "stages": (1.0, 4.0)}, extended=("stages",)
     )
     fingerprint = "One signal lags and is rounded, the same rising as falling; the others are in time."
     confused_with = ("TransportDelay", "ChannelTimeShift", "MotorInductance")

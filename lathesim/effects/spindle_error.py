@@ -61,10 +61,7 @@ class Unbalance(Effect):
     catalogue, family, site = 34, "spindle-synchronous", "force"
     stage = 3
     neutral = {"moment": 0.0}
-    identification = Identification(
-        typical={"moment": (1e-5, 1e-2), "phase": (-math.pi, math.pi)},
-        nuisance=("phase",),
-    )
+    identification = Identification(typical={"moment": (1e-5, 1e-2), "phase": (-math.pi, math.pi)}, nuisance=("phase",))
     fingerprint = "A line once per spindle turn that grows with the square of the speed and is there without a cut."
     confused_with = ("Runout, which does not grow with the speed",)
     experiment = "Three speeds, with and without a cut."
@@ -92,10 +89,7 @@ class BeltSlip(Effect):
 
     catalogue, family, site = 35, "spindle speed", "flow"
     neutral = {"slip": 0.0, "creep": 0.0}
-    identification = Identification(
-        carried=("rad/s",),
-        typical={"slip": (0.001, 0.03), "creep": (1e-5, 1e-2)},
-    )
+    identification = Identification(carried=("rad/s",), typical={"slip": (0.001, 0.03), "creep": (1e-5, 1e-2)})
     fingerprint = "The ratio of spindle to motor speed falls with the torque."
     confused_with = ("SpeedDroop", "ScaleFactorError, which does not know the load")
     experiment = "Motor and spindle encoders together, without load and in the cut."
@@ -122,10 +116,7 @@ class SpeedDroop(Effect):
 
     catalogue, family, site = 36, "spindle speed", "flow"
     neutral = {"droop": 0.0}
-    identification = Identification(
-        carried=("rad/s",),
-        typical={"droop": (0.01, 10.0), "response": (0.01, 1.0)},
-    )
+    identification = Identification(carried=("rad/s",), typical={"droop": (0.01, 10.0), "response": (0.01, 1.0)})
     fingerprint = "The speed dips exactly while the tool cuts."
     confused_with = ("BeltSlip",)
     experiment = "Motor and spindle encoders together: droop shows in both, slip in one."
@@ -158,9 +149,7 @@ class SpindleGrowth(Effect):
     catalogue, family, site = 37, "slow", "measured"
     neutral = {"growth": 0.0}
     identification = Identification(
-        carried=("m",),
-        typical={"growth": (10e-6, 40e-6), "time_constant": (60.0, 5400.0)},
-        history=("warmth",),
+        carried=("m",), typical={"growth": (10e-6, 40e-6), "time_constant": (60.0, 5400.0)}, history=("warmth",)
     )
     fingerprint = "A slow drift that is the same at every position and follows the history of the spindle speed."
     confused_with = ("ThermalScrewGrowth, which grows with the position", "ToolCompliance")

@@ -151,7 +151,6 @@ class BaseRocking(Effect):
         resonance="frequency",
         damping="damping",
         typical={"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)},
-        typical_rotary={"mobility": (1e-4, 5e-3), "frequency": (10.0, 40.0), "damping": (0.02, 0.1)},
     )
     fingerprint = "A slow swing of 10 to 40 Hz after each jerk, on both axes at once."
     confused_with = ("ToolCompliance", "AxialResonance")
@@ -188,10 +187,7 @@ class WorkpieceDeflection(Effect):
 
     catalogue, family, site = 43, "deflection", "measured"
     neutral = {"compliance": 0.0}
-    identification = Identification(
-        carried=("m",),
-        typical={"compliance": (1e-8, 2e-6)},
-    )
+    identification = Identification(carried=("m",), typical={"compliance": (1e-8, 2e-6)})
     fingerprint = "The diameter grows with the third power of the distance from the chuck."
     confused_with = ("a taper, which is linear", "ThermalScrewGrowth", "SquarenessError")
     experiment = "A pass without infeed; a tailstock."
@@ -225,10 +221,7 @@ class ToolCompliance(Effect):
 
     catalogue, family, site = 44, "deflection", "measured"
     neutral = {"compliance": 0.0}
-    identification = Identification(
-        carried=("m",),
-        typical={"compliance": (2e-8, 1e-7)},
-    )
+    identification = Identification(carried=("m",), typical={"compliance": (2e-8, 1e-7)})
     fingerprint = "The diameter is off by a constant in proportion to the force, with a step at entry."
     confused_with = ("an offset of the tool", "SpindleGrowth")
     experiment = "Two depths of cut."

@@ -63,11 +63,7 @@ class TransportDelay(Effect):
 
     catalogue, family, site = 24, "lag", "drive"
     neutral = {"delay": 0.0}
-    identification = Identification(
-        whole_samples="delay",
-        typical={"delay": (0.1e-3, 20e-3)},
-        typical_rotary={"delay": (0.1e-3, 20e-3)},
-    )
+    identification = Identification(whole_samples="delay", typical={"delay": (0.1e-3, 20e-3)})
     fingerprint = "A pure shift between command and force: its phase is linear in frequency, its amplitude is not touched."
     confused_with = ("MotorInductance", "CurrentLoopLag", "SensorFilter", "half a step of the integrator of a simulation")
     experiment = "Sines at several frequencies: the phase of a delay grows in proportion, that of a lag levels off."
@@ -128,11 +124,7 @@ class ChannelTimeShift(Effect):
 
     catalogue, family, site = 27, "recording", "reading"
     neutral = {"shift": 0.0}
-    identification = Identification(
-        delay="shift",
-        typical={"shift": (-5e-3, 50e-3)},
-        typical_rotary={"shift": (-5e-3, 50e-3)},
-    )
+    identification = Identification(delay="shift", typical={"shift": (-5e-3, 50e-3)})
     fingerprint = "One channel is late or early by a constant time; the loop itself behaves as if it were not."
     confused_with = ("TransportDelay, which the controller feels", "SensorFilter")
     experiment = "Record one edge on all channels."
@@ -167,11 +159,7 @@ class ClockSkew(Effect):
 
     catalogue, family, site = 26, "slow", "reading"
     neutral = {"skew": 0.0}
-    identification = Identification(
-        delay="skew",
-        typical={"skew": (-1e-3, 0.01)},
-        typical_rotary={"skew": (-1e-3, 0.01)},
-    )
+    identification = Identification(delay="skew", typical={"skew": (-1e-3, 0.01)})
     fingerprint = "The residual follows the velocity and grows linearly along the recording."
     confused_with = ("ThermalScrewGrowth", "DriveGainError", "ChannelTimeShift, over a short recording")
     experiment = "Two markers far apart on both clocks."
@@ -204,11 +192,7 @@ class SampleJitter(Effect):
 
     catalogue, family, site = 25, "recording", "reading"
     neutral = {"deviation": 0.0}
-    identification = Identification(
-        carried=(),
-        typical={"deviation": (10e-6, 500e-6)},
-        typical_rotary={"deviation": (10e-6, 500e-6)},
-    )
+    identification = Identification(carried=(), typical={"deviation": (10e-6, 500e-6)})
     fingerprint = "Broadband noise that grows with the speed."
     confused_with = ("noise of the sensor, which does not grow with the speed",)
     experiment = "Look at the time stamps; run at two speeds."

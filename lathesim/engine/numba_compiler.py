@@ -148,11 +148,7 @@ def block_signature() -> Any:
     return types.int64(*scalars, numbers, numbers, numbers, directory, directory, directory, numbers)
 
 
-_LEFT_OUT = (
-    *("ReconstructSSA", "PreLowerStripPhis"),
-    *("InlineClosureLikes", "GenericRewrites", "NopythonRewrites"),
-    "IRProcessing",
-)
+_LEFT_OUT = (*("ReconstructSSA", "PreLowerStripPhis"), *("InlineClosureLikes", "GenericRewrites", "NopythonRewrites"), "IRProcessing")
 
 
 class BlockCompiler(CompilerBase):  # type: ignore[misc]

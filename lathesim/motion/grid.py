@@ -65,11 +65,7 @@ class Grid:
         return np.asarray(cap)
 
     def quickest(
-        self,
-        limits: AxisLimits,
-        tool_speed: ToolSpeed | None,
-        slower: Slower | None,
-        also: FloatArray | None = None,
+        self, limits: AxisLimits, tool_speed: ToolSpeed | None, slower: Slower | None, also: FloatArray | None = None
     ) -> FloatArray:
         """Return b at the nodes; ``also`` (nodes,) bounds it further."""
         from lathesim.motion.passes import quickest

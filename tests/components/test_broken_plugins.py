@@ -143,10 +143,7 @@ def test_a_unit_of_another_kind_is_named_where_it_meets_a_wire(bench: Bench) -> 
 
 @pytest.mark.parametrize(
     ("new", "sentence"),
-    [
-        ("math.nan", "cutting_force.cutting_force stopped being a number at t = "),
-        ("1.0 / (feed - feed)", "cutting_force failed at t = "),
-    ],
+    [("math.nan", "cutting_force.cutting_force stopped being a number at t = "), ("1.0 / (feed - feed)", "cutting_force failed at t = ")],
     ids=["no number", "exception"],
 )
 def test_what_breaks_only_during_a_run_is_named_with_time_law_and_inputs(new: str, sentence: str, bench: Bench) -> None:
