@@ -98,7 +98,7 @@ def _units(component: type[Component]) -> Iterator[ComponentError]:
 
 def _sources(component: type[Component]) -> list[ComponentError]:
     """Return where a law uses something that cannot be taken into a fused machine."""
-    from lathesim.engine.law_source import LawLibrary
+    from lathesim.engine.law_text import LawLibrary
 
     library = LawLibrary()
     found = []
@@ -252,7 +252,7 @@ def _compiled(component: type[Component], closed: type[Component]) -> list[Compo
         import numpy as np
     except ImportError:
         return []
-    from lathesim.engine.law_source import LawLibrary
+    from lathesim.engine.law_text import LawLibrary
 
     library = LawLibrary()
     names = {law: library.add(function, law) for law, function in component.laws.items()}

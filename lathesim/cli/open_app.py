@@ -49,7 +49,7 @@ def open_app(opened: str | None = None, variant: str | None = None, plugin_folde
 
 def make_app(opened: str | None = None, variant: str | None = None, plugin_folders: tuple[Path, ...] = ()) -> LathesimApp:
     """Return the app with what shall be opened on its bench."""
-    from lathesim.engine.compile_notice import tell_compiling_to
+    from lathesim.engine.module_cache import tell_compiling_to
     from lathesim.tui.app import LathesimApp
     from lathesim.tui.model.workbench import Workbench
 

@@ -200,7 +200,7 @@ def read_ends(option: str, text: str) -> tuple[float, float]:
 
 def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Registry:
     """Return the registry with the user's plug-in folders and that of the workspace; tell each plug-in at fault in one line."""
-    from lathesim.engine.compile_notice import tell_compiling_to
+    from lathesim.engine.module_cache import tell_compiling_to
 
     tell_compiling_to(_told_once())
     registry = load_with_workspace(plugin_folders)

@@ -15,8 +15,8 @@ import numpy as np
 
 from lathesim.compensation.lap_response import learning_filter
 from lathesim.compensation.laps import Course, course_of
+from lathesim.compensation.learn import program_text
 from lathesim.compensation.planning import answered
-from lathesim.compensation.recorded_lap import program_text
 from lathesim.compensation.remedying import Answer
 from lathesim.component import Table
 from lathesim.engine.assembly import FloatArray, Place

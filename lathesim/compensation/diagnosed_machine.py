@@ -253,7 +253,7 @@ def draws_of(
     deviations = np.array([(intervals[name][2] - intervals[name][1]) / _TO_ONE for name in names])
     root = _root(correlation(bench, names, middle, deviations, prior))
     drawn = np.array([middle[name] for name in names]) + deviations * (rng.standard_normal((count, len(names))) @ root.T)
-    low, high = _bounds(bench, names)
+    low, high = bounds(bench, names)
     rows = np.clip(drawn, low, high)
     return [{**middle, **dict(zip(names, map(float, row), strict=True)), **item} for row, item in zip(rows, loose, strict=True)]
 
@@ -262,7 +262,7 @@ def correlation(
     bench: Bench, names: Sequence[str], middle: Mapping[str, float], deviations: FloatArray, prior: Mapping[str, float]
 ) -> FloatArray:
     """Return the correlation of the errors of values, from how the unremedied machine answers to each."""
-    _, high = _bounds(bench, names)
+    _, high = bounds(bench, names)
     values = np.array([middle[name] for name in names])
     steps = np.where(values + deviations <= high, deviations, -deviations)
     rows = [
@@ -296,7 +296,8 @@ def _root(matrix: FloatArray) -> FloatArray:
     return np.asarray(directions * np.sqrt(np.maximum(sizes, 0.0)))
 
 
-def _bounds(bench: Bench, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+def bounds(bench: Bench, names: Sequence[str]) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and the highest value that each name may have, without bound where it is no parameter."""
     declared = {f"{part.name}.{name}": item for part in bench.machinery.parts for name, item in part.component.declared(Parameter).items()}
     items = [declared.get(name) for name in names]
     return (

@@ -11,9 +11,9 @@ from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.lag import CurrentLoopLag, MotorInductance, ServoLag
 from lathesim.effects.offset_and_gain import ConverterResolution
+from lathesim.effects.position_remedies import LearnedCorrection
 from lathesim.effects.remedy import Remedy
 from lathesim.effects.sensor_errors import SensorFilter
-from lathesim.effects.table_remedies import LearnedCorrection
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +12,16 @@ import numpy as np
 from lathesim.compensation.lap_response import Filter
 from lathesim.compensation.laps import Course, Lap
 from lathesim.engine.assembly import FloatArray, Place
+from lathesim.errors import LessonError, RecordingError
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.part_values import table_text
+from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared
+from lathesim.plugins import Registry
+from lathesim.recordings.mapping import map_recording
+from lathesim.recordings.raw_table import read_recording
 from lathesim.units import in_unit
-from lathesim.whole_file import WholeFiles, make_folder
+from lathesim.whole_file import WholeFiles, make_folder, write_text
 
 Tell = Callable[[str], None]
 _PARTS = 12.0
@@ -123,3 +129,127 @@ def write_learned(prepared: Prepared, course: Course, learning: Learning, folder
         for file, content in [*contents.items(), (folder / "lesson.yaml", text)]:
             whole.write_text(file, content)
     return [folder / "lesson.yaml", *contents]
+
+
+_MOST_BLOCKS = 20_000
+_SMALLEST = 0.5e-6
+"""Half of the last decimal that is written [mm]: a shorter way is none."""
+
+
+def program_text(asked: FloatArray, period: float, words: list[str], spindle: FloatArray | None) -> str:
+    """Return the program of way-points [m], shape (axes, samples), which begins where the tool stands.
+
+    It has straight blocks of whole samples with the feed that takes just as long, and dwells where nothing moves.
+    """
+    count = asked.shape[1]
+    every = max(1, -(-count // _MOST_BLOCKS))
+    points = [*range(0, count - 1, every), count - 1]
+    start = " ".join(f"{word}{1e3 * row[0]:.6f}" for word, row in zip(words, asked, strict=True))
+    lines = [
+        "(dialect: linuxcnc)",
+        "(the path of a part, with the errors of one machine mirrored into it)",
+        "G21 G18 G90 G94 G8",
+        f"G0 {start}",
+    ]
+    standing, turning = 0.0, 0.0
+    # what is not written is no way: the next block begins where the last one ended
+    before = np.round(1e3 * asked[:, 0], 6)
+    for first, last in itertools.pairwise(points):
+        if spindle is not None and last < len(spindle) and spindle[last] != turning:
+            turning = float(spindle[last])
+            lines.append(f"G97 S{abs(turning) * 30.0 / np.pi:.4f} {'M3' if turning > 0.0 else 'M4'}" if turning else "M5")
+        after = np.round(1e3 * asked[:, last], 6)
+        way = float(np.sqrt(np.sum((after - before) ** 2)))
+        lasting = (last - first) * period
+        if way < _SMALLEST:
+            standing += lasting
+            continue
+        if standing > 0.0:
+            lines.append(f"G4 P{standing:.6f}")
+            standing = 0.0
+        # rounded up, so that rounding costs no further sample
+        feed = np.ceil(way / lasting * 60.0 * 1e5) / 1e5
+        target = " ".join(f"{word}{value:.6f}" for word, value in zip(words, after, strict=True))
+        lines.append(f"G1 {target} F{feed:.5f}")
+        before = after
+    if standing > 0.0:
+        lines.append(f"G4 P{standing:.6f}")
+    return "\n".join([*lines, "M2"]) + "\n"
+
+
+NEXT_LAP, LESSON = "next_lap.nc", "lesson.yaml"
+_LAPS_AHEAD = 12
+"""Further laps that are simulated to find the floor (assumed)."""
+_OFF = 2
+"""Samples by which a recorded lap may be shorter or longer: where the logger was started and stopped (assumed)."""
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """Root mean squares of tracking errors [m]: of the recorded lap, of the next lap (predicted), and the smallest of all laps to come."""
+
+    now: float
+    following: float
+    floor: float
+
+
+def next_lap(
+    prepared: Prepared, course: Course, chosen: Filter, recording: Path, registry: Registry, folder: Path
+) -> tuple[tuple[Path, Path], Outlook]:
+    """Write the program of the next lap from a recorded one, and the lesson that runs it; return both files and the predicted errors.
+
+    The lap's reference is that of the recording where it holds one, else the lesson's; by what it differs from the lesson's is what was
+    learned before. Raises :class:`RecordingError` where the lap has another length, :class:`LessonError` where the lesson maps no reading.
+    """
+    lesson = prepared.case.lesson
+    mapping = mapping_of(lesson, prepared.machinery)
+    record = map_recording(read_recording(recording, registry.readers.values()), mapping).record
+    missing = [loop.reading for loop in course.loops if loop.reading not in record]
+    if missing:
+        fact = f"the lesson maps no column to {missing[0]}, and learning needs the readings of its axes."
+        raise LessonError(fact, place=str(lesson.path), remedy="Write it under 'recordings: compare:'.")
+    if abs(len(record) - course.samples) > _OFF:
+        fact = f"the lap has {len(record)} samples, and the lesson's has {course.samples}."
+        raise RecordingError(fact, place=str(recording), remedy="Record one whole lap of the lesson's program, at its sample period.")
+    asked = course.references()
+    read = np.array([_as_long(record[loop.reading], course.samples) for loop in course.loops])
+    names = [f"{loop.controller}.reference" for loop in course.loops]
+    run = [_as_long(record[name], course.samples) if name in record else row for name, row in zip(names, asked, strict=True)]
+    errors = asked - read
+    before = np.array(run) - asked
+    following = _following(chosen, before, errors)
+    make_folder(folder)
+    file = folder / NEXT_LAP
+    write_text(file, program_text(asked + following, course.period, course.axes_of_path(), None))
+    values = {name: str(given.value) for name, given in prepared.case.set.items() if given.place.startswith("--set")}
+    text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, program=file, further={"dialect": "linuxcnc"})
+    write_text(folder / LESSON, text)
+    return (file, folder / LESSON), _outlook(course, chosen, before, errors)
+
+
+def _following(chosen: Filter, before: FloatArray, errors: FloatArray) -> FloatArray:
+    """Return the next corrections of a program [m]; the first one is zero, because a program begins at the position of the tool."""
+    following = chosen.applied(before, errors)
+    following[:, 0] = 0.0
+    return following
+
+
+def _outlook(course: Course, chosen: Filter, before: FloatArray, errors: FloatArray) -> Outlook:
+    """Return the predicted errors: those of simulated laps plus the difference between the recorded lap and its simulation."""
+    off = errors - course.lap(before).errors
+    reached = [_rms(errors)]
+    for _ in range(_LAPS_AHEAD):
+        before = _following(chosen, before, errors)
+        errors = off + course.lap(before).errors
+        reached.append(_rms(errors))
+    return Outlook(reached[0], reached[1], min(reached))
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.sum(errors**2, axis=0))))
+
+
+def _as_long(values: FloatArray, count: int) -> FloatArray:
+    """Return a signal cut or held to a length."""
+    kept = values[:count]
+    return np.concatenate([kept, np.full(count - len(kept), kept[-1])])

@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
+from lathesim.engine.failure import check_step
 from lathesim.engine.fuse import fuse
 from lathesim.engine.lane_text import LANES
 from lathesim.engine.lanes import LEAST, Choice, Lanes, Timing
 from lathesim.engine.machine_code import CompiledMachine
 from lathesim.engine.module_cache import compiled_machine
 from lathesim.engine.run_arrays import RunArrays, draw_noise, start_arrays, start_memories
-from lathesim.engine.step_limit import check_step
 from lathesim.engine.wiring import Plan
 
 Reduce = Callable[[FloatArray], Any]

@@ -39,7 +39,7 @@ from typing import cast
 
 from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, Output, State, Table
 from lathesim.engine.assembly import Part, Place
-from lathesim.engine.law_source import LawLibrary, Piece
+from lathesim.engine.law_text import LawLibrary, Piece
 from lathesim.engine.wiring import Plan, giving, law_sources
 
 _TEST = re.compile(r"( *)if (\w+__idle):")

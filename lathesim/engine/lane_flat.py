@@ -10,8 +10,7 @@ import ast
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from lathesim.engine.law_source import LawLibrary
-from lathesim.engine.law_text import NotInPlaceError, Renamed, in_place, source_line, stored_names
+from lathesim.engine.law_text import LawLibrary, NotInPlaceError, Renamed, in_place, source_line, stored_names
 
 _VECTOR_MATH = frozenset({"sqrt", "fabs", "copysign", "floor", "ceil", "isnan", "isinf", "isfinite"})
 """Functions of ``math`` that are instructions of a processor, also for vectors."""

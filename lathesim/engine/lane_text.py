@@ -26,8 +26,7 @@ from pathlib import Path
 from lathesim.cache_folder import keep_sealed, kept_sealed
 from lathesim.engine.fuse import FusedModule, Writer, flat_name, fuse
 from lathesim.engine.lane_flat import Flattener, calls, functions_of
-from lathesim.engine.law_source import Piece
-from lathesim.engine.law_text import NotInPlaceError, Renamed, read_names, stored_names
+from lathesim.engine.law_text import NotInPlaceError, Piece, Renamed, read_names, stored_names
 from lathesim.engine.wiring import Plan
 
 LANES = 16

@@ -15,15 +15,14 @@ import importlib.util
 import marshal
 import sys
 import types
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
 from lathesim.cache_folder import keep, keep_sealed, kept_sealed, names_kept
-from lathesim.engine.compile_notice import say
 from lathesim.engine.fuse import FusedModule
-from lathesim.engine.law_source import Piece
+from lathesim.engine.law_text import Piece
 from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, make_code
 from lathesim.errors import SimulationError
 
@@ -185,3 +184,18 @@ def _refusal(fused: FusedModule, error: Exception) -> SimulationError:
     law = next((piece.name for piece in fused.pieces if piece.name in str(error) or piece.digest in str(error)), "the wiring")
     reason = (lines or [type(error).__name__])[0].partition(" Raised from")[0].rstrip(".")
     return SimulationError(f"{law} cannot be compiled: {reason}.", remedy="Use floats and math only, or run with --plain.")
+
+
+Listener = Callable[[str], None]
+_listeners: list[Listener] = []
+
+
+def tell_compiling_to(listener: Listener | None) -> None:
+    """Let ``listener`` take the sentences about compiling from now on, in place of the one before; none says nothing."""
+    _listeners[:] = [] if listener is None else [listener]
+
+
+def say(sentence: str) -> None:
+    """Notify the listener, if there is one."""
+    for listener in _listeners:
+        listener(sentence)

@@ -14,13 +14,11 @@ import numpy as np
 
 import lathesim
 from lathesim.engine.assembly import FloatArray
-from lathesim.engine.compile_notice import say
-from lathesim.engine.failure import EndlessLawWatch, LawRunsOnError, describe_failure, may_run_on
+from lathesim.engine.failure import EndlessLawWatch, LawRunsOnError, check_step, describe_failure, may_run_on
 from lathesim.engine.fuse import FusedModule, fuse
 from lathesim.engine.machine_code import CompiledMachine
-from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module, say
 from lathesim.engine.run_arrays import RecordedValues, RunArrays, draw_noise, start_arrays
-from lathesim.engine.step_limit import check_step
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
 from lathesim.record import Record

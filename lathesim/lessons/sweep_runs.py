@@ -17,9 +17,9 @@ import lathesim
 from lathesim.analysis.metric import Measurements, measure
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
+from lathesim.engine.failure import check_step
 from lathesim.engine.fuse import fuse
 from lathesim.engine.run_arrays import start_arrays
-from lathesim.engine.step_limit import check_step
 from lathesim.errors import LatheSimError
 from lathesim.lessons.alarms import AlarmWatch
 from lathesim.lessons.simulate import Prepared

@@ -1,12 +1,14 @@
 """Figures have the lines they promise, axes with units, and sentences where the record lacks something."""
 
+from __future__ import annotations
+
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lathesim.analysis import plots
-from lathesim.analysis.figure_style import common_unit, label, thinned
+from lathesim.analysis.figure_style import common_unit, dress, hold_ticks, label, new_figure, thinned, write_figure
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from tests.analysis.small_record import shoulder
@@ -121,3 +123,32 @@ def test_units_of_a_figure() -> None:
     assert common_unit([np.array([1e-6, np.nan]), np.array([3e-4])], "m") == (1e-6, "um")
     assert label("torque", "N*m") == "torque [N·m]"
     assert label("count", "") == "count"
+
+
+def pixels(path: Path) -> np.ndarray:
+    from matplotlib.image import imread
+
+    return np.asarray(imread(path))[:, :, :3]
+
+
+def test_a_png_is_the_picture_that_matplotlib_saves(tmp_path: Path) -> None:
+    figure = plots.contour_error_figure(shoulder())
+    write_figure(figure, tmp_path / "short.png", "png")
+    assert figure.get_dpi() == 100
+    usual = plots.contour_error_figure(shoulder())
+    hold_ticks(usual)
+    usual.savefig(tmp_path / "usual.png", dpi=150)
+    assert np.array_equal(pixels(tmp_path / "short.png"), pixels(tmp_path / "usual.png"))
+
+
+def test_ticks_stay_where_they_are_and_those_of_other_axes_are_left_alone() -> None:
+    figure = new_figure()
+    plain, logarithmic = figure.subplots(2, 1)
+    for panel in (plain, logarithmic):
+        panel.plot([1.0, 2000.0], [0.001, 0.002])
+        dress(panel)
+    logarithmic.set_xscale("log")
+    before = [text.get_text() for text in plain.get_xticklabels() if 0.0 <= text.get_position()[0] <= 2000.0]
+    hold_ticks(figure)
+    assert [text.get_text() for text in plain.get_xticklabels()] == before
+    assert type(logarithmic.xaxis.get_major_locator()).__name__ == "LogLocator"

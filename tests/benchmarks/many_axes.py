@@ -6,8 +6,7 @@ import math
 
 from lathesim.component import Component, DiscreteState, Output, Parameter
 from lathesim.components.axes import EmpiricalAxis
-from lathesim.components.converters import DAConverter
-from lathesim.components.sensors import LinearEncoder
+from lathesim.components.sensors import DAConverter, LinearEncoder
 from lathesim.components.servo_controllers import PositionController
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.wiring import Plan, wire

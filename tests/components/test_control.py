@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from lathesim.components.contour_controllers import CrossCouplingController
 from lathesim.components.contour_error import ContourError
-from lathesim.components.converters import ADConverter, DAConverter, nearest_level
-from lathesim.components.sensors import LinearEncoder, Tachometer
+from lathesim.components.sensors import ADConverter, DAConverter, LinearEncoder, Tachometer, nearest_level
 from lathesim.components.servo_controllers import PositionController, SpindleController
 from lathesim.components.signals import RecordedSignal
 from tests.components.paths import Walk

@@ -23,7 +23,7 @@ from lathesim.lessons.simulate import check_machine
 from lathesim.plugins import Registry, load_registry
 from lathesim.units import quantity
 from tests.diagnosis.pushed_table import Hidden, experiments, recording, searched
-from tests.effects.places import PLACES, machinery
+from tests.effects.rigs import PLACES, machinery
 
 TEMPLATES = sorted((Path(__file__).parents[2] / "lesson_configs" / "machines").glob("*.yaml"))
 QUICK = ("cascade_axis", "cutting_process", "torque_spindle", "led_axis")

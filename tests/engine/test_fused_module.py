@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import itertools
 import math
+import textwrap
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +17,8 @@ from lathesim.cli.speed.bench_rows import SEED, lathe_plan
 from lathesim.component import Component, DiscreteState, Input, Output, State
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.batch import Batch
-from lathesim.engine.fuse import fuse
+from lathesim.engine.fuse import fuse, grouped
+from lathesim.engine.law_text import NotInPlaceError, in_place
 from lathesim.engine.module_cache import module_path
 from lathesim.engine.rk4 import HEUN, RK4, Tableau
 from lathesim.engine.run import run
@@ -149,3 +154,104 @@ class Decay(Component):
     @staticmethod
     def output(size: float) -> float:
         return size
+
+
+def branch(part: str, source: str) -> list[str]:
+    """A part that passes on its source where it idles, and adds one where it does not."""
+    return [f"if {part}__idle:", f"    {part} = {source}", "else:", f"    {part} = {source} + 1.0"]
+
+
+CHAIN = [*branch("a", "x"), *branch("b", "a"), *branch("c", "b")]
+
+
+def result(lines: list[str], idle: dict[str, bool]) -> float:
+    """Return what a chain makes of 10 (the text is this file's own)."""
+    text = "\n".join(["def chain(x, a__idle, b__idle, c__idle):", *[f"    {line}" for line in lines], "    return c"])
+    variables: dict[str, Any] = {}
+    exec(text, variables)  # noqa: S102 - the text of this file
+    return float(variables["chain"](10.0, *(idle[part] for part in "abc")))
+
+
+def test_a_chain_gives_the_same_whoever_idles() -> None:
+    made, asked = grouped(CHAIN)
+    assert asked == ["idle_0 = a__idle and b__idle and c__idle"]
+    for number in range(8):
+        idle = {part: bool(number >> place & 1) for place, part in enumerate("abc")}
+        assert result([*asked, *made], idle) == result(CHAIN, idle)
+
+
+def test_what_idles_together_is_one_branch() -> None:
+    made, _ = grouped(CHAIN)
+    assert made[:5] == ["if idle_0:", "    a = x", "    b = a", "    c = b", "else:"]
+
+
+def test_a_branch_by_itself_and_other_lines_stay_as_they_are() -> None:
+    lines = [*branch("a", "x"), "y = a * 2.0", *branch("b", "y"), "for k in range(3):", *[f"    {line}" for line in branch("c", "b")]]
+    assert grouped(lines) == (lines, [])
+
+
+def test_a_long_chain_is_cut_into_pieces() -> None:
+    parts = "abcdefgh"
+    lines = [line for part, source in zip(parts, "x" + parts, strict=False) for line in branch(part, source)]
+    _, asked = grouped(lines)
+    assert [len(line.split(" and ")) for line in asked] == [6, 2]
+
+
+def test_the_same_parts_are_asked_about_once() -> None:
+    again = [line.replace("a =", "aa =").replace("b =", "bb =").replace("c =", "cc =") for line in CHAIN]
+    assert len(grouped([*CHAIN, "y = 1.0", *again])[1]) == 1
+
+
+LAW = """
+def law(depth, speed):
+    slow = speed < 1.0
+    if depth <= 0.0:
+        return (0.0, 1.0 if slow else 2.0)
+    if slow:
+        speed = 1.0
+        feed = depth / speed
+    else:
+        feed = depth
+        for _ in range(2):
+            feed = feed + speed
+    return (feed, feed * speed)
+"""
+
+
+def executed(source: str, **variables: object) -> dict[str, object]:
+    exec(source, variables)  # noqa: S102 - the text of these tests
+    return variables
+
+
+def written(source: str, targets: list[str], *arguments: str) -> str:
+    law = ast.parse(textwrap.dedent(source)).body[0]
+    assert isinstance(law, ast.FunctionDef)
+    given = [ast.parse(argument, mode="eval").body for argument in arguments]
+    return "\n".join(ast.unparse(statement) for statement in in_place(law, given, targets, "part__"))
+
+
+def test_a_body_in_place_gives_what_the_call_gives() -> None:
+    text = written(LAW, ["feed", "power"], "d", "s + 0.0")
+    law = executed(LAW)["law"]
+    assert callable(law)
+    for depth, speed in itertools.product((-1.0, 0.0, 0.5), (0.5, 1.0, 3.0)):
+        found = executed(text, d=depth, s=speed)
+        assert (found["feed"], found["power"]) == law(depth, speed)
+        assert (found["d"], found["s"]) == (depth, speed)
+
+
+def test_targets_that_a_law_still_reads_are_assigned_at_once() -> None:
+    source = """
+    def law(a, b):
+        if a > 0.0:
+            return (b, a)
+        return (a, a)
+    """
+    found = executed(written(source, ["a", "b"], "a", "b"), a=3.0, b=8.0)
+    assert (found["a"], found["b"]) == (8.0, 3.0)
+
+
+@pytest.mark.parametrize("body", ["for _ in range(3):\n    if x > 1.0:\n        return 1.0\nreturn x", "if x > 0.0:\n    return 1.0"])
+def test_what_has_to_be_called(body: str) -> None:
+    with pytest.raises(NotInPlaceError):
+        written("def law(x):\n" + textwrap.indent(body, "    "), ["y"], "v")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Noise, Output, Parameter, Table
-from lathesim.engine import lanes
+from lathesim.engine import batch, lanes
 from lathesim.engine.assembly import Part, Wire
 from lathesim.engine.batch import Batch
 from lathesim.engine.fuse import idle_values
@@ -294,3 +295,29 @@ def test_only_a_full_group_decides_whether_lanes_are_given_up() -> None:
     assert not choice.refused
     choice.spend(2.0 * lanes.LANES, lanes.LANES, side_by_side=True)
     assert choice.refused
+
+
+def test_a_machine_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    working: list[int] = []
+    together: list[int] = []
+    made = batch.compiled_machine
+
+    def watched(fused: Any) -> Any:
+        working.append(1)
+        together.append(len(working))
+        try:
+            return made(fused)
+        finally:
+            working.pop()
+
+    monkeypatch.setattr(batch, "compiled_machine", watched)
+    plan = wire(replace(loop(), finish=""))
+
+    def one(_: int) -> np.ndarray:
+        found: np.ndarray = Batch(plan, 200, noisy=False).run([], np.zeros((1, 0)))[0]
+        return found
+
+    with ThreadPoolExecutor(4) as pool:
+        runs = list(pool.map(one, range(8)))
+    assert together == [1] * 8
+    assert all(np.array_equal(run, runs[0]) for run in runs)

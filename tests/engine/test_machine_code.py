@@ -6,8 +6,10 @@ import itertools
 import math
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,11 +20,10 @@ from lathesim import cache_folder
 from lathesim.component import Component, Output, State
 from lathesim.engine import module_cache, run_arrays
 from lathesim.engine.assembly import Assembly, Part
-from lathesim.engine.compile_notice import tell_compiling_to
 from lathesim.engine.fuse import fuse
 from lathesim.engine.law_text import law_text
 from lathesim.engine.machine_code import is_kept, load_code
-from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, tell_compiling_to
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
@@ -292,3 +293,19 @@ def test_like_parts_computed_side_by_side_keep_every_bit(empty_cache: Path, monk
     plain, compiled = (run(plan, duration=2.0, engine=engine) for engine in ("plain", "compiled"))
     assert compiled.meta["engine"] == "compiled"
     assert all(np.array_equal(plain[name], compiled[name]) for name in plan.channels)
+
+
+TRIED = ("0.63.1", "0.68.1")
+"""The oldest and the newest version of numba with which this folder's tests have run; a newer minor one is tried first."""
+
+
+def test_the_requirement_ends_behind_the_newest_version_that_was_tried() -> None:
+    with (Path(__file__).parents[2] / "pyproject.toml").open("rb") as file:
+        requirements = tomllib.load(file)["project"]["dependencies"]
+    major, minor, _ = TRIED[-1].split(".")
+    assert f"numba>={TRIED[0]},<{major}.{int(minor) + 1}" in requirements
+
+
+def test_the_version_here_is_one_of_those() -> None:
+    found, oldest, newest = (tuple(map(int, text.split(".")[:2])) for text in (version("numba"), *TRIED))
+    assert oldest <= found <= newest

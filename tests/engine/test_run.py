@@ -12,6 +12,7 @@ import pytest
 from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.run import run
+from lathesim.engine.run_arrays import RecordedValues
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError, WiringError
 from lathesim.record import FloatArray, Record
@@ -195,3 +196,19 @@ def test_a_guard_ends_the_run_at_the_same_sample_in_both_engines() -> None:
     assert same(*ended)
     assert ended[0].status == f"failed: axis at sample {first}"
     assert all(np.array_equal(ended[0][name], whole[name][: first + 1]) for name in whole.channels)
+
+
+@pytest.mark.parametrize("expected", [0, 3, 10, 100])
+def test_blocks_are_put_one_behind_the_other(expected: int) -> None:
+    whole = np.arange(20.0).reshape(2, 10)
+    recorded = RecordedValues(2, expected)
+    scratch = np.zeros((2, 4))
+    for first in range(0, 10, 4):
+        block = scratch[:, : min(4, 10 - first)]
+        block[:] = whole[:, first : first + 4]
+        recorded.add(block)
+    assert np.array_equal(recorded.values, whole)
+
+
+def test_nothing_recorded_is_no_samples() -> None:
+    assert RecordedValues(3, 1000).values.shape == (3, 0)

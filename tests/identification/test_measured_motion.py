@@ -9,8 +9,7 @@ import pytest
 
 from lathesim.components.axes import EmpiricalAxis
 from lathesim.components.contour_error import ContourError
-from lathesim.components.converters import ADConverter, DAConverter
-from lathesim.components.sensors import LinearEncoder, Tachometer
+from lathesim.components.sensors import ADConverter, DAConverter, LinearEncoder, Tachometer
 from lathesim.components.servo_controllers import SpindleController
 from lathesim.components.spindles import EmpiricalSpindle
 from lathesim.diagnosis.location import passed_through

@@ -9,12 +9,11 @@ import pytest
 from lathesim.diagnosis.explaining.plausible import resonates
 from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.effects.drive_errors import TorqueRipple
-from lathesim.effects.encoder_error import LostCounts
 from lathesim.effects.force_law import ChipThicknessExponent, EdgeForce, EntryBuildUp
 from lathesim.effects.friction import CoulombFriction, PreslidingFriction, StribeckFriction
 from lathesim.effects.lag import MotorInductance
 from lathesim.effects.offset_and_gain import ConverterOffset, ConverterResolution, ForceOffset, ScaleFactorError
-from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrift, SensorFilter
+from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrift, LostCounts, SensorFilter
 from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.effects.structure import AxialResonance
 from lathesim.engine.assembly import Assembly, Place, Wire

@@ -16,8 +16,7 @@ from lathesim.cli.progress import working
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
-    from lathesim.compensation.learn import Learning
-    from lathesim.compensation.recorded_lap import Outlook
+    from lathesim.compensation.learn import Learning, Outlook
     from lathesim.compensation.train import Training
 
 
@@ -78,7 +77,7 @@ def learn(chosen: ChosenLesson, method: LearnOptions, laps: int, recording: Path
         own = course if method.model is None else course_of(chosen.prepared_as(method.model), what)
         how = learning_filter(own, filtered=not method.without_filter)
         if recording is not None:
-            from lathesim.compensation.recorded_lap import next_lap
+            from lathesim.compensation.learn import next_lap
             from lathesim.lessons.lesson import results_folder
 
             files, outlook = next_lap(prepared, course, how, recording, chosen.registry, out or results_folder(chosen.loaded, recording))

@@ -29,8 +29,7 @@ def warm(lessons: tuple[str, ...], plugin_folders: tuple[Path, ...]) -> int:
     import time
 
     from lathesim.cache_folder import cache_folder
-    from lathesim.engine.compile_notice import tell_compiling_to
-    from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled
+    from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, tell_compiling_to
     from lathesim.errors import LatheSimError, SimulationError
 
     registry = open_registry(plugin_folders)

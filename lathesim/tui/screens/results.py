@@ -315,7 +315,7 @@ class ResultsScreen(WorkbenchScreen):
             return
         runs = self._records()
         try:
-            from lathesim.analysis.picture_figure import picture_figure
+            from lathesim.analysis.figure_style import picture_figure
             from lathesim.analysis.plots import save_figure
 
             save_figure(picture_figure(self.query_one(TimePlot).picture(), figure_title(runs)), name)

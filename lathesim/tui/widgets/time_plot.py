@@ -20,7 +20,7 @@ from textual_plot import HiResMode, PlotWidget
 from textual_plot.axis_formatter import NumericAxisFormatter
 from textual_plot.plot_widget import Legend, LinePlot
 
-from lathesim.analysis.picture_figure import DrawnLine, PlotPicture
+from lathesim.analysis.figure_style import DrawnLine, PlotPicture
 from lathesim.record import FloatArray
 from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, even_axis, labels_of, trace
 from lathesim.tui.drawing.curves import Curve, PlotLine, Scaled, look_of, power_beside, range_of, said_once, scaled

@@ -1,4 +1,4 @@
-"""GNU Octave with one m-file a part, as in the 2004 paper; fixed-step RK4 between the sample instants."""
+"""GNU Octave with one function a part, as in the 2004 paper (where each is a file); fixed-step RK4 between the sample instants."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-NAME = "Octave, one m-file a part"
+NAME = "Octave, one function a part"
 SLOW = True
-FOLDER = Path(__file__).with_name("octave")
+FOLDER = Path(__file__).parent
 SCRIPT = """\
 addpath('{folder}');
 {parameters}

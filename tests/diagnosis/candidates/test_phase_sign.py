@@ -12,8 +12,8 @@ from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
 from lathesim.diagnosis.reporting.effect_report import _turned
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry
 from lathesim.effects.drive_errors import Cogging, TorqueRipple
-from lathesim.effects.encoder_error import EncoderInterpolationError
 from lathesim.effects.friction import PositionDependentFriction
+from lathesim.effects.sensor_errors import EncoderInterpolationError
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.records import WAVES, Candidate
 from tests.diagnosis.pushed_table import experiments, machine, recording

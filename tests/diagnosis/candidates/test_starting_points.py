@@ -10,7 +10,7 @@ from lathesim.components.axes import ForceAxis
 from lathesim.components.drives import VoltageDrive
 from lathesim.diagnosis.candidates.starting_points import limit_points, starting_points
 from lathesim.effects.drive_errors import DriveSaturation
-from lathesim.effects.encoder_error import LostCounts
+from lathesim.effects.sensor_errors import LostCounts
 from lathesim.effects.structure import AxialResonance
 from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire

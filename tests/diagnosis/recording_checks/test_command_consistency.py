@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.components.converters import DAConverter
+from lathesim.components.sensors import DAConverter
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.diagnosis.recording_checks.exchanged_channels import swapped
 from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit

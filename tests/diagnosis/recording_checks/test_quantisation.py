@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
-from lathesim.effects.encoder_error import Quantisation
 from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.effects.sensor_errors import Quantisation
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
 from lathesim.identification.signal import grid_spacing
 from lathesim.record import Record

@@ -8,7 +8,7 @@ from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.location import compared
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.effects.backlash_and_screw import CumulativePitchError, ThermalScrewGrowth
-from lathesim.effects.encoder_error import LostCounts
+from lathesim.effects.sensor_errors import LostCounts
 from lathesim.effects.time_shift import ChannelTimeShift
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
