@@ -10,6 +10,8 @@ They read the channels of the parts LatheDesign and TurningEconomy, where a mach
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from lathesim.analysis.metric import (
@@ -65,30 +67,10 @@ def cycle_time(record: Record) -> float:
     return round(float(record.time[-1] - record.time[0]), 9)
 
 
-def contact_time(record: Record) -> float:
-    """Return how long tool and part are in contact [s]."""
-    return float(np.count_nonzero(in_contact(record))) * record.sample_period
-
-
-def max_contour_error(record: Record) -> float:
-    """Return the largest magnitude of the contour error in contact [m]."""
-    return largest(while_in_contact(record, *CONTOUR_ERROR))
-
-
-def rms_contour_error(record: Record) -> float:
-    """Return the root mean square of the contour error in contact [m]."""
-    return root_mean_square(while_in_contact(record, *CONTOUR_ERROR))
-
-
 def contour_error_squared_integral(record: Record) -> float:
     """Return sum(e_c^2) T over the samples in contact [m^2 s]."""
     error = while_in_contact(record, *CONTOUR_ERROR)
     return float(np.sum(error * error)) * record.sample_period
-
-
-def max_surface_roughness(record: Record) -> float:
-    """Return the largest average roughness R_a of the surface being cut [m]."""
-    return float(np.max(signal(record, "roughness")))
 
 
 def mean_surface_roughness(record: Record) -> float:
@@ -96,61 +78,6 @@ def mean_surface_roughness(record: Record) -> float:
     roughness = signal(record, "roughness")
     cut = roughness[roughness > 0.0]
     return float(np.mean(cut)) if len(cut) else 0.0
-
-
-def max_cutting_force(record: Record) -> float:
-    """Return the largest magnitude of the cutting force, along the cutting speed [N]."""
-    return largest(signal(record, *CUTTING_FORCE))
-
-
-def mean_cutting_force(record: Record) -> float:
-    """Return the mean cutting force in contact [N]."""
-    return float(np.mean(while_in_contact(record, *CUTTING_FORCE)))
-
-
-def max_feed(record: Record) -> float:
-    """Return the largest actual feed per revolution while cutting [m]."""
-    return float(np.max(signal(record, "feed_per_revolution")))
-
-
-def max_feed_speed(record: Record) -> float:
-    """Return the largest commanded path speed in contact [m/s]."""
-    return largest(while_in_contact(record, "feed_speed"))
-
-
-def max_depth_of_cut(record: Record) -> float:
-    """Return the largest actual depth of cut [m]."""
-    return float(np.max(signal(record, "depth_of_cut")))
-
-
-def removed_volume(record: Record) -> float:
-    """Return the volume cut off the part [m^3]."""
-    return float(signal(record, "removed_volume")[-1])
-
-
-def max_spindle_torque(record: Record) -> float:
-    """Return the largest magnitude of the cutting torque on the spindle [N m]."""
-    return largest(signal(record, "cutting_torque"))
-
-
-def rms_spindle_torque(record: Record) -> float:
-    """Return the root mean square of the cutting torque in contact [N m]."""
-    return root_mean_square(while_in_contact(record, "cutting_torque"))
-
-
-def max_cutting_power(record: Record) -> float:
-    """Return the largest cutting power at the spindle [W]."""
-    return largest(signal(record, "cutting_power"))
-
-
-def rms_cutting_power(record: Record) -> float:
-    """Return the root mean square of the cutting power in contact [W]."""
-    return root_mean_square(while_in_contact(record, "cutting_power"))
-
-
-def cutting_energy(record: Record) -> float:
-    """Return the work of cutting, sum(power) T [J]."""
-    return float(np.sum(signal(record, "cutting_power"))) * record.sample_period
 
 
 def while_engaged(record: Record, *wanted: str) -> FloatArray:
@@ -161,38 +88,18 @@ def while_engaged(record: Record, *wanted: str) -> FloatArray:
     return values
 
 
-def min_cutting_speed(record: Record) -> float:
-    """Return the lowest cutting speed while cutting [m/s]."""
-    return float(np.min(while_engaged(record, "cutting_speed")))
-
-
-def mean_cutting_speed(record: Record) -> float:
-    """Return the mean cutting speed while cutting [m/s]."""
-    return float(np.mean(while_engaged(record, "cutting_speed")))
-
-
-def max_cutting_speed(record: Record) -> float:
-    """Return the highest cutting speed while cutting [m/s]."""
-    return float(np.max(while_engaged(record, "cutting_speed")))
-
-
 def mean_spindle_droop(record: Record) -> float:
     """Return by how much the spindle turns slower than it should, on average while cutting [rad/s]."""
     reference = np.abs(while_engaged(record, "spindle_reference"))
     return float(np.mean(reference - np.abs(while_engaged(record, *SPINDLE_SPEED))))
 
 
-def voltage_unrest(record: Record, channel: str) -> float:
-    """Return the root mean square of the change of a voltage from sample to sample in contact [V]."""
+def changes_in_contact(record: Record, channel: str) -> FloatArray:
+    """Return the changes of a channel from sample to sample in contact; :class:`NoValueError` where there is none."""
     change = np.diff(signal(record, channel))[in_contact(record)[1:]]
     if not len(change):
         raise NoValueError("tool and part are never in contact")
-    return root_mean_square(change)
-
-
-def spindle_voltage_unrest(record: Record) -> float:
-    """Return the unrest of the voltage of the spindle [V], see :func:`voltage_unrest`."""
-    return voltage_unrest(record, "spindle_dac.voltage")
+    return change
 
 
 def spindle_speed_error(record: Record) -> float:
@@ -201,86 +108,112 @@ def spindle_speed_error(record: Record) -> float:
     return largest(reference - while_in_contact(record, *SPINDLE_SPEED))
 
 
-def rapid_contact_time(record: Record) -> float:
-    """Return how long the tool stood in the part in rapid blocks: more than 0 means a lagging axis cut a corner there [s]."""
-    return float(np.count_nonzero(signal(record, "rapid_contact") > 0.5)) * record.sample_period
+def _lasting(values: FloatArray) -> float:
+    return float(np.count_nonzero(values > 0.5))
 
 
-def tool_wear(record: Record) -> float:
-    """Return the flank wear at the end [m]."""
-    return float(signal(record, "flank_wear")[-1])
+def _last(values: FloatArray) -> float:
+    return float(values[-1])
+
+
+def _highest(values: FloatArray) -> float:
+    return float(np.max(values))
+
+
+def _lowest(values: FloatArray) -> float:
+    return float(np.min(values))
+
+
+def _mean(values: FloatArray) -> float:
+    return float(np.mean(values))
+
+
+def _total(values: FloatArray) -> float:
+    return float(np.sum(values))
+
+
+Read = Callable[..., FloatArray]
+
+
+def _of(name: str, unit: str, doc: str, reduce: Callable[[FloatArray], float], read: Read, *wanted: str, cutting: bool = False) -> Metric:
+    """Return the metric that reduces a channel, read as a whole or in part, to a number."""
+    return Metric(name, unit, doc, lambda record: reduce(read(record, *wanted)), of_cutting=cutting)
+
+
+def _over_time(name: str, unit: str, doc: str, reduce: Callable[[FloatArray], float], *wanted: str, cutting: bool = False) -> Metric:
+    """Return the metric that adds up a channel over time [s]."""
+    return Metric(name, unit, doc, lambda record: reduce(signal(record, *wanted)) * record.sample_period, of_cutting=cutting)
 
 
 def _axis_metrics(axis: str) -> list[Metric]:
-    load, error, drive = f"{axis}_disturbance", (f"contour.{axis}_error", f"{axis}_error"), f"{axis}_axis"
-
-    def max_force(record: Record) -> float:
-        return largest(signal(record, load))
-
-    def rms_force(record: Record) -> float:
-        return root_mean_square(while_in_contact(record, load))
-
-    def max_following_error(record: Record) -> float:
-        return largest(signal(record, *error))
-
-    def max_voltage(record: Record) -> float:
-        return largest(signal(record, f"{axis}_dac.voltage"))
-
-    def unrest(record: Record) -> float:
-        return voltage_unrest(record, f"{axis}_dac.voltage")
-
-    def max_current(record: Record) -> float:
-        return largest(signal(record, f"{drive}.current"))
-
-    def rms_current(record: Record) -> float:
-        return root_mean_square(signal(record, f"{drive}.current"))
-
-    def max_speed(record: Record) -> float:
-        return largest(signal(record, f"{drive}.velocity"))
-
+    load, error, drive, dac = f"{axis}_disturbance", (f"contour.{axis}_error", f"{axis}_error"), f"{axis}_axis", f"{axis}_dac.voltage"
+    force, in_contact = f"cutting force on the {axis} axis", while_in_contact
+    current, unrest = f"motor current of the {axis} axis", f"rms change of the {axis} voltage from sample to sample in contact"
+    following = f"largest distance of the {axis} axis from its reference"
     return [
-        Metric(f"max_{axis}_force", "N", f"largest cutting force on the {axis} axis", max_force, of_cutting=True),
-        Metric(
-            f"rms_{axis}_force", "N", f"root mean square of the cutting force on the {axis} axis in contact", rms_force, of_cutting=True
-        ),
-        Metric(f"max_{axis}_following_error", "m", f"largest distance of the {axis} axis from its reference", max_following_error),
-        Metric(f"max_{axis}_voltage", "V", f"largest command voltage of the {axis} axis", max_voltage),
-        Metric(f"{axis}_voltage_unrest", "V", f"rms change of the {axis} voltage from sample to sample in contact", unrest),
-        Metric(f"max_{axis}_current", "A", f"largest motor current of the {axis} axis", max_current),
-        Metric(f"rms_{axis}_current", "A", f"root mean square of the motor current of the {axis} axis", rms_current),
-        Metric(f"max_{axis}_speed", "m/s", f"largest speed of the {axis} axis", max_speed),
+        _of(f"max_{axis}_force", "N", f"largest {force}", largest, signal, load, cutting=True),
+        _of(f"rms_{axis}_force", "N", f"root mean square of the {force} in contact", root_mean_square, in_contact, load, cutting=True),
+        _of(f"max_{axis}_following_error", "m", following, largest, signal, *error),
+        _of(f"max_{axis}_voltage", "V", f"largest command voltage of the {axis} axis", largest, signal, dac),
+        _of(f"{axis}_voltage_unrest", "V", unrest, root_mean_square, changes_in_contact, dac),
+        _of(f"max_{axis}_current", "A", f"largest {current}", largest, signal, f"{drive}.current"),
+        _of(f"rms_{axis}_current", "A", f"root mean square of the {current}", root_mean_square, signal, f"{drive}.current"),
+        _of(f"max_{axis}_speed", "m/s", f"largest speed of the {axis} axis", largest, signal, f"{drive}.velocity"),
     ]
 
 
 METRICS: tuple[Metric, ...] = (
     Metric("cycle_time", "s", "time until the reference reaches the end of the program", cycle_time),
-    Metric("contact_time", "s", "time in which tool and part are in contact", contact_time),
-    Metric("max_contour_error", "m", "largest contour error in contact", max_contour_error),
-    Metric("rms_contour_error", "m", "root mean square of the contour error in contact", rms_contour_error),
+    _over_time("contact_time", "s", "time in which tool and part are in contact", _lasting, *CONTACT),
+    _of("max_contour_error", "m", "largest contour error in contact", largest, while_in_contact, *CONTOUR_ERROR),
+    _of("rms_contour_error", "m", "root mean square of the contour error in contact", root_mean_square, while_in_contact, *CONTOUR_ERROR),
     Metric("contour_error_squared_integral", "m^2*s", "integral of the squared contour error in contact", contour_error_squared_integral),
-    Metric("max_surface_roughness", "m", "largest average roughness R_a of what is cut", max_surface_roughness, of_cutting=True),
+    _of("max_surface_roughness", "m", "largest average roughness R_a of what is cut", _highest, signal, "roughness", cutting=True),
     Metric("mean_surface_roughness", "m", "mean of the average roughness R_a over what is cut", mean_surface_roughness, of_cutting=True),
-    Metric("max_cutting_force", "N", "largest cutting force", max_cutting_force, of_cutting=True),
-    Metric("mean_cutting_force", "N", "mean cutting force in contact", mean_cutting_force, of_cutting=True),
-    Metric("max_feed", "m", "largest actual feed per revolution while cutting", max_feed, of_cutting=True),
-    Metric("max_feed_speed", "m/s", "largest commanded path speed in contact", max_feed_speed),
-    Metric("max_depth_of_cut", "m", "largest actual depth of cut", max_depth_of_cut, of_cutting=True),
-    Metric("removed_volume", "m^3", "volume cut off the part", removed_volume, of_cutting=True),
-    Metric("max_spindle_torque", "N*m", "largest cutting torque on the spindle", max_spindle_torque, of_cutting=True),
-    Metric("rms_spindle_torque", "N*m", "root mean square of the cutting torque in contact", rms_spindle_torque, of_cutting=True),
-    Metric("max_cutting_power", "W", "largest cutting power at the spindle", max_cutting_power, of_cutting=True),
-    Metric("rms_cutting_power", "W", "root mean square of the cutting power in contact", rms_cutting_power, of_cutting=True),
-    Metric("cutting_energy", "J", "work of cutting", cutting_energy, of_cutting=True),
+    _of("max_cutting_force", "N", "largest cutting force", largest, signal, *CUTTING_FORCE, cutting=True),
+    _of("mean_cutting_force", "N", "mean cutting force in contact", _mean, while_in_contact, *CUTTING_FORCE, cutting=True),
+    _of("max_feed", "m", "largest actual feed per revolution while cutting", _highest, signal, "feed_per_revolution", cutting=True),
+    _of("max_feed_speed", "m/s", "largest commanded path speed in contact", largest, while_in_contact, "feed_speed"),
+    _of("max_depth_of_cut", "m", "largest actual depth of cut", _highest, signal, "depth_of_cut", cutting=True),
+    _of("removed_volume", "m^3", "volume cut off the part", _last, signal, "removed_volume", cutting=True),
+    _of("max_spindle_torque", "N*m", "largest cutting torque on the spindle", largest, signal, "cutting_torque", cutting=True),
+    _of(
+        "rms_spindle_torque",
+        "N*m",
+        "root mean square of the cutting torque in contact",
+        root_mean_square,
+        while_in_contact,
+        "cutting_torque",
+        cutting=True,
+    ),
+    _of("max_cutting_power", "W", "largest cutting power at the spindle", largest, signal, "cutting_power", cutting=True),
+    _of(
+        "rms_cutting_power",
+        "W",
+        "root mean square of the cutting power in contact",
+        root_mean_square,
+        while_in_contact,
+        "cutting_power",
+        cutting=True,
+    ),
+    _over_time("cutting_energy", "J", "work of cutting", _total, "cutting_power", cutting=True),
     Metric("spindle_speed_error", "rad/s", "largest deviation of the spindle from its reference in contact", spindle_speed_error),
     Metric(
         "mean_spindle_droop", "rad/s", "how much too slow the spindle turns, on average while cutting", mean_spindle_droop, of_cutting=True
     ),
-    Metric("spindle_voltage_unrest", "V", "rms change of the spindle voltage from sample to sample in contact", spindle_voltage_unrest),
-    Metric("min_cutting_speed", "m/s", "lowest cutting speed while cutting", min_cutting_speed, of_cutting=True),
-    Metric("mean_cutting_speed", "m/s", "mean cutting speed while cutting", mean_cutting_speed, of_cutting=True),
-    Metric("max_cutting_speed", "m/s", "highest cutting speed while cutting", max_cutting_speed, of_cutting=True),
-    Metric("rapid_contact_time", "s", "time in which the tool stood in the part in rapid blocks", rapid_contact_time),
-    Metric("tool_wear", "m", "flank wear at the end", tool_wear, of_cutting=True),
+    _of(
+        "spindle_voltage_unrest",
+        "V",
+        "rms change of the spindle voltage from sample to sample in contact",
+        root_mean_square,
+        changes_in_contact,
+        "spindle_dac.voltage",
+    ),
+    _of("min_cutting_speed", "m/s", "lowest cutting speed while cutting", _lowest, while_engaged, "cutting_speed", cutting=True),
+    _of("mean_cutting_speed", "m/s", "mean cutting speed while cutting", _mean, while_engaged, "cutting_speed", cutting=True),
+    _of("max_cutting_speed", "m/s", "highest cutting speed while cutting", _highest, while_engaged, "cutting_speed", cutting=True),
+    _over_time("rapid_contact_time", "s", "time in which the tool stood in the part in rapid blocks", _lasting, "rapid_contact"),
+    _of("tool_wear", "m", "flank wear at the end", _last, signal, "flank_wear", cutting=True),
     *_axis_metrics("x"),
     *_axis_metrics("z"),
 )
@@ -318,24 +251,29 @@ _LAST = 0.25
 """Share of a run that counts as settled."""
 
 
-def _settled(values: FloatArray) -> FloatArray:
+def _settled(record: Record, *wanted: str) -> FloatArray:
+    values = signal(record, *wanted)
     return values[len(values) - max(1, int(_LAST * len(values))) :]
 
 
-def chatter_swing(record: Record) -> float:
-    """Return the vibration of the tool at the end of the run, peak to peak [m]."""
-    return float(np.ptp(_settled(signal(record, "vibration", ".displacement"))))
-
-
-def settled_removal_rate(record: Record) -> float:
-    """Return the volume cut per time at the end of the run [m^3/s]."""
-    return float(np.mean(_settled(signal(record, "removal_rate"))))
+def _span(values: FloatArray) -> float:
+    return float(np.ptp(values))
 
 
 CHATTER_METRICS: tuple[Metric, ...] = (
-    Metric("chatter_swing", "m", "vibration of the tool in the last quarter of the run, peak to peak", chatter_swing),
+    _of(
+        "chatter_swing",
+        "m",
+        "vibration of the tool in the last quarter of the run, peak to peak",
+        _span,
+        _settled,
+        "vibration",
+        ".displacement",
+    ),
     Metric("wave_roughness", "m", "average roughness R_a of the waves around the part, in the last turn", wave_roughness),
-    Metric("settled_removal_rate", "m^3/s", "volume cut per time in the last quarter of the run", settled_removal_rate, of_cutting=True),
+    _of(
+        "settled_removal_rate", "m^3/s", "volume cut per time in the last quarter of the run", _mean, _settled, "removal_rate", cutting=True
+    ),
 )
 
 
@@ -362,16 +300,6 @@ def performance_index(record: Record) -> float:
     return weighed(machine_cost(record), cycle_time(record))
 
 
-def part_cost(record: Record) -> float:
-    """Return what the part cost, tool changes and edges included [dollar]."""
-    return float(signal(record, "part_cost")[-1])
-
-
-def time_per_part(record: Record) -> float:
-    """Return the time for the part with its share of tool changes [s]."""
-    return float(signal(record, "time_per_part")[-1])
-
-
 def parts_per_edge(record: Record) -> float:
     """Return how many such parts an edge lasts [1]."""
     used = float(signal(record, "used_life")[-1])
@@ -383,7 +311,7 @@ COST_METRICS: tuple[Metric, ...] = (
     Metric(
         "performance_index", "1", "cost/50000 + cycle time/5 s: the index of a design project, the smaller the better", performance_index
     ),
-    Metric("part_cost", "dollar", "what the part cost, with its share of tool changes and edges", part_cost, of_cutting=True),
-    Metric("time_per_part", "s", "time for the part with its share of tool changes", time_per_part, of_cutting=True),
+    _of("part_cost", "dollar", "what the part cost, with its share of tool changes and edges", _last, signal, "part_cost", cutting=True),
+    _of("time_per_part", "s", "time for the part with its share of tool changes", _last, signal, "time_per_part", cutting=True),
     Metric("parts_per_edge", "1", "how many such parts an edge lasts", parts_per_edge, of_cutting=True),
 )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from lathesim.analysis.circular_test import Circle, circles, circular_deviation, hysteresis
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
+from lathesim.engine.assembly import Place
 from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError
@@ -71,7 +72,7 @@ def _numbers(ways: list[tuple[str, Circle]]) -> tuple[float, float | None]:
 
 def _ways(prepared: Prepared, plan: Plan, overrides: dict[str, float]) -> list[tuple[str, Circle]]:
     """Return the circles that are run: of both directions, where the reference can be turned round or the program runs both."""
-    name = next((full for full in plan.parameters if full.endswith(f".{DIRECTION}")), None)
+    name = next((full for full in plan.parameters if Place.of(full).port == DIRECTION), None)
     sides: list[dict[str, float]] = [{}] if name is None else [{name: 1.0}, {name: -1.0}]
     found: dict[float, tuple[str, Circle]] = {}
     for side in sides:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.compensation.laps import CONTOUR, finest
 from lathesim.component import Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
@@ -26,9 +27,6 @@ from lathesim.lessons.part_values import write_table
 from lathesim.lessons.sensor_sides import with_sensor_noise
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
-
-CONTOUR = "contour.contour_error"
-_FINEST_BITS = 32.0
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ class Bench:
         """
         common = self.exact() if exact else {}
         names = sorted({*common, *(name for member in members for name in member)})
-        known = self._known()
+        known = self.batch.plan.values
         rows = np.array([[{**common, **member}.get(name, known[name]) for name in names] for member in members]).reshape(len(members), -1)
         batch = dataclasses.replace(self.batch, noisy=seeds is not None, steps_per_sample=finer * self.batch.plan.steps_per_sample)
         return [np.asarray(item) for item in batch.run(names, rows, np.copy, seeds=seeds)]
@@ -92,11 +90,6 @@ class Bench:
         """Return where the tables are, shape (loops, samples) [m]."""
         return record[[self.batch.plan.channels.index(loop.table) for loop in self.loops]]
 
-    def contour(self, record: FloatArray) -> FloatArray | None:
-        """Return the distance from the path [m], where the machine tells it."""
-        channels = self.batch.plan.channels
-        return record[channels.index(CONTOUR)] if CONTOUR in channels else None
-
     def channel(self, record: FloatArray, name: str) -> FloatArray | None:
         """Return a channel of a record, or none."""
         channels = self.batch.plan.channels
@@ -104,26 +97,12 @@ class Bench:
 
     def exact(self) -> dict[str, float]:
         """Return the values with which converters and encoders count as finely as they can: slopes are then smooth."""
-        found = {}
-        for part in self.machinery.parts:
-            parameters = part.component.declared(Parameter)
-            if "bits" in parameters and "smallest_voltage" in parameters:
-                found[f"{part.name}.bits"] = _FINEST_BITS
-            name = part.component.ports.get("resolution", "")
-            if name in parameters:
-                found[f"{part.name}.{name}"] = 0.0
-        return {name: value for name, value in found.items() if name not in self.batch.plan.feeds}
+        return {name: value for name, value in finest(self.machinery).items() if name not in self.batch.plan.feeds}
 
     def units(self, part: str) -> dict[str, str]:
         """Return the units of what a placed part declares."""
         placed = next(item for item in self.machinery.parts if item.name == part)
         return {name: item.unit for name, item in placed.component.declarations.items()}
-
-    def _known(self) -> dict[str, float]:
-        plan = self.batch.plan
-        known = dict(zip(plan.parameters, plan.parameter_values, strict=True))
-        known |= dict(zip(plan.states, plan.start_states, strict=True))
-        return known | dict(zip(plan.discrete, plan.start_discrete, strict=True))
 
 
 @dataclass(frozen=True)
@@ -207,7 +186,7 @@ class Diagnosed:
         wanted = [name for loop in loops for name in (loop.table, loop.reading, loop.reference)] + [
             f"{loop.axis}.position" for loop in loops
         ]
-        wanted += [f"{loop.axis}.velocity" for loop in loops] + [f"{loop.controller}.voltage" for loop in loops] + [CONTOUR]
+        wanted += [f"{loop.axis}.velocity" for loop in loops] + [f"{loop.controller}.voltage" for loop in loops] + [str(CONTOUR)]
         wanted += [f"{loop.converter}.voltage" for loop in loops if loop.converter]
         wanted += ["interpolator.centre_x", "interpolator.centre_z", "interpolator.circle_radius", "interpolator.radius"]
         return tuple(dict.fromkeys(name for name in wanted if name in outputs and "." in name and _is_output(machinery, name)))

@@ -24,7 +24,8 @@ from lathesim.identification.position_loops import Loop, level_of, one_or_more, 
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.simulate import Prepared
 
-CONTOUR = ("contour.contour_error", ".contour_error")
+CONTOUR = Place("contour", "contour_error")
+"""The distance from the path, where the machine tells it."""
 LATE: tuple[type[Effect], ...] = (TransportDelay, SensorFilter, ServoLag, CurrentLoopLag, MotorInductance)
 """Effects that make a loop later and are linear."""
 _FINEST_BITS = 32.0
@@ -51,6 +52,19 @@ class Lap:
     def rms_contour(self) -> float:
         """Root mean square of the distance from the path [m]."""
         return float(np.sqrt(np.mean(self.contour**2)))
+
+
+def finest(machinery: Machinery) -> dict[str, float]:
+    """Return the values with which converters and encoders count as finely as they can: slopes are then smooth."""
+    found = {}
+    for part in machinery.parts:
+        parameters = part.component.declared(Parameter)
+        if "bits" in parameters and "smallest_voltage" in parameters:
+            found[f"{part.name}.bits"] = _FINEST_BITS
+        name = part.component.ports.get("resolution", "")
+        if name in parameters:
+            found[f"{part.name}.{name}"] = 0.0
+    return found
 
 
 @dataclass(frozen=True)
@@ -89,15 +103,11 @@ class Course:
 
     def tables_of(self, corrections: FloatArray) -> FloatArray:
         """Return where the tables are in a lap with corrections, shape (axes, samples) [m]."""
-        given = {name: [corrections[place][:, None]] for place, name in enumerate(self.tables)}
-        record = np.asarray(self.batch.run([], np.zeros((1, 0)), np.copy, given)[0])
-        return np.asarray(np.nan_to_num(record[self._rows("table")]))
+        return np.asarray(np.nan_to_num(self._record(corrections)[self._rows("table")]))
 
     def references(self) -> FloatArray:
         """Return what is asked of the axes without correction, shape (axes, samples) [m]."""
-        given = {name: [np.zeros((self.samples, 1))] for name in self.tables}
-        record = np.asarray(self.batch.run([], np.zeros((1, 0)), np.copy, given)[0])
-        return np.asarray(record[self._rows("reference")])
+        return np.asarray(self._record(np.zeros((len(self.tables), self.samples)))[self._rows("reference")])
 
     def axes_of_path(self) -> list[str]:
         """Return the word of each axis in a part program: by the output of the reference that it follows."""
@@ -107,9 +117,7 @@ class Course:
         """Return only the part of the errors across the path, where the machine tells the normal."""
         if len(self.normals) != len(self.loops):
             return errors
-        given = {name: [corrections[place][:, None]] for place, name in enumerate(self.tables)}
-        record = np.asarray(self.batch.run([], np.zeros((1, 0)), np.copy, given)[0])
-        normal = np.nan_to_num(record[list(self.normals)])
+        normal = np.nan_to_num(self._record(corrections)[list(self.normals)])
         return np.asarray(normal * np.sum(normal * errors, axis=0))
 
     def exact(self, *, late: bool = False) -> dict[str, float]:
@@ -122,13 +130,12 @@ class Course:
             acts = late and issubclass(part.component, LATE)
             if issubclass(part.component, Effect) and not issubclass(part.component, Remedy) and not acts:
                 found |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
-            parameters = part.component.declared(Parameter)
-            if "bits" in parameters and "smallest_voltage" in parameters:
-                found[f"{part.name}.bits"] = _FINEST_BITS
-            name = part.component.ports.get("resolution", "")
-            if name in parameters:
-                found[f"{part.name}.{name}"] = 0.0
-        return {name: value for name, value in found.items() if name not in self.batch.plan.feeds}
+        return {name: value for name, value in (found | finest(self.machinery)).items() if name not in self.batch.plan.feeds}
+
+    def _record(self, corrections: FloatArray) -> FloatArray:
+        """Return what a lap with corrections records, shape (channels, samples)."""
+        given = {name: [corrections[place][:, None]] for place, name in enumerate(self.tables)}
+        return np.asarray(self.batch.run([], np.zeros((1, 0)), np.copy, given)[0])
 
     def floors(self) -> tuple[float, float]:
         """Return one level of the coarsest converter [V] and one count of the coarsest encoder [m]."""
@@ -144,9 +151,9 @@ class Course:
 
     def _contour(self) -> int | None:
         channels = self.batch.plan.channels
-        if CONTOUR[0] in channels:
-            return channels.index(CONTOUR[0])
-        return next((place for place, name in enumerate(channels) if name.endswith(CONTOUR[1])), None)
+        if str(CONTOUR) in channels:
+            return channels.index(str(CONTOUR))
+        return next((place for place, name in enumerate(channels) if Place.of(name).port == CONTOUR.port), None)
 
 
 def _broken(errors: FloatArray, contour: FloatArray) -> Lap:

@@ -96,6 +96,11 @@ def learn(course: Course, chosen: Filter, laps: int, *, on: str = "axis", tell: 
     return Learning(tuple(done), best, kept[best], chosen, floor, why, never)
 
 
+def _set_by_hand(prepared: Prepared) -> dict[str, str]:
+    """Return the values that the command line set, which a lesson that is written keeps."""
+    return {name: str(given.value) for name, given in prepared.case.set.items() if given.place.startswith("--set")}
+
+
 def _no_better(number: int, lap: Lap, floor: float, level: float, count: float) -> str:
     told = f"lap {number} is no better than the one before"
     if lap.rms > 10.0 * _WORST_OF * max(floor, 1e-15):
@@ -122,7 +127,7 @@ def write_learned(prepared: Prepared, course: Course, learning: Learning, folder
         tables[table] = file.name
     case = prepared.case
     lesson = case.lesson
-    values = {name: str(given.value) for name, given in case.set.items() if given.place.startswith("--set")}
+    values = _set_by_hand(prepared)
     before = dict(lesson.source.data.get("tables", {}))
     text = changed_lesson(lesson, insert, values, folder, variant=case.variant, further={"tables": {**before, **tables}})
     with WholeFiles() as whole:
@@ -221,7 +226,7 @@ def next_lap(
     make_folder(folder)
     file = folder / NEXT_LAP
     write_text(file, program_text(asked + following, course.period, course.axes_of_path(), None))
-    values = {name: str(given.value) for name, given in prepared.case.set.items() if given.place.startswith("--set")}
+    values = _set_by_hand(prepared)
     text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, program=file, further={"dialect": "linuxcnc"})
     write_text(folder / LESSON, text)
     return (file, folder / LESSON), _outlook(course, chosen, before, errors)

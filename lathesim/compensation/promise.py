@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.compensation.diagnosed_machine import Bench
+from lathesim.compensation.laps import CONTOUR
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.position_loops import resolution_of
 from lathesim.limit import Limit
@@ -50,7 +51,7 @@ class PromisedSize:
 def sizes(bench: Bench, record: FloatArray, sound: FloatArray) -> dict[str, tuple[float, str]]:
     """Return the sizes of a run: deviation of each table from the sound machine, distance from the path, voltage asked for."""
     found = _deviations(bench, record, sound)
-    contour = bench.contour(record)
+    contour = bench.channel(record, str(CONTOUR))
     if contour is not None:
         found["rms_path_error"] = (_rms(contour), "m")
         found["max_path_error"] = (float(np.max(np.abs(contour))), "m")
@@ -116,7 +117,7 @@ def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, seed: int 
     for (name, (value, unit)), shares in zip(lasts[0].items(), off, strict=True):
         known = [share * item[name][0] for share, item in zip(shares, lasts, strict=True) if np.isfinite(item[name][0])]
         found.append(PromisedSize(name, unit, firsts[0][name][0], value, min(known, default=np.nan), max(known, default=np.nan)))
-    better = [_worst(last) < _worst(first) for first, last in zip(firsts, lasts, strict=True)]
+    better = [_worst(bench, last) < _worst(bench, first) for first, last in zip(firsts, lasts, strict=True)]
     return found, float(np.mean(better))
 
 
@@ -143,7 +144,7 @@ def _deviations(bench: Bench, record: FloatArray, sound: FloatArray) -> dict[str
     return found
 
 
-def _worst(found: Mapping[str, tuple[float, str]]) -> float:
-    kept = [value for name, (value, _) in found.items() if name.startswith("rms_deviation")]
+def _worst(bench: Bench, found: Mapping[str, tuple[float, str]]) -> float:
+    kept = [found[f"rms_deviation of {table}"][0] for table in dict.fromkeys(loop.table for loop in bench.loops)]
     total = float(np.sqrt(np.sum(np.square(kept))))
     return total if np.isfinite(total) else np.inf

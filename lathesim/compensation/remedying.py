@@ -332,7 +332,9 @@ _WORTH = 1e-4
 """Steps of a search at most, and the share of the mean square that one must gain to be followed by another."""
 _STEP = 0.03
 _LEAD_STEP = 2e-4
-"""Changes by which slopes are taken: a share of a value, and seconds of a lead."""
+"""Changes by which slopes are taken: a share of a value, and seconds of a time."""
+_TIMES = ("lead", "spread")
+"""Values that are times."""
 
 
 def deviation(bench: Bench, record: FloatArray, sound: FloatArray) -> FloatArray:
@@ -373,9 +375,10 @@ def _cost(bench: Bench, names: Sequence[str], rows: Sequence[FloatArray], sound:
 
 
 def _step(name: str, value: float) -> float:
-    if name.endswith((".lead", ".spread")):
+    port = Place.of(name).port
+    if port in _TIMES:
         return _LEAD_STEP
-    return _STEP * abs(value) if value != 0.0 else _FIRST[Place.of(name).port]
+    return _STEP * abs(value) if value != 0.0 else _FIRST[port]
 
 
 _FIRST = {

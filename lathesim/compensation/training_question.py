@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.component import Table
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch, Reduce
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError, WiringError, nearest
@@ -68,7 +68,7 @@ _TINY = 1e-15
 class TrainingScore:
     """A sum of sizes of channels:  score = sum of weight times size(channel).
 
-    ``channels`` holds the ending of a channel's name with its weight; ``size`` is "rms" or "largest".
+    ``channels`` holds the port of a channel with its weight; ``size`` is "rms" or "largest".
     """
 
     name: str
@@ -83,11 +83,11 @@ SCORES = {
         TrainingScore(
             "seed",
             "rms contour error [m] + 0.001 rms speed error [m^2/s^2], as published",
-            ((".contour_error", 1.0), (".speed_error", 1e-3)),
+            (("contour_error", 1.0), ("speed_error", 1e-3)),
         ),
-        TrainingScore("contour", "rms contour error [m]", ((".contour_error", 1.0),)),
-        TrainingScore("largest", "largest contour error [m]", ((".contour_error", 1.0),), "largest"),
-        TrainingScore("even", "rms contour error [m] + 0.1 rms speed error [m^2/s^2]", ((".contour_error", 1.0), (".speed_error", 0.1))),
+        TrainingScore("contour", "rms contour error [m]", (("contour_error", 1.0),)),
+        TrainingScore("largest", "largest contour error [m]", (("contour_error", 1.0),), "largest"),
+        TrainingScore("even", "rms contour error [m] + 0.1 rms speed error [m^2/s^2]", (("contour_error", 1.0), ("speed_error", 0.1))),
     )
 }
 """The scores, by name."""
@@ -219,13 +219,13 @@ def question_of(
         if list(case.plan.parts) != list(first.plan.parts) or case.plan.feeds != first.plan.feeds:
             fact = f"the variants {variants[0]} and {variant} differ in parts or wires, and one batch trains them together."
             raise LessonError(fact, place=str(lesson.path), remedy="Train on variants that differ in values only.")
-    default = _values_of_plan(first)
+    default = first.plan.values
     rows = np.array([[item.get(name, default[name]) for name in names] for item in values]).reshape(len(cases), len(names))
     if first.duration is None:
         raise LessonError("a regulator is trained on runs of one length, and the lesson has none.", place=str(lesson.path),
                           remedy="Write 'duration: 10 s'.")  # fmt: skip
     samples = round(first.duration / first.machinery.sample_period) + 1
-    places = tuple(_channel(first, ending, lesson) for ending, _ in score.channels)
+    places = tuple(_channel(first, port, lesson) for port, _ in score.channels)
     batch = Batch(first.plan, samples, seed=first.case.seed if seed is None else seed)
     steps = _fewest_steps(first)
     return TrainingQuestion(table, shape, score, batch, names, tuple(variants) or (lesson.name,), rows, places, steps)
@@ -239,11 +239,11 @@ def _table_of(prepared: Prepared, lesson: Lesson) -> str:
     return f"{found[0]}.{WEIGHTS}"
 
 
-def _channel(prepared: Prepared, ending: str, lesson: Lesson) -> int:
+def _channel(prepared: Prepared, port: str, lesson: Lesson) -> int:
     for place, name in enumerate(prepared.plan.channels):
-        if name.endswith(ending):
+        if Place.of(name).port == port:
             return place
-    raise LessonError(f"the machine records no channel '*{ending}', which the score needs.", place=str(lesson.path),
+    raise LessonError(f"the machine records no channel '*.{port}', which the score needs.", place=str(lesson.path),
                       remedy="Choose another --score.")  # fmt: skip
 
 
@@ -251,14 +251,6 @@ def _values(case: Prepared) -> dict[str, float]:
     """Return the values and starts of a case by name."""
     found = {f"{part.name}.{name}": value for part in case.machinery.parts for name, value in {**part.parameters, **part.start}.items()}
     return {name: value for name, value in found.items() if name not in case.plan.feeds}
-
-
-def _values_of_plan(case: Prepared) -> dict[str, float]:
-    plan = case.plan
-    known = dict(zip(plan.parameters, plan.parameter_values, strict=True))
-    known |= dict(zip(plan.states, plan.start_states, strict=True))
-    known |= dict(zip(plan.discrete, plan.start_discrete, strict=True))
-    return known
 
 
 def _fewest_steps(prepared: Prepared) -> int:

@@ -77,6 +77,12 @@ class Plan:
         """Return whether an output (``part.name``) changes between two sample instants, rather than being held."""
         return giving(self.parts, output) in self.varying
 
+    @property
+    def values(self) -> dict[str, float]:
+        """What a run may override, with its value: parameters, and states and discrete states at the start."""
+        names, given = (self.parameters, self.states, self.discrete), (self.parameter_values, self.start_states, self.start_discrete)
+        return {name: value for some, known in zip(names, given, strict=True) for name, value in zip(some, known, strict=True)}
+
     def settable(self, name: str) -> tuple[str, int]:
         """Return the array (``parameter``, ``state`` or ``discrete``) and position of a name that a run may override."""
         for kind, positions in (("parameter", self.parameters), ("state", self.states), ("discrete", self.discrete)):
