@@ -23,6 +23,9 @@ from lathesim.errors import RecordError, nearest, visible
 from lathesim.hdf5_guard import own_item, refuse_endless_heap
 from lathesim.json_text import parsed_json
 
+_LISTED = 6
+"""Names that a message lists."""
+
 FloatArray = npt.NDArray[np.float64]
 Meta = dict[str, str | float | int]
 
@@ -225,7 +228,7 @@ def _some_of(names: Iterable[str]) -> str:
     listed = list(names)
     if not listed:
         return "It has no channels."
-    return f"It has {', '.join(listed[:6])}{f' and {len(listed) - 6} more' if len(listed) > 6 else ''}."
+    return f"It has {', '.join(listed[:_LISTED])}{f' and {len(listed) - _LISTED} more' if len(listed) > _LISTED else ''}."
 
 
 def _check_file(path: Path) -> None:

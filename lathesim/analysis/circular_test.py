@@ -11,6 +11,12 @@ from lathesim.analysis.metric import CONTACT, CONTOUR_ERROR, Metric, find_channe
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
+_FEWEST = 8
+"""Samples of a part of a circle."""
+_ROUNDING = 1e-9
+"""Share of a turn."""
+_EIGHTH = 0.25 * math.pi
+
 _TURN = 2.0 * math.pi
 _GRID = 720
 """Angles at which the directions are compared, and points that the two concentric circles are laid around."""
@@ -56,7 +62,7 @@ def circles(record: Record) -> list[Circle]:
     breaks = np.flatnonzero(np.any(np.diff(key, axis=1) != 0.0, axis=0)) + 1
     found = []
     for part in np.split(np.arange(len(x)), breaks):
-        if len(part) < 8 or radius[part[0]] <= 0.0:
+        if len(part) < _FEWEST or radius[part[0]] <= 0.0:
             continue
         found += _one_way(part, turned, x - centre_x, z - centre_z, radius)
     return found
@@ -71,7 +77,7 @@ def _one_way(part: np.ndarray, turned: FloatArray, x: FloatArray, z: FloatArray,
         if not len(moving):
             continue
         run = part[moving[0] : moving[-1] + 2]
-        run = run[np.abs(turned[run] - turned[run[-1]]) <= _TURN * (1.0 + 1e-9)]
+        run = run[np.abs(turned[run] - turned[run[-1]]) <= _TURN * (1.0 + _ROUNDING)]
         if abs(turned[run[-1]] - turned[run[0]]) >= _TURN * (1.0 - _WHOLE):
             size = np.hypot(x[run], z[run])
             angle = np.arctan2(z[run], x[run])
@@ -139,7 +145,7 @@ def ellipse(circle: Circle) -> Ellipse:
 def _smooth(circle: Circle) -> FloatArray:
     """Return the least-squares coefficients [m] of 1, cos a, sin a, cos 2a, sin 2a in the radial deviation away from the quadrants."""
     even = np.arange(_GRID) * _TURN / _GRID
-    away = np.abs((even + 0.25 * math.pi) % (0.5 * math.pi) - 0.25 * math.pi) > _NEAR
+    away = np.abs((even + _EIGHTH) % (2.0 * _EIGHTH) - _EIGHTH) > _NEAR
     return np.asarray(np.linalg.lstsq(_harmonics(even[away]), circle.on_grid[away], rcond=None)[0])
 
 

@@ -8,6 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+_ROUNDED_UP = 0.9995
+"""Share of a unit that three digits show as one."""
+_WRITTEN_OUT = 1e9
+
 _STEPS: dict[str, tuple[tuple[float, str], ...]] = {
     "m": ((1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")),
     "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "um/s")),
@@ -42,7 +46,7 @@ def display_unit(unit: str, largest: float) -> tuple[float, str]:
         plain = [step for step in steps if step[0] == 1.0]
         return plain[0] if plain else steps[0]
     for factor, name in steps:
-        if abs(largest) >= 0.9995 * factor:
+        if abs(largest) >= _ROUNDED_UP * factor:
             return factor, name
     return steps[-1]
 
@@ -58,7 +62,7 @@ def shown_with_unit(value: float, unit: str, digits: int = 4) -> str:
 def plain_number(value: float, digits: int) -> str:
     """Return a number with so many digits, large ones written out: ``130934`` rather than ``1.309e+05``."""
     text = f"{value:.{digits}g}"
-    return f"{value:.0f}" if "e+" in text and abs(value) < 1e9 else text
+    return f"{value:.0f}" if "e+" in text and abs(value) < _WRITTEN_OUT else text
 
 
 def text_table(rows: Sequence[tuple[str, ...]], *, ruled: bool = True) -> list[str]:

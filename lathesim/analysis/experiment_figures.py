@@ -14,6 +14,11 @@ from lathesim.engine.assembly import Place
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray
 
+_MARKED = 60
+"""Points of a line that are marked one by one."""
+_KNOWN = 10.0
+"""Singular value of a direction that is known to 10 %."""
+
 
 @dataclass(frozen=True)
 class SweepAxis:
@@ -53,7 +58,7 @@ def sweep_figure(axes: Sequence[SweepAxis], metrics: Sequence[tuple[str, str, Fl
 
 
 def _line(panel: Any, axis: SweepAxis, values: FloatArray, quantity: str) -> None:
-    panel.plot(axis.values, values, color=SIMULATED, linewidth=1.3, marker="o", markersize=3.5 if len(values) <= 60 else 0)
+    panel.plot(axis.values, values, color=SIMULATED, linewidth=1.3, marker="o", markersize=3.5 if len(values) <= _MARKED else 0)
     if axis.logarithmic:
         panel.set_xscale("log")
     best = _least(values)
@@ -164,8 +169,8 @@ def emulation_figure(title: str, panels: Sequence[Panel], singular: FloatArray) 
             dress(panel, "way-points [mm]", "time [s]", name)
         legend(panel)
     known = np.maximum(singular, 1e-10)
-    drawn[-1].bar(np.arange(1, len(known) + 1), known, color=[CYCLE[0] if size > 10 else QUIET for size in known])
-    drawn[-1].axhline(10.0, color=ALERT, linewidth=0.9, linestyle="--", label="known to 10 % above")
+    drawn[-1].bar(np.arange(1, len(known) + 1), known, color=[CYCLE[0] if size > _KNOWN else QUIET for size in known])
+    drawn[-1].axhline(_KNOWN, color=ALERT, linewidth=0.9, linestyle="--", label="known to 10 % above")
     drawn[-1].set_yscale("log")
     dress(drawn[-1], "singular value", "combination of values", "What the way-points tell")
     legend(drawn[-1])

@@ -13,6 +13,8 @@ from lathesim.analysis.circular_test import Circle
 from lathesim.analysis.display_unit import display_unit
 from lathesim.analysis.figure_style import CYCLE, GRID, INK, QUIET, REFERENCE, dress, label, legend, new_figure
 
+_ROUNDING = 1e-9
+
 
 def circle_figure(title: str, named: Sequence[tuple[str, Circle]]) -> Any:
     """Draw circles over each other: the programmed one of radius 1, each deviation magnified alike so that the largest fills a third."""
@@ -46,7 +48,7 @@ def circle_figure(title: str, named: Sequence[tuple[str, Circle]]) -> Any:
 def _rings(largest: float) -> list[float]:
     """Return one or two round numbers up to the largest."""
     power = 10.0 ** np.floor(np.log10(max(largest, 1e-12)))
-    step = next(power * factor for factor in (5.0, 2.0, 1.0) if power * factor <= largest * (1.0 + 1e-9))
+    step = next(power * factor for factor in (5.0, 2.0, 1.0) if power * factor <= largest * (1.0 + _ROUNDING))
     return [float(step)]
 
 

@@ -40,6 +40,9 @@ from lathesim.errors import RecordError, nearest
 from lathesim.record import FloatArray, Record
 from lathesim.whole_file import whole_file
 
+_TOGETHER, _APART = 4, 20.0
+"""Lines of a panel at most, and how many times as large as the smallest the largest of them is at most."""
+
 FORMATS = (".png", ".svg", ".pdf")
 _LABEL = 16
 """Letters of a quantity that fit beside a low panel."""
@@ -160,8 +163,8 @@ def grouped(record: Record, names: Sequence[str]) -> list[list[str]]:
         finite = values[np.isfinite(values)]
         size = float(np.abs(finite).max()) if len(finite) else 0.0
         for number, group in enumerate(groups):
-            alike = record.unit(group[0]) == record.unit(name) and len(group) < 4
-            if alike and (min(size, sizes[number]) * 20.0 >= max(size, sizes[number])):
+            alike = record.unit(group[0]) == record.unit(name) and len(group) < _TOGETHER
+            if alike and (min(size, sizes[number]) * _APART >= max(size, sizes[number])):
                 group.append(name)
                 break
         else:

@@ -10,6 +10,9 @@ import numpy as np
 
 from lathesim.analysis.figure_style import ALERT, CYCLE, GRID, INK, MEASURED, QUIET, SIMULATED, dress, legend, new_figure, thinned
 
+_SLOWEST = 0.3
+"""Order of the spindle below which feed and shape show."""
+
 
 def lobes_figure(
     title: str,
@@ -140,7 +143,7 @@ def vibration_figure(title: str, values: Any, rate: float, turning: float, lines
     size = np.asarray(size, dtype=np.float64)
     frequency = np.asarray(np.fft.rfftfreq(count, 1.0 / rate), dtype=np.float64)
     highest = min(0.5 * rate, max([12.0 * turning, *(1.6 * item for item, _ in lines)]))
-    keep = (frequency <= highest) & (frequency > 0.3 * turning)
+    keep = (frequency <= highest) & (frequency > _SLOWEST * turning)
     for order in range(1, math.floor(highest / turning) + 1):
         below.axvline(order * turning, color=GRID, linewidth=0.8, zorder=0, label="orders of the spindle" if order == 1 else None)
     below.semilogy(*thinned(frequency[keep], size[keep]), color=SIMULATED, linewidth=0.8, label="amplitude")

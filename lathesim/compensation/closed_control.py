@@ -33,6 +33,9 @@ from lathesim.program.path import lay_path
 from lathesim.units import in_unit
 from lathesim.whole_file import write_text
 
+_WORSE = 1.5
+"""Times the least error so far from which on no further round is tried."""
+
 PROGRAM_FILE, LESSON_FILE = "mirrored.nc", "lesson_program.yaml"
 BENT = ("WorkpieceDeflection", "ToolCompliance")
 """Effects that a path takes up beside those with a remedy: what bends under the cut. A recorder's fault or a lost count is none."""
@@ -109,7 +112,7 @@ def _mirrored(course: Course, sound: FloatArray, place: str) -> FloatArray:
         reached = _furthest(off)
         if reached <= furthest and _rms(off) < least:
             best, least = corrections, _rms(off)
-        elif best is not None and _rms(off) > 1.5 * least:
+        elif best is not None and _rms(off) > _WORSE * least:
             break
     if best is None:
         sizes = f"{in_unit(reached, 'um', '.3g')} off, which gouges: without it the tool is {in_unit(furthest, 'um', '.3g')} off"

@@ -24,6 +24,9 @@ from lathesim.identification.position_loops import Loop, level_of, one_or_more, 
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.simulate import Prepared
 
+_FEWEST = 8
+"""Samples of a lap."""
+
 CONTOUR = Place("contour", "contour_error")
 """The distance from the path, where the machine tells it."""
 LATE: tuple[type[Effect], ...] = (TransportDelay, SensorFilter, ServoLag, CurrentLoopLag, MotorInductance)
@@ -167,7 +170,7 @@ def course_of(prepared: Prepared, what: str) -> Course:
     machinery = replace(prepared.machinery, record=None)
     first = run(wire(machinery), duration=prepared.duration, seed=prepared.case.seed, expected_time=prepared.expected_time)
     samples = len(first)
-    if samples < 8:
+    if samples < _FEWEST:
         raise LessonError(f"the lap has {samples} samples, too few to learn from.", place=place)
     tables = []
     for loop in loops:

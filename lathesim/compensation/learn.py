@@ -23,6 +23,11 @@ from lathesim.recordings.raw_table import read_recording
 from lathesim.units import in_unit
 from lathesim.whole_file import WholeFiles, make_folder, write_text
 
+_NO_FLOOR = 1e-15
+"""Error [m] below which nothing is rounded."""
+_FAR_BELOW = 10.0
+"""Times the largest error of rounding above which rounding is not what ends the learning."""
+
 Tell = Callable[[str], None]
 _PARTS = 12.0
 """Square of a level over the variance of what rounding to it adds."""
@@ -103,7 +108,7 @@ def _set_by_hand(prepared: Prepared) -> dict[str, str]:
 
 def _no_better(number: int, lap: Lap, floor: float, level: float, count: float) -> str:
     told = f"lap {number} is no better than the one before"
-    if lap.rms > 10.0 * _WORST_OF * max(floor, 1e-15):
+    if lap.rms > _FAR_BELOW * _WORST_OF * max(floor, _NO_FLOOR):
         return f"{told}, though the floor of converter and encoder is far below: what is left is not the same in each lap"
     what = f"one level of the converter is {in_unit(level, 'mV', '.3g')}" if level > 0.0 else ""
     fine = f"one count of the encoder {in_unit(count, 'um', '.3g')}" if count > 0.0 else ""

@@ -13,6 +13,9 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.lessons.lesson import lesson_from_text
 from lathesim.lessons.simulate import prepare
 
+_ALIKE = 1e-6
+"""Share of a factor within which another one is the same: rounding."""
+
 _PULSE = 0.1
 """Size of the pulse that a loop is excited by [V]: far above a level of the finest converter, far below what limits one."""
 _AT = 8
@@ -116,6 +119,6 @@ def loop_gains(diagnosed: Diagnosed) -> tuple[LoopGain, ...]:
     course = course_of(prepare(lesson, diagnosed.registry), "voltage")
     told = []
     for late, without in zip(largest_gains(course), largest_gains(course, late=False), strict=True):
-        if late is not None and (without is None or abs(late.factor - without.factor) > 1e-6 * without.factor):
+        if late is not None and (without is None or abs(late.factor - without.factor) > _ALIKE * without.factor):
             told.append(LoopGain(late.controller, late.gain, late.largest, without.largest if without is not None else None))
     return tuple(told)

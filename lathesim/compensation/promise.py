@@ -13,6 +13,12 @@ from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.position_loops import resolution_of
 from lathesim.limit import Limit
 
+_TURN = 2.0 * np.pi
+_WHOLE = 0.999
+"""Share of a turn that counts as one."""
+_QUADRANT = np.radians(30.0)
+"""Angle on either side of an axis within which its reversal shows (ISO 230-4)."""
+
 FORM_ERROR = Limit(
     0.05, "share of an effect",
     "an effect of the catalogue may be of another form by this, one standard deviation",
@@ -73,14 +79,14 @@ def _circle(bench: Bench, record: FloatArray) -> dict[str, float]:
     x, z = (place - centre for place, centre in zip(bench.table(record), centres, strict=True))
     turned = np.unwrap(np.arctan2(asked[1] - centres[1], asked[0] - centres[0]))  # type: ignore[operator]
     # what comes after the last turn, where the reference stands and the tool runs out, is dropped
-    last = (np.abs(turned - turned[-1]) < 2.0 * np.pi) & (np.gradient(turned) != 0.0)
-    if abs(turned[-1] - turned[0]) < 2.0 * np.pi * 0.999:
+    last = (np.abs(turned - turned[-1]) < _TURN) & (np.gradient(turned) != 0.0)
+    if abs(turned[-1] - turned[0]) < _TURN * _WHOLE:
         return {}
     radial, angle = (np.hypot(x, z) - radius)[last], np.arctan2(z, x)[last]
     found = {"circular_spread": float(np.ptp(radial))}
     for quarter, name in enumerate(("+X", "+Z", "-X", "-Z")):
         off = np.abs(np.angle(np.exp(1j * (angle - 0.5 * np.pi * quarter))))
-        found[f"circular_spread at {name}"] = float(np.ptp(radial[off < np.radians(30.0)]))
+        found[f"circular_spread at {name}"] = float(np.ptp(radial[off < _QUADRANT]))
     return found
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from lathesim.component import DiscreteState, Memory, Parameter
 from lathesim.components.interpolator import (
+    SAME_SPEED,
     SAMPLE_SLACK,
     SLOWEST,
     ConstantVelocityInterpolator,
@@ -136,7 +137,7 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
                 planned_speed = 0.0
                 samples_left = 0.0 if travelled >= length else 1.0
             else:
-                if abs(wanted - planned_speed) > 1e-9 * wanted:
+                if abs(wanted - planned_speed) > SAME_SPEED * wanted:
                     plan_from = travelled
                     plan_start_speed = path_speed
                     planned_speed = wanted
@@ -174,6 +175,8 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
 _CELLS = 2048
 _ALIKE = 0.02
 """Share of a cycle by which the time of a block may exceed whole cycles and still count as them; assumed."""
+_BESIDE = 3
+"""Cells of a ring beside those of the width: what is averaged begins between two of them."""
 block_output = ConstantVelocityInterpolator.output
 
 
@@ -194,7 +197,7 @@ def mean_place(places: Any, integrals: Any, newest: int, width: float, sample_pe
     cells = len(places)
     if width <= 0.0:
         return float(places[newest])
-    if width > (cells - 3) * sample_period:
+    if width > (cells - _BESIDE) * sample_period:
         return math.nan
     back = int(width / sample_period)
     share = width - back * sample_period

@@ -7,6 +7,9 @@ from typing import Any
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, State
 
+_AROUND = 3
+"""Cells beside the last one written that an interpolation may read."""
+
 
 class RegenerativeCut(Component):
     """Gives the cutting force of a chip between the tool and the surface that all turns before left.
@@ -70,7 +73,7 @@ class RegenerativeCut(Component):
         place = int(cell)
         if passed <= 0.0 or spindle_speed <= 0.0:
             return cell, last_angle, last_displacement, last_velocity
-        if last - place + 3 > turn:
+        if last - place + _AROUND > turn:
             # the surface is read before it is written
             for place in range(total):
                 surface[place] = math.nan
@@ -193,7 +196,7 @@ class MillingCut(Component):
         place = int(cell)
         if passed <= 0.0 or spindle_speed <= 0.0:
             return cell, last_angle, last_displacement, last_velocity
-        if (last - place + 3) * teeth > total // 2:
+        if (last - place + _AROUND) * teeth > total // 2:
             # the wave is read before it is written
             for place in range(total):
                 kept[place] = math.nan

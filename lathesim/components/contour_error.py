@@ -25,6 +25,11 @@ from lathesim.path_columns import (
     SWEEP,
 )
 
+_ROUNDING = 1e-12
+"""Distance [m] below which two places are one."""
+_BENT, _BACKWARD = 1.5, 2.5
+"""Numbers of the methods from which on the curvature counts, and from which on the search begins further back."""
+
 
 class ContourError(Component):
     """Gives the contour error: the shortest distance from the tool to the line or circle of the present block.
@@ -138,7 +143,7 @@ def foot_row(path: Any, row: int, last: int, x: float, z: float) -> int:
         if path[following][KIND] <= ARC_MOVE and path[following][LENGTH] > 0.0:
             there = along_row(path, following, x, z)
             distance = distance_at(path, following, there, x, z)
-            if distance <= least and between + there <= _REACH * (distance + least) + 1e-12:
+            if distance <= least and between + there <= _REACH * (distance + least) + _ROUNDING:
                 best = following
                 least = distance
                 between = -there
@@ -218,7 +223,7 @@ class FootPoint(Component):
         if path[here][KIND] == ARC_MOVE and path[here][RADIUS] > 0.0:
             bend = (1.0 if path[here][SWEEP] >= 0.0 else -1.0) / float(path[here][RADIUS])
         if method > 0.5:
-            deviation, normal_x, normal_z = estimate(x_error, z_error, direction_x, direction_z, bend if method > 1.5 else 0.0)
+            deviation, normal_x, normal_z = estimate(x_error, z_error, direction_x, direction_z, bend if method > _BENT else 0.0)
             lag = x_error * direction_x + z_error * direction_z
             return (
                 deviation, deviation, normal_x, normal_z, direction_x, direction_z, lag, bend,
@@ -244,7 +249,7 @@ class FootPoint(Component):
         normal_z = -along_x
         across = off_x * normal_x + off_z * normal_z
         distance = math.sqrt(off_x * off_x + off_z * off_z)
-        if distance - abs(across) > 1e-12:
+        if distance - abs(across) > _ROUNDING:
             # nearest is an end of the row: straight towards it
             side = 1.0 if across >= 0.0 else -1.0
             normal_x = side * off_x / distance
@@ -322,7 +327,7 @@ class FreeFootPoint(Component):
     def output(curve: Any, place: float, x_position: float, z_position: float, method: float, at: float) -> tuple[float, ...]:
         """The foot point of the present position, by the chosen method."""
         begin = place if method > 0.5 else nearest_on(curve, x_position, z_position, at)
-        if method > 2.5:
+        if method > _BACKWARD:
             begin = _further_back(curve, place, x_position, z_position)
         tx = point_of(curve, begin, 0, 1)
         tz = point_of(curve, begin, 1, 1)
@@ -332,7 +337,7 @@ class FreeFootPoint(Component):
         bend = curvature_at(curve, begin)
         x_error = point_of(curve, begin, 0, 0) - x_position
         z_error = point_of(curve, begin, 1, 0) - z_position
-        deviation, normal_x, normal_z = estimate(x_error, z_error, along_x, along_z, bend if method > 1.5 else 0.0)
+        deviation, normal_x, normal_z = estimate(x_error, z_error, along_x, along_z, bend if method > _BENT else 0.0)
         lag = (point_of(curve, place, 0, 0) - x_position) * along_x + (point_of(curve, place, 1, 0) - z_position) * along_z
         if method < 0.5:
             distance = math.sqrt(x_error * x_error + z_error * z_error)

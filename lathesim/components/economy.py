@@ -6,6 +6,9 @@ import math
 
 from lathesim.component import Component, Input, Output, Parameter
 
+_COARSEST = 10.0
+"""Resolution [um] from which on an encoder costs no less."""
+
 RADIANS_PER_TURN = 2.0 * math.pi
 MICROMETRE = 1.0e-6
 BASE_COST = 25000.0
@@ -25,7 +28,7 @@ def tachometer_cost(largest_noise: float) -> float:
 def encoder_cost(resolution: float) -> float:
     """Return the price [dollar] of an encoder by its resolution [m]: 500 from 10 um on, 1000 at 1 um, 1900 at 0.1 um, linear between."""
     micrometres = resolution / MICROMETRE
-    if micrometres >= 10.0:
+    if micrometres >= _COARSEST:
         return 500.0
     if micrometres >= 1.0:
         return 1000.0 - 500.0 * (micrometres - 1.0) / 9.0

@@ -13,6 +13,13 @@ from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Output, Parameter, Table
 
+_BENT_AWAY = 0.25
+"""Share of the squared tangent below which the second derivative of the distance no longer guides Newton's step."""
+_SETTLED = 1.0e-13
+"""Relative change of the parameter at which the search has ended."""
+_CLOCK = 1e-9
+"""Rounding of the clock [s]."""
+
 CURVE_COLUMNS = ("x", "z", "x_slope", "z_slope")
 EXAMPLE_CURVE = [[0.0, 0.0, 2e-3, 0.0], [2e-3, 1e-3, 2e-3, 2e-3], [3e-3, 3e-3, 0.0, 2e-3], [2e-3, 5e-3, -2e-3, 2e-3]]
 """Three pieces of some millimetres, for the conformance test."""
@@ -61,7 +68,7 @@ def nearest_on(curve: Any, x: float, z: float, start: float) -> float:
         along = dx * tx + dz * tz
         square = tx * tx + tz * tz
         slope = square + dx * point_of(curve, at, 0, 2) + dz * point_of(curve, at, 1, 2)
-        if slope < 0.25 * square:
+        if slope < _BENT_AWAY * square:
             slope = square
         if slope < _FEWEST:
             return at
@@ -75,7 +82,7 @@ def nearest_on(curve: Any, x: float, z: float, start: float) -> float:
             at = 0.0
         if at > end:
             at = end
-        if abs(change) < 1.0e-13 * (1.0 + at):
+        if abs(change) < _SETTLED * (1.0 + at):
             return at
     return at
 
@@ -181,7 +188,7 @@ class CircleReference(Component):
             radius * 1.0,
             rate * 1.0,
             way / radius,
-            1.0 if now >= lasting - 1e-9 else 0.0,
+            1.0 if now >= lasting - _CLOCK else 0.0,
         )
 
 

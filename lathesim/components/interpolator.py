@@ -44,6 +44,9 @@ from lathesim.path_columns import (
     THREAD,
 )
 
+SAME_SPEED = 1e-9
+"""Share of a speed by which another one may differ and still be the same: rounding."""
+
 EXAMPLE_PATH = [
     [0.0, 5e-5, 0.0, 0.0, 3e-5, 4e-5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 100.0, 0.0, 0.0, 1.0, 1.0],
     [2.0, math.pi * 5e-6, 3e-5, 4e-5, 4e-5, 5e-5, 4e-5, 4e-5, 1e-5, -math.pi / 2, math.pi / 2, 2e-3, 0.0, 2.0, 2.0, 300.0, 0.0, 2.0, 1.0],
@@ -267,7 +270,7 @@ class ConstantVelocityInterpolator(Component):
                 samples_left = 0.0
             else:
                 way = wanted * sample_period
-                steady = abs(wanted - planned_speed) <= 1e-9 * wanted
+                steady = abs(wanted - planned_speed) <= SAME_SPEED * wanted
                 if not steady or samples_left < 0.5:
                     rest = max(1.0, math.ceil((length - travelled) / way - SAMPLE_SLACK) * 1.0)
                     exact = planned_speed >= 0.0 and not steady and rest > FEW_SAMPLES

@@ -7,6 +7,11 @@ from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, Table
 
+_TWO = 1.5
+"""More samples than this are two, as a change of a rate needs."""
+_SATURATED = 20.0
+"""Argument from which on the last bit of tanh is 1."""
+
 MEASURE_FROM_REFERENCE = 1.0e300
 """Value of an input that means "nothing is wired here": the rate is then taken from the reference itself."""
 
@@ -74,7 +79,7 @@ class FeedforwardController(Component):
             rate = (reference - held_reference) / sample_period if samples > 0.5 else 0.0
         change = reference_acceleration
         if change >= MEASURE_FROM_REFERENCE:
-            change = (rate - held_rate) / sample_period if samples > 1.5 else 0.0
+            change = (rate - held_rate) / sample_period if samples > _TWO else 0.0
         direction = rate / friction_speed
         if direction > 1.0:
             direction = 1.0
@@ -91,7 +96,7 @@ class FeedforwardController(Component):
             voltage = largest_voltage
         if voltage < smallest_voltage:
             voltage = smallest_voltage
-        return voltage, error, total, reference, rate, samples + 1.0 if samples < 1.5 else 2.0
+        return voltage, error, total, reference, rate, samples + 1.0 if samples < _TWO else 2.0
 
     @staticmethod
     def output(held_voltage: float, held_error: float) -> tuple[float, float]:
@@ -255,7 +260,7 @@ class PredictiveController(Component):
         acting = held_voltage - disturbance
         predicted = before + c * speed + b_x * acting
         rate = (reference - asked) / sample_period
-        bend = (rate - asked_rate) / sample_period if samples > 1.5 else 0.0
+        bend = (rate - asked_rate) / sample_period if samples > _TWO else 0.0
         if samples > 0.5:
             disturbance = disturbance - observer * (measured - predicted) / b_x
             now = a * speed + b_v * acting + (measured - predicted) / sample_period
@@ -278,7 +283,7 @@ class PredictiveController(Component):
             voltage = largest_voltage
         if voltage < -largest_voltage:
             voltage = -largest_voltage
-        return voltage, measured, reference, rate, now, disturbance, samples + 1.0 if samples < 1.5 else 2.0
+        return voltage, measured, reference, rate, now, disturbance, samples + 1.0 if samples < _TWO else 2.0
 
     @staticmethod
     def output(held_voltage: float, asked: float, before: float) -> tuple[float, float]:
@@ -291,9 +296,9 @@ OUTPUTS = 2
 
 def _squashed(value: float) -> float:
     """Return tanh, whose argument is kept where its last bit is 1 anyway."""
-    if value > 20.0:
+    if value > _SATURATED:
         return 1.0
-    if value < -20.0:
+    if value < -_SATURATED:
         return -1.0
     return math.tanh(value)
 

@@ -7,6 +7,11 @@ from typing import ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
 
+_ONE_METRE = 6.9
+"""Logarithm of a feed of 1 m in mm."""
+_LARGEST_CHANGE = 20.0
+"""Logarithm of a change of the feed beyond which it stands at its limit anyway."""
+
 NO_COMMAND = -1.0
 """Feed [m] that tells the interpolator that nothing is commanded."""
 
@@ -111,7 +116,7 @@ class NonlinearProcessController(Component):
 def nominal_feed(share: float, exponent: float) -> float:
     """Return the feed [m] at which theta f^exponent is ``share`` theta, at most 1 m."""
     logarithm = math.log(share) / exponent
-    return MILLIMETRE * math.exp(logarithm if logarithm < 6.9 else 6.9)
+    return MILLIMETRE * math.exp(logarithm if logarithm < _ONE_METRE else _ONE_METRE)
 
 
 class LinearizationProcessController(NonlinearProcessController):
@@ -190,7 +195,7 @@ class LogTransformProcessController(Component):
         if force <= 0.0:
             return math.nan
         change = sample_period * (math.log(reference) - math.log(force)) / (time_constant * feed_exponent)
-        if change > 20.0:
+        if change > _LARGEST_CHANGE:
             return largest_feed
         return feed_within(held_feed * math.exp(change), smallest_feed, largest_feed)
 

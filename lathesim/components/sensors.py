@@ -6,6 +6,9 @@ import math
 
 from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter, State
 
+_COUNTED = 1e15
+"""Counts beyond which the next number is more than one count away."""
+
 
 class LinearEncoder(Component):
     """Gives the position of a table in whole counts:  reading = r floor(x/r + 1/2), once a sample.
@@ -29,7 +32,7 @@ class LinearEncoder(Component):
     @staticmethod
     def update(measured: float, resolution: float) -> float:
         """Round to the nearest count."""
-        if resolution <= 0.0 or not abs(measured) < 1e15 * resolution:
+        if resolution <= 0.0 or not abs(measured) < _COUNTED * resolution:
             return measured
         return resolution * math.floor(measured / resolution + 0.5)
 
@@ -67,7 +70,7 @@ class AngularEncoder(Component):
     ) -> tuple[float, float]:
         """Round to the nearest count, then take the difference."""
         now = measured
-        if resolution > 0.0 and abs(measured) < 1e15 * resolution:
+        if resolution > 0.0 and abs(measured) < _COUNTED * resolution:
             now = resolution * math.floor(measured / resolution + 0.5)
         if time <= 0.0:
             return now, start_rate

@@ -7,6 +7,11 @@ from typing import Any
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, Table
 
+_CLOCK = 1e-9
+"""Rounding of the clock [s]."""
+_AROUND = 4.0
+"""Cells of a ring that a cubic between two of them takes."""
+
 TIME = 0
 VALUE = 1
 
@@ -34,7 +39,7 @@ class RecordedSignal(Component):
     def update(samples: Any, row: float, shift: float, time: float) -> float:
         """Find the row of this sample; rounding of the clock by a billionth of a second is forgiven."""
         position = int(row)
-        while position + 1 < len(samples) and samples[position + 1][TIME] + shift <= time + 1e-9:
+        while position + 1 < len(samples) and samples[position + 1][TIME] + shift <= time + _CLOCK:
             position += 1
         return position * 1.0
 
@@ -127,7 +132,7 @@ class DelayLine(Component):
                 place = 0
             history[place] = incoming
         late = delay / sample_period
-        if not late <= cells - 4.0 or not abs(incoming) < _DIVERGED:
+        if not late <= cells - _AROUND or not abs(incoming) < _DIVERGED:
             return place * 1.0, time, math.nan, math.nan, math.nan, math.nan, math.nan
         back = max(0, int(late - 1.5))
         at = place - back

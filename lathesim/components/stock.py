@@ -7,6 +7,9 @@ from typing import Any
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter
 
+_FAR = 1e3
+"""Distance [m] beyond every machine."""
+
 
 def radius_at(removed: Any, cell: int, stock_radius: float) -> float:
     """Return the radius [m] of a cell, 0 outside the stock."""
@@ -74,7 +77,7 @@ class Stock(Component):
         """Carve from the former to the present point, then look what stands around it."""
         cells = len(removed)
         cell_width = stock_length / cells
-        if not (abs(x_position) < 1e3 and abs(z_position) < 1e3):
+        if not (abs(x_position) < _FAR and abs(z_position) < _FAR):
             return 0.0, 0.0, 0.0, 0.0, volume, x_position, z_position, 1.0
         if started < 0.5:
             x_before = x_position

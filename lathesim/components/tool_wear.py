@@ -9,6 +9,9 @@ from pathlib import Path
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
 
+_LARGEST = 60.0
+"""Logarithm of a life [min] beyond which an edge lasts for ever, or not at all."""
+
 METRE_PER_MINUTE = 1.0 / 60.0
 MINUTE = 60.0
 
@@ -51,10 +54,10 @@ class TaylorWear(Component):
         if in_contact < 0.5 or cutting_speed < slowest_cutting_speed:
             return used, 0.0
         logarithm = math.log(taylor_constant / cutting_speed) / taylor_exponent
-        if logarithm > 60.0:
-            logarithm = 60.0
-        if logarithm < -60.0:
-            logarithm = -60.0
+        if logarithm > _LARGEST:
+            logarithm = _LARGEST
+        if logarithm < -_LARGEST:
+            logarithm = -_LARGEST
         life = MINUTE * math.exp(logarithm)
         return used + sample_period / life, life
 

@@ -8,6 +8,9 @@ from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect, Identification
 from lathesim.elementary import sin
 
+_WITHOUT_LIMIT = 1e12
+"""Rate of a command that no drive reaches."""
+
 
 def _limited(value: float, level: float) -> float:
     if value > level:
@@ -119,7 +122,7 @@ class SlewLimit(Effect):
     """
 
     catalogue, family, site = 20, "drive range", "drive"
-    neutral = {"rate": 1e12}
+    neutral = {"rate": _WITHOUT_LIMIT}
     identification = Identification(typical={"rate": (10.0, 10000.0)})
     fingerprint = "Ramps of one slope where the command jumps."
     confused_with = ("MotorInductance", "CurrentLoopLag", "TransportDelay")
@@ -143,7 +146,7 @@ class SlewLimit(Effect):
 
     @staticmethod
     def output(incoming: float, reached: float, sampled: float, rate: float, time: float) -> float:
-        if rate >= 1e12:
+        if rate >= _WITHOUT_LIMIT:
             return incoming
         return reached + _limited(incoming - reached, rate * (time - sampled))
 

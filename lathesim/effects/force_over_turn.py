@@ -8,6 +8,11 @@ from lathesim.component import DiscreteState, Input, Memory, Output, Parameter, 
 from lathesim.effects.effect import Effect, Identification
 from lathesim.elementary import cos, sin
 
+_AROUND = 3.0
+"""Cells beside the last one written that an interpolation may read."""
+_STANDS = 1e-6
+"""Cutting speed [m/s] below which nothing is damped."""
+
 _CELLS = 2048
 _SOFT_EDGE = 0.02
 
@@ -183,7 +188,7 @@ class RegenerativeChatter(Effect):
             return last * 1.0, angle, swing, swing_rate
         if passed <= 0.0:
             return cell, last_angle, last_swing, last_rate
-        if passed > 2.0 * math.pi - 3.0 * per_cell:
+        if passed > 2.0 * math.pi - _AROUND * per_cell:
             # the wave is read before it is written
             for place in range(total):
                 surface[place] = math.nan
@@ -208,7 +213,7 @@ class RegenerativeChatter(Effect):
     ) -> tuple[float, float]:  # fmt: skip
         angular = 2.0 * math.pi * frequency
         force = _chip_force(incoming, feed, swing, _wave(surface, angle), engagement)
-        if incoming != 0.0 and abs(speed) > 1e-6:
+        if incoming != 0.0 and abs(speed) > _STANDS:
             force -= process_damping * depth * swing_rate / abs(speed)
         return swing_rate, angular * (angular * (compliance * force - swing) - 2.0 * damping * swing_rate)
 

@@ -18,6 +18,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
 
+_APERIODIC = 1.0e-9
+"""Share of the squared decay within which two poles are one."""
+
 
 @dataclass(frozen=True)
 class EffectAtLoop:
@@ -102,14 +105,14 @@ def followed(position: float, rate: float, asked: float, lag: float, inner: floa
         return asked + rest, -rest / lag
     decay = -0.5 / inner
     inside = decay * decay - 1.0 / (lag * inner)
-    if inside > 1.0e-9 * decay * decay:
+    if inside > _APERIODIC * decay * decay:
         root = math.sqrt(inside)
         slow = decay + root
         fast = decay - root
         first = (rate - fast * off) / (slow - fast) * math.exp(slow * time)
         second = (slow * off - rate) / (slow - fast) * math.exp(fast * time)
         return asked + first + second, slow * first + fast * second
-    swing = math.sqrt(max(-inside, 1.0e-9 * decay * decay))
+    swing = math.sqrt(max(-inside, _APERIODIC * decay * decay))
     cosine = math.exp(decay * time) * math.cos(swing * time)
     sine = math.exp(decay * time) * math.sin(swing * time) / swing
     rest = off * cosine + (rate - decay * off) * sine

@@ -7,6 +7,9 @@ import math
 from lathesim.component import DiscreteState, Input, Memory, Parameter, State
 from lathesim.effects.remedy import SHORTEST, ModelledRemedy, Remedy, ahead, followed
 
+_TWO_HALVES = 1.5
+"""Number of the kind of shaper below which it spreads over one half period, and above which over two."""
+
 
 class ComplianceShift(ModelledRemedy):
     """Shifts the reference by what screw and coupling give under the force of the motion:  out = in + share (g_v v + g_a v').
@@ -107,7 +110,7 @@ class SwingModel(ModelledRemedy):
 
 def _lateness(frequency: float, damping: float, kind: float) -> float:
     """Return the time [s] over which a shaper spreads the reference."""
-    return (1.0 if kind < 1.5 else 2.0) * 0.5 / (frequency * math.sqrt(1.0 - damping * damping))
+    return (1.0 if kind < _TWO_HALVES else 2.0) * 0.5 / (frequency * math.sqrt(1.0 - damping * damping))
 
 
 class InputShaper(Remedy):
@@ -154,7 +157,7 @@ class InputShaper(Remedy):
         part = math.exp(-math.pi * damping / root)
         half = 0.5 / (frequency * root) / sample_period
         once = _back(history, place, half)
-        if kind < 1.5:
+        if kind < _TWO_HALVES:
             return place * 1.0, (incoming + part * once) / (1.0 + part)
         twice = _back(history, place, 2.0 * half)
         return place * 1.0, (incoming + 2.0 * part * once + part * part * twice) / ((1.0 + part) * (1.0 + part))

@@ -11,6 +11,13 @@ import math
 from lathesim.component import DiscreteState, Input, Memory, Noise, Output, Parameter
 from lathesim.effects.effect import Effect, Identification
 
+_AROUND = 4.0
+"""Cells of a ring that a cubic between two of them takes."""
+_QUARTER = 0.25
+"""Of a step: the stages of a step are at its beginning, its middle and its end."""
+_ROUNDING = 1e-9
+"""Of an instant, in steps."""
+
 _SAMPLES = 1024
 
 
@@ -39,7 +46,7 @@ def _remembered(history: list[float], newest: float, back: int) -> float:
 def _delayed(history: list[float], newest: float, samples: float) -> float:
     """Return the value some samples back, on the cubic through the two samples on either side; near the newest one, and beyond it, on the
     parabola through the last three. A straight line would be off by an eighth of the acceleration times the period squared."""
-    if samples > len(history) - 4.0:
+    if samples > len(history) - _AROUND:
         return math.nan
     back = samples
     whole = int(back)
@@ -105,13 +112,13 @@ def _still_to_come(change: float, now: float) -> float:
     4/6, 1/6 that a Runge-Kutta step of order four gives to the beginning, the middle and the end, the mean over the step is a. Where the
     change is near an end it is outside 0 to 1. Source: Simpson's rule; a signal that jumps would make the order of the step one.
     """
-    whole = math.floor(now + 0.25)
-    if abs(now - whole) < 0.25:
-        return 1.0 if change > whole + 1e-9 else 0.0
+    whole = math.floor(now + _QUARTER)
+    if abs(now - whole) < _QUARTER:
+        return 1.0 if change > whole + _ROUNDING else 0.0
     inside = change - whole
-    if inside > 1.0 + 1e-9:
+    if inside > 1.0 + _ROUNDING:
         return 1.0
-    if inside < 1e-9:
+    if inside < _ROUNDING:
         return 0.0
     return 1.5 * inside - 0.25
 

@@ -30,6 +30,12 @@ from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan
 from lathesim.errors import WiringError
 
+_ROUNDING = 1e-9
+"""How far above 1 the growth of a mode may be computed that does not grow."""
+_KILO = 1e3
+_OF_A_JUMP = 3.0
+"""Growth of an entry of the Jacobian, from a difference ten times as narrow, above which a jump makes it."""
+
 
 class _LawBrokeError(Exception):
     pass
@@ -194,7 +200,7 @@ def check_step(plan: Plan, arrays: RunArrays) -> None:
         good *= 0.97
     part = Place.of(list(plan.states)[int(np.argmax(np.abs(vectors[:, worst])))]).part
     rate = abs(values[worst])
-    text = f"{rate / 1e3:.3g} krad/s" if rate >= 1e3 else f"{rate:.3g} rad/s"
+    text = f"{rate / _KILO:.3g} krad/s" if rate >= _KILO else f"{rate:.3g} rad/s"
     raise WiringError(
         f"The step of {step * 1e6:.4g} us is too long: {part} swings at {text}.", remedy=f"Use {_round_down(good * 1e6)} us or less."
     )
@@ -202,14 +208,14 @@ def check_step(plan: Plan, arrays: RunArrays) -> None:
 
 def _is_short_enough(values: np.ndarray, step: float) -> bool:
     """Return whether no mode that decays grows in a step."""
-    return bool(np.all(np.abs(amplification(values[values.real < 0.0] * step)) <= 1.0 + 1e-9))
+    return bool(np.all(np.abs(amplification(values[values.real < 0.0] * step)) <= 1.0 + _ROUNDING))
 
 
 def _without_jumps(plan: Plan, arrays: RunArrays) -> np.ndarray:
     """Return the Jacobian without the entries that a jump makes, as of a dry friction that turns round with the velocity: they grow as the
     width of the difference shrinks. A jump is crossed in one step and swings nowhere."""
     wide, narrow = (jacobian(plan, arrays, width) for width in (1e-7, 1e-8))
-    return np.where(np.abs(narrow) > 3.0 * np.abs(wide), 0.0, wide)
+    return np.where(np.abs(narrow) > _OF_A_JUMP * np.abs(wide), 0.0, wide)
 
 
 def amplification(product: np.ndarray) -> np.ndarray:

@@ -18,6 +18,9 @@ from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
 
+_LINE, _MEET = 8, 64
+"""Numbers of a cache line, and a length of which lanes that are a multiple apart push each other out of the cache."""
+
 FEWEST = 3
 """Runs from which lanes pay: sixteen together take as long as two or three alone."""
 LEAST = 2
@@ -134,7 +137,7 @@ class Lanes:
 
     def __post_init__(self) -> None:
         length = self.samples * len(self.plan.channels)
-        shape = LANES, length + 8 * (length % 64 == 0)  # lanes a page apart would push each other out of the cache
+        shape = LANES, length + _LINE * (length % _MEET == 0)
         with contextlib.suppress(IndexError):
             self.record = _RECORDS.pop()
             if self.record.shape == shape:

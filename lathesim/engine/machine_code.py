@@ -22,6 +22,9 @@ import numpy as np
 from lathesim.cache_folder import keep_sealed, kept_sealed, names_kept
 from lathesim.engine.fuse import FusedModule
 
+_BYTES = 8
+"""Of a number."""
+
 _FORMAT = 3
 _NUMBERS = (ctypes.c_int64, ctypes.c_int64, ctypes.c_double, ctypes.c_double, ctypes.c_int64)
 _ARRAYS = (ctypes.c_void_p,) * 7
@@ -50,7 +53,7 @@ class CompiledMachine:
         given = [_directory(arrays) for arrays in (memories, tables, noise)]
         arrays = [parameters, states, discrete, *given, record]
         for array in arrays:
-            if not array.flags.c_contiguous or array.dtype.itemsize != 8:
+            if not array.flags.c_contiguous or array.dtype.itemsize != _BYTES:
                 raise TypeError("an array for the machine code is not contiguous, or not of 64-bit numbers")
         status = _PROTOTYPE(self.address)(
             ctypes.addressof(done), ctypes.addressof(fault), first, count, period, step, steps, *(array.ctypes.data for array in arrays)

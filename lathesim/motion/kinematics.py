@@ -18,6 +18,9 @@ from lathesim.errors import UnitError, nearest
 from lathesim.motion.joint_path import FloatArray, MotionError
 from lathesim.units import quantity
 
+_NEARER = 1e-12
+"""Angle [rad] by which a solution must be nearer to be taken."""
+
 SINGULAR = 1e-7
 """Sine of the angle between tool and outer axis below which any angle of that axis would do."""
 _REACHED = 1e-9
@@ -136,7 +139,7 @@ def inverse(chain: Chain, poses: Poses, start: Sequence[float] | None = None) ->
             if held[at] and outer is not None:
                 trial[outer] = before[outer]
             distance = float(np.max(np.abs(trial - before)[rotary], initial=0.0))
-            if distance < least - 1e-12:
+            if distance < least - _NEARER:
                 best, least = trial, distance
         joints[at] = before = best
     if held.any():
@@ -205,7 +208,7 @@ def _with_linear(chain: Chain, points: FloatArray, angles: dict[str, FloatArray]
 
 def _check(missed: FloatArray, chain: Chain, what: str) -> None:
     """Refuse the first sample that misses by more than rounding."""
-    wrong = np.flatnonzero(missed > max(_REACHED, 1e-9))
+    wrong = np.flatnonzero(missed > _REACHED)
     if len(wrong):
         fact = f"the {what} of sample {wrong[0] + 1} is out of reach of the machine '{chain.name}', by {missed[wrong[0]]:.3g}."
         raise MotionError(fact, remedy="Change the pose, or the machine.")
@@ -277,7 +280,7 @@ def chain_from(data: object, place: str) -> Chain:
         raise MotionError("the kinematics are neither a name nor a mapping.", place=place, remedy=f"Known names are {', '.join(CHAINS)}.")
     _known(data, _KEYS, place)
     linear = data.get("linear", list(_XYZ))
-    if not isinstance(linear, list) or len(linear) != 3 or not all(name is None or isinstance(name, str) for name in linear):
+    if not isinstance(linear, list) or len(linear) != len(_XYZ) or not all(name is None or isinstance(name, str) for name in linear):
         raise MotionError(
             "'linear' is no list of three names.", place=place, remedy="Write linear: [x, y, z], null where there is no axis."
         )
@@ -307,7 +310,7 @@ def _listed(entries: Any, place: str) -> list[Any]:
 def _direction(entry: Any, place: str) -> tuple[float, float, float]:
     if isinstance(entry, str) and entry in _NAMED:
         return _NAMED[entry]
-    if isinstance(entry, list) and len(entry) == 3 and all(isinstance(part, (int, float)) for part in entry):
+    if isinstance(entry, list) and len(entry) == len(_XYZ) and all(isinstance(part, (int, float)) for part in entry):
         length = float(np.linalg.norm(entry))
         if length > 0.0:
             return (entry[0] / length, entry[1] / length, entry[2] / length)
@@ -315,7 +318,7 @@ def _direction(entry: Any, place: str) -> tuple[float, float, float]:
 
 
 def _vector(entry: Any, place: str) -> tuple[float, float, float]:
-    if not isinstance(entry, list) or len(entry) != 3:
+    if not isinstance(entry, list) or len(entry) != len(_XYZ):
         raise MotionError("a position is no list of three lengths.", place=place, remedy="Write [0 mm, 0 mm, -30 mm].")
     try:
         first, second, third = (quantity(str(part), "m") for part in entry)

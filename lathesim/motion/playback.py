@@ -11,6 +11,9 @@ import numba
 import numpy as np
 import numpy.typing as npt
 
+_ROUNDING = 1e-9
+"""Of a fill, in set-points."""
+
 FloatArray = npt.NDArray[np.float64]
 
 PLACE, RATE, UNDERRUNS, LOWEST, STANDING = 0, 1, 2, 3, 4
@@ -43,7 +46,7 @@ def play(ring: FloatArray, arrived: int, ended: bool, rho: float, state: FloatAr
             rate = 1.0 if ended else rho * (np.sqrt(1.0 + 2.0 * fill / rho) - 1.0)
             rate = min(1.0, state[RATE] + rho, max(rate, state[RATE] - rho, 0.0))
             if rate > fill:
-                if not ended and rate > fill + 1e-9:
+                if not ended and rate > fill + _ROUNDING:
                     state[STANDING] += 1.0
                 rate = fill
             if fill < 1.0 and not ended:

@@ -11,6 +11,9 @@ import numpy as np
 from lathesim.motion.joint_path import FloatArray, JointPath, PathCurve
 from lathesim.record import Channel, Record
 
+_SAME = 1e-13
+"""Share of the whole time within which two instants are one."""
+
 
 @dataclass(frozen=True, eq=False)
 class TimeLaw:
@@ -71,7 +74,7 @@ def smoothed(law: TimeLaw, width: float) -> TimeLaw:
     """
     end = law.duration + width
     time = np.unique(np.concatenate([law.time, law.time + width]))
-    keep = np.concatenate([[True], np.diff(time) > 1e-13 * end])
+    keep = np.concatenate([[True], np.diff(time) > _SAME * end])
     time = time[keep]
     time[-1] = end
     middle = 0.5 * (time[1:] + time[:-1])
