@@ -155,3 +155,14 @@ def turned(x: float, ahead: float) -> float:
     quarter = quarter - 4.0 * ((0.25 * quarter + TO_WHOLE) - TO_WHOLE)
     value = cosine if abs(quarter) == 1.0 else sine
     return -value if quarter < 0.0 or quarter > 1.5 else value
+
+
+def hermite(share: float, span: float, first: float, first_rate: float, last: float, last_rate: float) -> float:
+    """Return the value at a share of a span [s] on the cubic with the values and rates [1/s] at its ends."""
+    rest = 1.0 - share
+    return (
+        (1.0 + 2.0 * share) * rest * rest * first
+        + share * rest * rest * span * first_rate
+        + share * share * (3.0 - 2.0 * share) * last
+        - share * share * rest * span * last_rate
+    )

@@ -6,9 +6,23 @@ import math
 from typing import Any
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, State
+from lathesim.elementary import hermite
 
 _AROUND = 3
 """Cells beside the last one written that an interpolation may read."""
+
+
+def on_cubic(cells: list[float], place: float) -> float:
+    """Return the value of a ring of cells at a place between two of them, on the cubic through the two on either side."""
+    total = len(cells)
+    below = math.floor(place)
+    s = place - below
+    return (
+        -s * (s - 1.0) * (s - 2.0) / 6.0 * cells[(below - 1) % total]
+        + (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0 * cells[below % total]
+        - (s + 1.0) * s * (s - 2.0) / 2.0 * cells[(below + 1) % total]
+        + (s + 1.0) * s * (s - 1.0) / 6.0 * cells[(below + 2) % total]
+    )
 
 
 class RegenerativeCut(Component):
@@ -82,13 +96,7 @@ class RegenerativeCut(Component):
         while place < last:
             place += 1
             s = (place * per_cell - last_angle) / passed
-            r = 1.0 - s
-            height = (
-                (1.0 + 2.0 * s) * r * r * last_displacement
-                + s * r * r * span * last_velocity
-                + s * s * (3.0 - 2.0 * s) * displacement
-                - s * s * r * span * velocity
-            )
+            height = hermite(s, span, last_displacement, last_velocity, displacement, velocity)
             if run_out != 0.0:
                 height -= run_out * math.cos(place * per_cell)
             left = surface[(place - turn) % total] + feed
@@ -103,21 +111,8 @@ class RegenerativeCut(Component):
         exponent: float, process_damping: float, diameter: float, interrupted: float, run_out: float, always_in_contact: float,
         surface: Any, step: float,
     ) -> tuple[float, float, float, float, float]:  # fmt: skip
-        total = len(surface)
-        turn = total // 2
-        place = angle / (2.0 * math.pi) * turn - turn
-        below = math.floor(place)
-        s = place - below
-        before = surface[(below - 1) % total]
-        here = surface[below % total]
-        after = surface[(below + 1) % total]
-        beyond = surface[(below + 2) % total]
-        wave = (
-            -s * (s - 1.0) * (s - 2.0) / 6.0 * before
-            + (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0 * here
-            - (s + 1.0) * s * (s - 2.0) / 2.0 * after
-            + (s + 1.0) * s * (s - 1.0) / 6.0 * beyond
-        )
+        turn = len(surface) // 2
+        wave = on_cubic(surface, angle / (2.0 * math.pi) * turn - turn)
         height = displacement
         if run_out != 0.0:
             height -= run_out * math.cos(angle)
@@ -205,13 +200,7 @@ class MillingCut(Component):
         while place < last:
             place += 1
             s = (place * per_cell - last_angle) / passed
-            r = 1.0 - s
-            kept[place % total] = (
-                (1.0 + 2.0 * s) * r * r * last_displacement
-                + s * r * r * span * last_velocity
-                + s * s * (3.0 - 2.0 * s) * displacement
-                - s * s * r * span * velocity
-            )
+            kept[place % total] = hermite(s, span, last_displacement, last_velocity, displacement, velocity)
         return float(last), angle, displacement, velocity
 
     @staticmethod
@@ -219,16 +208,7 @@ class MillingCut(Component):
         angle: float, spindle_speed: float, displacement: float, feed: float, width: float, teeth: float, tangential: float, normal: float,
         entry: float, leave: float, always_in_contact: float, kept: Any, step: float,
     ) -> float:  # fmt: skip
-        total = len(kept)
-        place = (angle / (4.0 * math.pi) - 0.5 / teeth) * total
-        below = math.floor(place)
-        s = place - below
-        before = (
-            -s * (s - 1.0) * (s - 2.0) / 6.0 * kept[(below - 1) % total]
-            + (s + 1.0) * (s - 1.0) * (s - 2.0) / 2.0 * kept[below % total]
-            - (s + 1.0) * s * (s - 2.0) / 2.0 * kept[(below + 1) % total]
-            + (s + 1.0) * s * (s - 1.0) / 6.0 * kept[(below + 2) % total]
-        )
+        before = on_cubic(kept, (angle / (4.0 * math.pi) - 0.5 / teeth) * len(kept))
         moved = feed + displacement - before
         ramp = max(spindle_speed * step, 1e-12)
         count = int(teeth)

@@ -27,8 +27,6 @@ from lathesim.path_columns import (
 
 _ROUNDING = 1e-12
 """Distance [m] below which two places are one."""
-_BENT, _BACKWARD = 1.5, 2.5
-"""Numbers of the methods from which on the curvature counts, and from which on the search begins further back."""
 
 
 class ContourError(Component):
@@ -223,7 +221,7 @@ class FootPoint(Component):
         if path[here][KIND] == ARC_MOVE and path[here][RADIUS] > 0.0:
             bend = (1.0 if path[here][SWEEP] >= 0.0 else -1.0) / float(path[here][RADIUS])
         if method > 0.5:
-            deviation, normal_x, normal_z = estimate(x_error, z_error, direction_x, direction_z, bend if method > _BENT else 0.0)
+            deviation, normal_x, normal_z = estimate(x_error, z_error, direction_x, direction_z, bend if method > TANGENT + 0.5 else 0.0)
             lag = x_error * direction_x + z_error * direction_z
             return (
                 deviation, deviation, normal_x, normal_z, direction_x, direction_z, lag, bend,
@@ -327,7 +325,7 @@ class FreeFootPoint(Component):
     def output(curve: Any, place: float, x_position: float, z_position: float, method: float, at: float) -> tuple[float, ...]:
         """The foot point of the present position, by the chosen method."""
         begin = place if method > 0.5 else nearest_on(curve, x_position, z_position, at)
-        if method > _BACKWARD:
+        if method > CIRCLE + 0.5:
             begin = _further_back(curve, place, x_position, z_position)
         tx = point_of(curve, begin, 0, 1)
         tz = point_of(curve, begin, 1, 1)
@@ -337,7 +335,7 @@ class FreeFootPoint(Component):
         bend = curvature_at(curve, begin)
         x_error = point_of(curve, begin, 0, 0) - x_position
         z_error = point_of(curve, begin, 1, 0) - z_position
-        deviation, normal_x, normal_z = estimate(x_error, z_error, along_x, along_z, bend if method > _BENT else 0.0)
+        deviation, normal_x, normal_z = estimate(x_error, z_error, along_x, along_z, bend if method > TANGENT + 0.5 else 0.0)
         lag = (point_of(curve, place, 0, 0) - x_position) * along_x + (point_of(curve, place, 1, 0) - z_position) * along_z
         if method < 0.5:
             distance = math.sqrt(x_error * x_error + z_error * z_error)

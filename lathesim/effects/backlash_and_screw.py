@@ -113,9 +113,7 @@ class CumulativePitchError(Effect):
 
     @staticmethod
     def output(incoming: float, slope: float, origin: float) -> float:
-        if slope == 0.0:
-            return incoming
-        return incoming + slope * (incoming - origin)
+        return incoming if slope == 0.0 else incoming + slope * (incoming - origin)
 
 
 class PeriodicPitchError(Effect):
@@ -224,6 +222,4 @@ class SquarenessError(Effect):
 
     @staticmethod
     def output(incoming: float, other_position: float, slope: float, bow: float) -> float:
-        if slope == 0.0 and bow == 0.0:
-            return incoming
-        return incoming + (slope + bow * other_position) * other_position
+        return incoming if slope == 0.0 and bow == 0.0 else incoming + (slope + bow * other_position) * other_position

@@ -24,9 +24,7 @@ class CommandBias(Remedy):
     @staticmethod
     def output(incoming: float, share: float, bias: float) -> float:
         """Add the bias."""
-        if share == 0.0:
-            return incoming
-        return incoming + share * bias
+        return incoming if share == 0.0 else incoming + share * bias
 
 
 class CommandGain(Remedy):
@@ -149,9 +147,7 @@ class FrictionFeedforward(ModelledRemedy):
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
         """Add it."""
-        if share == 0.0:
-            return incoming
-        return incoming + share * added
+        return incoming if share == 0.0 else incoming + share * added
 
 
 class MotionFeedforward(ModelledRemedy):
@@ -190,9 +186,7 @@ class MotionFeedforward(ModelledRemedy):
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
         """Add it."""
-        if share == 0.0:
-            return incoming
-        return incoming + share * added
+        return incoming if share == 0.0 else incoming + share * added
 
 
 class RippleFeedforward(Remedy):
@@ -232,6 +226,4 @@ class RippleFeedforward(Remedy):
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
         """Add it."""
-        if share == 0.0:
-            return incoming
-        return incoming + share * added
+        return incoming if share == 0.0 else incoming + share * added

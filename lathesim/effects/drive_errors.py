@@ -40,9 +40,7 @@ class AmplifierDeadZone(Effect):
 
     @staticmethod
     def output(incoming: float, half_width: float) -> float:
-        if half_width == 0.0:
-            return incoming
-        return incoming - _limited(incoming, half_width)
+        return incoming if half_width == 0.0 else incoming - _limited(incoming, half_width)
 
 
 class DriveSaturation(Effect):
@@ -107,9 +105,7 @@ class CurrentLimit(Effect):
         induced = back_emf * flow
         driving = incoming - induced
         # as it came where nothing is limited: with the back EMF taken out and put in again it would be another number
-        if -level <= driving <= level:
-            return incoming
-        return _limited(driving, level) + induced
+        return incoming if -level <= driving <= level else _limited(driving, level) + induced
 
 
 class SlewLimit(Effect):
@@ -146,9 +142,7 @@ class SlewLimit(Effect):
 
     @staticmethod
     def output(incoming: float, reached: float, sampled: float, rate: float, time: float) -> float:
-        if rate >= _WITHOUT_LIMIT:
-            return incoming
-        return reached + _limited(incoming - reached, rate * (time - sampled))
+        return incoming if rate >= _WITHOUT_LIMIT else reached + _limited(incoming - reached, rate * (time - sampled))
 
 
 class TorqueRipple(Effect):

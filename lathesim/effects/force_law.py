@@ -94,9 +94,7 @@ class ChipThicknessExponent(Effect):
 
     @staticmethod
     def output(incoming: float, feed: float, exponent: float, reference: float) -> float:
-        if exponent == 0.0 or feed <= 0.0:
-            return incoming
-        return incoming * math.pow(feed / reference, -exponent)
+        return incoming if exponent == 0.0 or feed <= 0.0 else incoming * math.pow(feed / reference, -exponent)
 
 
 class SpeedDependence(Effect):
@@ -218,9 +216,7 @@ class TemperatureSoftening(Effect):
 
     @staticmethod
     def output(incoming: float, warmth: float, softening: float) -> float:
-        if softening == 0.0:
-            return incoming
-        return incoming * (1.0 - softening * warmth)
+        return incoming if softening == 0.0 else incoming * (1.0 - softening * warmth)
 
 
 class WearForceGrowth(Effect):
@@ -321,6 +317,4 @@ class EntryBuildUp(Effect):
 
     @staticmethod
     def output(incoming: float, built: float, lacking: float) -> float:
-        if lacking == 0.0:
-            return incoming
-        return incoming * (1.0 - lacking * (1.0 - built))
+        return incoming if lacking == 0.0 else incoming * (1.0 - lacking * (1.0 - built))

@@ -6,7 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Memory, Output, Parameter, State
 from lathesim.effects.effect import Effect, Identification
-from lathesim.elementary import cos, sin
+from lathesim.elementary import cos, hermite, sin
 
 _AROUND = 3.0
 """Cells beside the last one written that an interpolation may read."""
@@ -51,9 +51,7 @@ class InterruptedCut(Effect):
 
     @staticmethod
     def output(incoming: float, angle: float, missing: float, width: float, middle: float) -> float:
-        if missing == 0.0:
-            return incoming
-        return incoming * (1.0 - missing * _within(angle, middle, width))
+        return incoming if missing == 0.0 else incoming * (1.0 - missing * _within(angle, middle, width))
 
 
 class HardSpot(Effect):
@@ -119,9 +117,7 @@ class ChipSegmentation(Effect):
 
     @staticmethod
     def output_outgoing(incoming: float, slid: float, share: float, length: float, phase: float) -> float:
-        if share == 0.0:
-            return incoming
-        return incoming * (1.0 + share * sin(2.0 * math.pi * slid / length + phase))
+        return incoming if share == 0.0 else incoming * (1.0 + share * sin(2.0 * math.pi * slid / length + phase))
 
     @staticmethod
     def output_cut_length(slid: float) -> float:
@@ -197,13 +193,7 @@ class RegenerativeChatter(Effect):
         while place < last:
             place += 1
             s = (place * per_cell - last_angle) / passed
-            r = 1.0 - s
-            surface[place % total] = (
-                (1.0 + 2.0 * s) * r * r * last_swing
-                + s * r * r * sample_period * last_rate
-                + s * s * (3.0 - 2.0 * s) * swing
-                - s * s * r * sample_period * swing_rate
-            )
+            surface[place % total] = hermite(s, sample_period, last_swing, last_rate, swing, swing_rate)
         return last * 1.0, angle, swing, swing_rate
 
     @staticmethod
@@ -235,6 +225,4 @@ def _wave(surface: list[float], angle: float) -> float:
 
 
 def _chip_force(incoming: float, feed: float, swing: float, wave: float, engagement: float) -> float:
-    if engagement == 0.0 or feed <= 0.0:
-        return incoming
-    return incoming * max(0.0, 1.0 + engagement * (wave - swing) / feed)
+    return incoming if engagement == 0.0 or feed <= 0.0 else incoming * max(0.0, 1.0 + engagement * (wave - swing) / feed)

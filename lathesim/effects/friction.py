@@ -265,9 +265,7 @@ class ViscousWarmUp(Effect):
 
     @staticmethod
     def output(incoming: float, flow: float, time: float, change: float, time_constant: float, warmed_before: float) -> float:
-        if change == 0.0:
-            return incoming
-        return incoming + change * (1.0 - math.exp(-(time + warmed_before) / time_constant)) * flow
+        return incoming if change == 0.0 else incoming + change * (1.0 - math.exp(-(time + warmed_before) / time_constant)) * flow
 
 
 _MOVED_BEFORE = 0.05

@@ -30,9 +30,7 @@ class ForceOffset(Effect):
 
     @staticmethod
     def output(incoming: float, offset: float) -> float:
-        if offset == 0.0:
-            return incoming
-        return incoming + offset
+        return incoming if offset == 0.0 else incoming + offset
 
 
 class ConverterOffset(Effect):
@@ -118,9 +116,7 @@ class DriveGainError(Effect):
 
     @staticmethod
     def output(incoming: float, error: float, sag: float) -> float:
-        if error == 0.0 and sag == 0.0:
-            return incoming
-        return incoming * (1.0 + error - sag * abs(incoming))
+        return incoming if error == 0.0 and sag == 0.0 else incoming * (1.0 + error - sag * abs(incoming))
 
 
 class ScaleFactorError(Effect):

@@ -94,9 +94,7 @@ class PitchTable(ModelledRemedy):
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
         """Take the error away."""
-        if share == 0.0:
-            return incoming
-        return incoming - share * added
+        return incoming if share == 0.0 else incoming - share * added
 
 
 class ReadingTable(Remedy):
@@ -125,9 +123,7 @@ class ReadingTable(Remedy):
     @staticmethod
     def output(incoming: float, points: Any, share: float) -> float:
         """Take the error away."""
-        if share == 0.0:
-            return incoming
-        return incoming - share * interpolated(points, incoming, 1)
+        return incoming if share == 0.0 else incoming - share * interpolated(points, incoming, 1)
 
 
 class AcrossTable(Remedy):
@@ -155,9 +151,7 @@ class AcrossTable(Remedy):
     @staticmethod
     def output(incoming: float, points: Any, other: float, share: float) -> float:
         """Take the error away."""
-        if share == 0.0:
-            return incoming
-        return incoming - share * interpolated(points, other, 1)
+        return incoming if share == 0.0 else incoming - share * interpolated(points, other, 1)
 
 
 class LearnedCorrection(Remedy):
@@ -189,9 +183,7 @@ class LearnedCorrection(Remedy):
     def output(incoming: float, samples: Any, place: float, share: float) -> float:
         """Add the correction of this sample."""
         row = int(place)
-        if share == 0.0 or row < 0 or row >= len(samples):
-            return incoming
-        return float(incoming + share * samples[row][0])
+        return incoming if share == 0.0 or row < 0 or row >= len(samples) else float(incoming + share * samples[row][0])
 
 
 class BacklashShift(ModelledRemedy):
@@ -251,9 +243,7 @@ class BacklashShift(ModelledRemedy):
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
         """Shift the reference."""
-        if share == 0.0:
-            return incoming
-        return incoming + share * added
+        return incoming if share == 0.0 else incoming + share * added
 
 
 class PlayReading(ModelledRemedy):
@@ -294,6 +284,4 @@ class PlayReading(ModelledRemedy):
     @staticmethod
     def output(incoming: float, share: float, error: float) -> float:
         """Take the play out of the reading."""
-        if share == 0.0:
-            return incoming
-        return incoming - share * error
+        return incoming if share == 0.0 else incoming - share * error

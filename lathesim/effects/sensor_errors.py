@@ -96,9 +96,7 @@ class DynamometerDrift(Effect):
 
     @staticmethod
     def output(incoming: float, leaked: float, time: float, leak: float, drift: float, offset: float) -> float:
-        if leak == 0.0 and drift == 0.0 and offset == 0.0:
-            return incoming
-        return incoming - leaked + offset + drift * time
+        return incoming if leak == 0.0 and drift == 0.0 and offset == 0.0 else incoming - leaked + offset + drift * time
 
 
 class DynamometerCrosstalk(Effect):
@@ -122,9 +120,7 @@ class DynamometerCrosstalk(Effect):
 
     @staticmethod
     def output(incoming: float, other_force: float, share: float) -> float:
-        if share == 0.0:
-            return incoming
-        return incoming + share * other_force
+        return incoming if share == 0.0 else incoming + share * other_force
 
 
 class DynamometerResonance(Effect):
@@ -162,9 +158,7 @@ class DynamometerResonance(Effect):
 
     @staticmethod
     def output(incoming: float, followed: float, coupling: float) -> float:
-        if coupling == 0.0:
-            return incoming
-        return incoming + coupling * (followed - incoming)
+        return incoming if coupling == 0.0 else incoming + coupling * (followed - incoming)
 
 
 def _filtered(incoming: float, before: float, lagged: float, time_constant: float, sample_period: float) -> float:
@@ -229,9 +223,7 @@ class SensorFilter(Effect):
 
     @staticmethod
     def output(incoming: float, fourth: float, time_constant: float) -> float:
-        if time_constant == 0.0:
-            return incoming
-        return fourth
+        return incoming if time_constant == 0.0 else fourth
 
 
 class EncoderEccentricity(Effect):
@@ -386,6 +378,4 @@ class Quantisation(Effect):
 
     @staticmethod
     def output(incoming: float, count: float) -> float:
-        if count == 0.0:
-            return incoming
-        return math.floor(incoming / count + 0.5) * count
+        return incoming if count == 0.0 else math.floor(incoming / count + 0.5) * count

@@ -76,9 +76,7 @@ class Unbalance(Effect):
 
     @staticmethod
     def output(incoming: float, angle: float, spindle_speed: float, moment: float, phase: float) -> float:
-        if moment == 0.0:
-            return incoming
-        return incoming + moment * spindle_speed * spindle_speed * cos(angle + phase)
+        return incoming if moment == 0.0 else incoming + moment * spindle_speed * spindle_speed * cos(angle + phase)
 
 
 class BeltSlip(Effect):
@@ -103,9 +101,7 @@ class BeltSlip(Effect):
 
     @staticmethod
     def output(incoming: float, effort: float, slip: float, creep: float) -> float:
-        if slip == 0.0 and creep == 0.0:
-            return incoming
-        return incoming * (1.0 - slip - creep * abs(effort))
+        return incoming if slip == 0.0 and creep == 0.0 else incoming * (1.0 - slip - creep * abs(effort))
 
 
 class SpeedDroop(Effect):
@@ -135,9 +131,7 @@ class SpeedDroop(Effect):
 
     @staticmethod
     def output(incoming: float, loss: float, droop: float) -> float:
-        if droop == 0.0:
-            return incoming
-        return incoming - droop * loss
+        return incoming if droop == 0.0 else incoming - droop * loss
 
 
 class SpindleGrowth(Effect):
@@ -170,6 +164,4 @@ class SpindleGrowth(Effect):
 
     @staticmethod
     def output(incoming: float, warmth: float, growth: float) -> float:
-        if growth == 0.0:
-            return incoming
-        return incoming + growth * warmth
+        return incoming if growth == 0.0 else incoming + growth * warmth

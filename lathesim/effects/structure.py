@@ -133,9 +133,7 @@ class TorsionalWindUp(Effect):
 
     @staticmethod
     def output(incoming: float, twist: float, compliance: float) -> float:
-        if compliance == 0.0:
-            return incoming
-        return incoming - twist
+        return incoming if compliance == 0.0 else incoming - twist
 
 
 class BaseRocking(Effect):
@@ -172,9 +170,7 @@ class BaseRocking(Effect):
 
     @staticmethod
     def output(incoming: float, rocking: float, mobility: float) -> float:
-        if mobility == 0.0:
-            return incoming
-        return incoming - mobility * rocking
+        return incoming if mobility == 0.0 else incoming - mobility * rocking
 
 
 class WorkpieceDeflection(Effect):
@@ -208,9 +204,7 @@ class WorkpieceDeflection(Effect):
 
     @staticmethod
     def output(incoming: float, bent: float, compliance: float) -> float:
-        if compliance == 0.0:
-            return incoming
-        return incoming + bent
+        return incoming if compliance == 0.0 else incoming + bent
 
 
 class ToolCompliance(Effect):
@@ -239,6 +233,4 @@ class ToolCompliance(Effect):
 
     @staticmethod
     def output(incoming: float, bent: float, compliance: float) -> float:
-        if compliance == 0.0:
-            return incoming
-        return incoming + bent
+        return incoming if compliance == 0.0 else incoming + bent

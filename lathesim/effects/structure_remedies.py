@@ -50,9 +50,7 @@ class ComplianceShift(ModelledRemedy):
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
         """Shift the reference."""
-        if share == 0.0:
-            return incoming
-        return incoming + share * added
+        return incoming if share == 0.0 else incoming + share * added
 
 
 class SwingModel(ModelledRemedy):
@@ -103,9 +101,7 @@ class SwingModel(ModelledRemedy):
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
         """Take the swing away."""
-        if share == 0.0:
-            return incoming
-        return incoming - share * added
+        return incoming if share == 0.0 else incoming - share * added
 
 
 def _lateness(frequency: float, damping: float, kind: float) -> float:
@@ -165,9 +161,7 @@ class InputShaper(Remedy):
     @staticmethod
     def output(incoming: float, share: float, shaped: float) -> float:
         """Send the shaped reference."""
-        if share == 0.0:
-            return incoming
-        return incoming + share * (shaped - incoming)
+        return incoming if share == 0.0 else incoming + share * (shaped - incoming)
 
 
 def _back(history: list[float], newest: int, samples: float) -> float:
@@ -238,6 +232,4 @@ class SpindleGrowthModel(Remedy):
     @staticmethod
     def output(incoming: float, warmth: float, share: float, growth: float) -> float:
         """Take the growth away."""
-        if share == 0.0:
-            return incoming
-        return incoming - share * growth * warmth
+        return incoming if share == 0.0 else incoming - share * growth * warmth

@@ -153,9 +153,7 @@ class ChannelTimeShift(Effect):
 
     @staticmethod
     def output(incoming: float, held: float, shift: float) -> float:
-        if shift == 0.0:
-            return incoming
-        return held
+        return incoming if shift == 0.0 else held
 
 
 class ClockSkew(Effect):
@@ -186,9 +184,7 @@ class ClockSkew(Effect):
 
     @staticmethod
     def output(incoming: float, held: float, skew: float) -> float:
-        if skew == 0.0:
-            return incoming
-        return held
+        return incoming if skew == 0.0 else held
 
 
 class SampleJitter(Effect):
@@ -220,6 +216,4 @@ class SampleJitter(Effect):
 
     @staticmethod
     def output(incoming: float, held: float, deviation: float) -> float:
-        if deviation == 0.0:
-            return incoming
-        return held
+        return incoming if deviation == 0.0 else held
