@@ -157,19 +157,9 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         at_end = 1.0 if samples_left < 0.5 else 0.0
         done = 1.0 if at_end > 0.5 and next_row(path, row) >= rows else 0.0
         return (
-            row * 1.0,
-            travelled,
-            samples_left,
-            planned_speed,
-            path_speed,
-            at_end,
-            1.0,
-            done,
-            index,
-            plan_from,
-            plan_start_speed,
+            row * 1.0, travelled, samples_left, planned_speed, path_speed, at_end, 1.0, done, index, plan_from, plan_start_speed,
             plan_samples,
-        )
+        )  # fmt: skip
 
 
 _CELLS = 2048

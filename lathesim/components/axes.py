@@ -20,13 +20,9 @@ class EmpiricalAxis(Component):
     group = "axes"
 
     ports = {
-        "effort": "force",
-        "flow": "velocity",
-        "displacement": "position",
-        "drive": "voltage",
-        "inertia": "equivalent_mass",
+        "effort": "force", "flow": "velocity", "displacement": "position", "drive": "voltage", "inertia": "equivalent_mass",
         "applied": "drive_force",
-    }
+    }  # fmt: skip
 
     voltage = Input("V", doc="voltage to the amplifier")
     force = Input("N", default=0.0, doc="force on the table, positive against positive motion")
@@ -83,16 +79,9 @@ class AnalyticalAxis(Component):
     group = "axes"
 
     ports = {
-        "effort": "force",
-        "flow": "velocity",
-        "displacement": "position",
-        "drive": "voltage",
-        "inertia": "equivalent_mass",
-        "resistance": "table_viscous",
-        "back_emf": "back_emf",
-        "current": "current",
-        "applied": "drive_force",
-    }
+        "effort": "force", "flow": "velocity", "displacement": "position", "drive": "voltage", "inertia": "equivalent_mass",
+        "resistance": "table_viscous", "back_emf": "back_emf", "current": "current", "applied": "drive_force",
+    }  # fmt: skip
 
     voltage = Input("V", doc="voltage to the amplifier")
     force = Input("N", default=0.0, doc="force on the table, positive against positive motion")
@@ -191,14 +180,9 @@ class ForceAxis(Component):
     group = "axes"
 
     ports = {
-        "effort": "disturbance",
-        "flow": "velocity",
-        "displacement": "position",
-        "drive": "force",
-        "applied": "force",
-        "inertia": "mass",
+        "effort": "disturbance", "flow": "velocity", "displacement": "position", "drive": "force", "applied": "force", "inertia": "mass",
         "resistance": "viscous",
-    }
+    }  # fmt: skip
 
     force = Input("N", doc="force of the drive on the table")
     disturbance = Input("N", default=0.0, doc="force on the table, positive against positive motion")
@@ -237,14 +221,9 @@ class LedAxis(Component):
     group = "axes"
 
     ports = {
-        "effort": "disturbance",
-        "flow": "velocity",
-        "reference": "reference",
-        "reference_rate": "reference_velocity",
-        "reference_acceleration": "acceleration",
-        "inertia": "inertia",
-        "current": "current",
-    }
+        "effort": "disturbance", "flow": "velocity", "reference": "reference", "reference_rate": "reference_velocity",
+        "reference_acceleration": "acceleration", "inertia": "inertia", "current": "current",
+    }  # fmt: skip
 
     reference = Input("m", doc="position asked for")
     reference_velocity = Input("m/s", doc="velocity asked for")
@@ -291,14 +270,9 @@ class LedRotaryTable(Component):
     group = "axes"
 
     ports = {
-        "effort": "disturbance",
-        "flow": "velocity",
-        "reference": "reference",
-        "reference_rate": "reference_velocity",
-        "reference_acceleration": "acceleration",
-        "inertia": "inertia",
-        "current": "current",
-    }
+        "effort": "disturbance", "flow": "velocity", "reference": "reference", "reference_rate": "reference_velocity",
+        "reference_acceleration": "acceleration", "inertia": "inertia", "current": "current",
+    }  # fmt: skip
 
     reference = Input("rad", doc="commanded angle")
     reference_velocity = Input("rad/s", doc="commanded angular velocity")

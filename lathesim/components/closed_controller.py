@@ -250,14 +250,9 @@ class MotorSlide(Component):
 
     group = "axes"
     ports = {
-        "effort": "disturbance",
-        "flow": "velocity",
-        "displacement": "position",
-        "drive": "current",
-        "applied": "drive_force",
-        "inertia": "mass",
-        "reading": "position",
-    }
+        "effort": "disturbance", "flow": "velocity", "displacement": "position", "drive": "current", "applied": "drive_force",
+        "inertia": "mass", "reading": "position",
+    }  # fmt: skip
 
     current = Input("A", doc="current of the motor")
     late_speed = Input("m/s", doc="v(t - d)")

@@ -18,13 +18,9 @@ class LinearForce(Component):
     group = "process"
 
     ports = {
-        "force": "cutting_force",
-        "thrust_force": "radial_force",
-        "feed_force": "longitudinal_force",
-        "depth": "depth_of_cut",
-        "feed": "feed",
-        "in_cut": "in_contact",
-    }
+        "force": "cutting_force", "thrust_force": "radial_force", "feed_force": "longitudinal_force", "depth": "depth_of_cut",
+        "feed": "feed", "in_cut": "in_contact",
+    }  # fmt: skip
 
     depth_of_cut = Input("m", doc="actual depth of cut")
     feed = Input("m", doc="actual feed per revolution")
@@ -74,14 +70,9 @@ class NonlinearForce(Component):
     group = "process"
 
     ports = {
-        "force": "cutting_force",
-        "thrust_force": "radial_force",
-        "feed_force": "longitudinal_force",
-        "depth": "depth_of_cut",
-        "feed": "feed",
-        "speed": "cutting_speed",
-        "in_cut": "in_contact",
-    }
+        "force": "cutting_force", "thrust_force": "radial_force", "feed_force": "longitudinal_force", "depth": "depth_of_cut",
+        "feed": "feed", "speed": "cutting_speed", "in_cut": "in_contact",
+    }  # fmt: skip
 
     depth_of_cut = Input("m", doc="actual depth of cut")
     feed = Input("m", doc="actual feed per revolution")
@@ -207,17 +198,9 @@ class CuttingProcess(Component):
     group = "process"
 
     ports = {
-        "force": "main_force",
-        "thrust_force": "thrust_force",
-        "feed_force": "feed_force",
-        "feed": "feed",
-        "depth": "depth",
-        "speed": "speed",
-        "angle": "angle",
-        "spindle_speed": "spindle_speed",
-        "in_cut": "in_cut",
-        "cutting_time": "cutting_time",
-    }
+        "force": "main_force", "thrust_force": "thrust_force", "feed_force": "feed_force", "feed": "feed", "depth": "depth",
+        "speed": "speed", "angle": "angle", "spindle_speed": "spindle_speed", "in_cut": "in_cut", "cutting_time": "cutting_time",
+    }  # fmt: skip
 
     feed = Input("m", doc="feed per turn")
     depth = Input("m", doc="depth of cut")

@@ -173,23 +173,10 @@ class CircleReference(Component):
         along_z = side * cosine
         inward = rate * rate / radius
         return (
-            centre_x_at + radius * cosine,
-            centre_z_at + radius * sine,
-            rate * along_x,
-            rate * along_z,
-            rise * along_x - inward * cosine,
-            rise * along_z - inward * sine,
-            along_x,
-            along_z,
-            along_z,
-            -along_x,
-            centre_x_at * 1.0,
-            centre_z_at * 1.0,
-            radius * 1.0,
-            rate * 1.0,
-            way / radius,
-            1.0 if now >= lasting - _CLOCK else 0.0,
-        )
+            centre_x_at + radius * cosine, centre_z_at + radius * sine, rate * along_x, rate * along_z, rise * along_x - inward * cosine,
+            rise * along_z - inward * sine, along_x, along_z, along_z, -along_x, centre_x_at * 1.0, centre_z_at * 1.0, radius * 1.0,
+            rate * 1.0, way / radius, 1.0 if now >= lasting - _CLOCK else 0.0,
+        )  # fmt: skip
 
 
 def _further(curve: Any, at: float, way: float) -> float:
@@ -269,16 +256,6 @@ class FreePathInterpolator(Component):
         along_z = tz / size
         inward = path_speed * path_speed * bend
         return (
-            point_of(curve, at, 0, 0),
-            point_of(curve, at, 1, 0),
-            path_speed * along_x,
-            path_speed * along_z,
-            inward * along_z,
-            -inward * along_x,
-            along_x,
-            along_z,
-            bend,
-            path_speed * 1.0,
-            at * 1.0,
-            1.0 if at >= len(curve) - 1.0 else 0.0,
-        )
+            point_of(curve, at, 0, 0), point_of(curve, at, 1, 0), path_speed * along_x, path_speed * along_z, inward * along_z,
+            -inward * along_x, along_x, along_z, bend, path_speed * 1.0, at * 1.0, 1.0 if at >= len(curve) - 1.0 else 0.0,
+        )  # fmt: skip

@@ -331,22 +331,6 @@ class ConstantVelocityInterpolator(Component):
         if done < 0.5 and path[row][LENGTH] > 0.0:
             share += travelled / path[row][LENGTH] / rows
         return (
-            x,
-            z,
-            path_speed * direction_x,
-            path_speed * direction_z,
-            path_speed,
-            feed,
-            spindle,
-            row * 1.0,
-            path[row][LINE] * 1.0,
-            kind,
-            cutting,
-            direction_x,
-            direction_z,
-            centre_x,
-            centre_z,
-            radius,
-            share,
-            done,
-        )
+            x, z, path_speed * direction_x, path_speed * direction_z, path_speed, feed, spindle, row * 1.0, path[row][LINE] * 1.0, kind,
+            cutting, direction_x, direction_z, centre_x, centre_z, radius, share, done,
+        )  # fmt: skip

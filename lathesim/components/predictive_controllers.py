@@ -30,13 +30,9 @@ class FeedforwardController(Component):
     group = "controllers"
 
     ports = {
-        "measured": "measured",
-        "drive": "reference",
-        "reading": "voltage",
-        "loop_gain": "proportional",
-        "integral_gain": "integral",
+        "measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "integral_gain": "integral",
         "error": "error",
-    }
+    }  # fmt: skip
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")

@@ -19,13 +19,9 @@ class PositionController(Component):
     group = "controllers"
 
     ports = {
-        "measured": "measured",
-        "drive": "reference",
-        "reading": "voltage",
-        "loop_gain": "proportional",
-        "integral_gain": "integral",
+        "measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "integral_gain": "integral",
         "error": "error",
-    }
+    }  # fmt: skip
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")
@@ -86,13 +82,9 @@ class AngularPositionController(Component):
     group = "controllers"
 
     ports = {
-        "measured": "measured",
-        "drive": "reference",
-        "reading": "voltage",
-        "loop_gain": "proportional",
-        "integral_gain": "integral",
+        "measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "integral_gain": "integral",
         "error": "error",
-    }
+    }  # fmt: skip
 
     reference = Input("rad", doc="reference angle")
     measured = Input("rad", doc="measured angle")

@@ -60,17 +60,10 @@ class AnalyticalSpindle(Component):
     group = "spindle"
 
     ports = {
-        "effort": "torque",
-        "flow": "speed",
-        "spindle_speed": "speed",
-        "displacement": "angle",
-        "drive": "voltage",
-        "inertia": "equivalent_inertia",
-        "resistance": "spindle_viscous",
-        "back_emf": "back_emf",
-        "current": "current",
+        "effort": "torque", "flow": "speed", "spindle_speed": "speed", "displacement": "angle", "drive": "voltage",
+        "inertia": "equivalent_inertia", "resistance": "spindle_viscous", "back_emf": "back_emf", "current": "current",
         "applied": "drive_torque",
-    }
+    }  # fmt: skip
 
     voltage = Input("V", doc="voltage to the amplifier")
     torque = Input("N*m", default=0.0, doc="torque on the spindle, positive against positive rotation")
@@ -159,15 +152,9 @@ class TorqueSpindle(Component):
     group = "spindle"
 
     ports = {
-        "effort": "disturbance",
-        "flow": "speed",
-        "spindle_speed": "speed",
-        "displacement": "angle",
-        "drive": "torque",
-        "applied": "torque",
-        "inertia": "inertia",
-        "resistance": "viscous",
-    }
+        "effort": "disturbance", "flow": "speed", "spindle_speed": "speed", "displacement": "angle", "drive": "torque", "applied": "torque",
+        "inertia": "inertia", "resistance": "viscous",
+    }  # fmt: skip
 
     torque = Input("N*m", doc="torque of the drive on the spindle")
     disturbance = Input("N*m", default=0.0, doc="torque on the spindle, positive against positive rotation")
