@@ -21,8 +21,8 @@ from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import FloatArray, Place, of_part
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.identification.estimation.fit import Problem, fit
-from lathesim.identification.records import Free
 from lathesim.identification.position_loops import level_of
+from lathesim.identification.records import Free
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.lessons.lesson import Lesson
