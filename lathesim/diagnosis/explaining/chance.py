@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+from lathesim.diagnosis.explaining.density import BLOCKS
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.search import Gain
 
@@ -19,6 +22,11 @@ def chance_level(gain: Gain, method: Method, parameters: int = 0) -> float:
 def is_clear(gain: Gain, method: Method, parameters: int = 0) -> bool:
     """Return whether a gain is above the level that chance may reach."""
     return gain.nats > chance_level(gain, method, parameters)
+
+
+def is_clear_as_one_block(gain: Gain, method: Method) -> bool:
+    """Return whether a gain is clear even where all blocks of a recording are one: its error is the root of their number larger then."""
+    return gain.nats > method.errors * math.sqrt(BLOCKS) * gain.error
 
 
 def unresolved(difference: Gain, explained: float, method: Method) -> float:

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.explaining.chance import due, is_clear
+from lathesim.diagnosis.explaining.chance import due, is_clear, is_clear_as_one_block
 from lathesim.diagnosis.explaining.earlier import was_there_before
 from lathesim.diagnosis.explaining.plausible import is_plausible, own_residuals
 from lathesim.diagnosis.explaining.resolution import as_good, significant, simplest
@@ -256,9 +256,13 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
 
 def small_and_unsure(study: Study, found: Found) -> Tried | None:
     """Return the effect that is worth least of those that explain the smaller part of what is left without them, and whose size may be zero
-    by both recordings together; none where there is none."""
+    by both recordings together; none where there is none.
+
+    A gain that is clear even if all blocks of a recording were one is no matter of doubt: what else is missing makes an interval wide.
+    """
     larger = study.method.larger_part
     small = [one for one in found.worth.values() if min(one.fitted.share, one.predicted.share) < larger and _has_one_size(one.candidate)]
+    small = [one for one in small if not all(is_clear_as_one_block(gained, study.method) for gained in (one.fitted, one.predicted))]
     if not small:
         return None
     values = estimates(found.model, study.estimation, study.validation, None)

@@ -30,8 +30,8 @@ def found() -> Found:
     return Found(model, model)
 
 
-def with_worth(found: Found, share: float) -> Found:
-    gain = Gain(200.0, 20.0, share)
+def with_worth(found: Found, share: float, error: float = 20.0) -> Found:
+    gain = Gain(200.0, error, share)
 
     def worth(candidate: Candidate) -> Tried:
         return Tried(candidate, found.model, found.model, gain, gain)
@@ -45,3 +45,5 @@ def test_of_small_effects_the_one_whose_size_may_be_zero_is_found(found: Found) 
     assert doubtful is not None
     assert doubtful.candidate.effect is not ForceOffset
     assert small_and_unsure(asked, with_worth(found, 0.8)) is None
+    # clear whatever the blocks of the recording have in common
+    assert small_and_unsure(asked, with_worth(found, 0.2, error=2.0)) is None
