@@ -17,7 +17,7 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
 from lathesim.experiments.families import CandidateProgram
-from lathesim.experiments.room import DesignedMove, FreeAxis, Room, program_text
+from lathesim.experiments.room import SAME_NUMBER, DesignedMove, FreeAxis, Room, program_text
 from lathesim.program.interpreter import interpret
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.words import read_program
@@ -55,18 +55,21 @@ def neighbours(candidate: CandidateProgram, room: Room, at_most: float, random: 
     return found
 
 
+_PUT_IN, _OTHERS = (0.15, 0.35), (0.7, 0.85)
+"""Shares of the changes, summed up: a stroke taken out, put in, exchanged, made at another speed; the rest gets another rest."""
+_RESTS = 0.4
+"""Share of the strokes put in that end with a rest."""
+
+
 def _exchanged(moves: list[DesignedMove], room: Room, random: np.random.Generator) -> list[DesignedMove]:
     """Return moves with a stroke taken out, put in, exchanged for another one, made at another speed, or with another rest."""
     what = random.random()
-    if what < 0.15:
-        return _without_a_stroke(moves, room, random)
-    if what < 0.35:
-        return _with_a_stroke(moves, room, random)
-    if what < 0.7:
-        return _with_a_stroke(_without_a_stroke(moves, room, random), room, random)
-    if what < 0.85:
-        return _at_another_speed(moves, room, random)
-    return _with_another_rest(moves, room, random)
+    taken = _without_a_stroke(moves, room, random) if what < _PUT_IN[0] or _PUT_IN[1] <= what < _OTHERS[0] else moves
+    if what < _PUT_IN[0]:
+        return taken
+    if what < _OTHERS[0]:
+        return _with_a_stroke(taken, room, random)
+    return (_at_another_speed if what < _OTHERS[1] else _with_another_rest)(moves, room, random)
 
 
 def _places(moves: Sequence[DesignedMove], room: Room) -> list[dict[str, float]]:
@@ -98,7 +101,7 @@ def _without_a_stroke(moves: list[DesignedMove], room: Room, random: np.random.G
     for last in range(first + 2, min(first + _FURTHEST_BACK, len(moves)) + 1):
         if any(move.radius for move in moves[first:last]):
             return moves
-        if all(abs(places[last][letter] - value) < 1e-9 for letter, value in places[first].items()):
+        if all(abs(places[last][letter] - value) < SAME_NUMBER for letter, value in places[first].items()):
             return moves[:first] + moves[last:]
     return moves
 
@@ -115,7 +118,7 @@ def _with_a_stroke(moves: list[DesignedMove], room: Room, random: np.random.Gene
         return moves
     speed = _speed(room, random)
     stroke = [DesignedMove({axis.letter: target}, speed), DesignedMove({axis.letter: place}, speed)]
-    if random.random() < 0.4 and (room.dwells or room.idle is not None):
+    if random.random() < _RESTS and (room.dwells or room.idle is not None):
         stroke.insert(int(random.integers(1, 3)), DesignedMove(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3))
     return moves[:at] + stroke + moves[at:]
 

@@ -33,7 +33,15 @@ from lathesim.experiments.candidate_programs import Laid
 from lathesim.experiments.refit import RefitDescent, linear_refit, starts_alike, steps_of
 from lathesim.experiments.rivals import NOTHING, Rival
 from lathesim.experiments.scene import Scene
+from lathesim.limit import Limit
 
+_SETTLED_AT = Limit(
+    0.1,
+    "of what a nested model gains by chance",
+    "so alike two models are one, and no start is tried further",
+    "assumed",
+    "chosen on the project's own machines",
+)
 DECIDES = 3.4
 """Logarithm of the likelihood ratio from which on a run decides: 30 to 1."""
 _EFFICIENCY = 1e-2
@@ -150,11 +158,11 @@ def refitted_worth(
         return held.worth(apart, explained, scaled.shape[1])
     for a, b, draw in sorted(starts, key=lambda place: float(apart[place])):
         settled = _settled(explained[a, draw], scaled.shape[1])
-        descent = RefitDescent(scene, program, scaled[where[a, draw][0]], scene.rivals[b], held.levels, 0.1 * NESTED, settled)
+        descent = RefitDescent(scene, program, scaled[where[a, draw][0]], scene.rivals[b], held.levels, _SETTLED_AT * NESTED, settled)
         best = np.inf
         for start in (starts[a, b, draw], *starts_alike(scene, a, b, draw)):
             best = min(best, descent.followed(start, rounds)[0])
-            if best < 0.1 * NESTED:
+            if best < _SETTLED_AT * NESTED:
                 break
         apart[a, b, draw] = best
         found = held.worth(apart, explained, scaled.shape[1])

@@ -14,9 +14,13 @@ from lathesim.experiments.emulation import Emulation
 from lathesim.experiments.free_values import FreeValue
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.limit import Limit
 from lathesim.units import in_unit
 from lathesim.whole_file import make_folder, write_text
 
+_TOO_LARGE = 10
+"""Metres from which a deviation is no length of a machine."""
+_LOOSEST = Limit(10.0, "times the value", "an interval that is wider is told as none", "assumed", "chosen on the project's own machines")
 SCHEMA = "lathesim-emulation/1"
 
 
@@ -135,7 +139,9 @@ def _cross_rows(found: Emulation) -> list[tuple[str, ...]]:
 
 
 def _rms(sizes: dict[str, float]) -> str:
-    return ", ".join(f"{name} {in_unit(size, 'mm', '.4f')} rms" if size < 10 else f"{name} {size:.4g}" for name, size in sizes.items())
+    return ", ".join(
+        f"{name} {in_unit(size, 'mm', '.4f')} rms" if size < _TOO_LARGE else f"{name} {size:.4g}" for name, size in sizes.items()
+    )
 
 
 def report_html(found: Emulation, picture: str) -> str:
@@ -175,7 +181,7 @@ def _value_rows(found: Emulation) -> list[tuple[str, ...]]:
     for item, value in zip(found.free, found.values, strict=True):
         error = (
             in_unit(loose[item.name], "%", ".3g")
-            if item.name in loose and loose[item.name] < 10.0
+            if item.name in loose and loose[item.name] < _LOOSEST
             else "not told"
             if item.name in loose
             else "below 10 %"

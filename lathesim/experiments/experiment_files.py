@@ -32,9 +32,12 @@ from lathesim.identification.replay.loading import load_case
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, load_lesson
+from lathesim.limit import Limit
 from lathesim.plugins import Registry
 from lathesim.units import conversion
 from lathesim.whole_file import make_folder, whole_file, write_text
+
+_TELLS = Limit(0.05, "of what a program tells", "a channel with less is not named", "assumed", "chosen on the project's own machines")
 
 
 class ReadingNoise(Component):
@@ -298,7 +301,7 @@ def told_lines(found: Designed, foretold: Sequence[Foretold], folder: Path) -> I
         named = f" ({', '.join(item.named)})" if item.named else ""
         yield f"  If it is {item.rival}, the diagnosis says: {item.verdict}{named}."
     order = np.argsort(-found.by_channel.mean(axis=0))
-    names = [found.scene.channels[place] for place in order if found.by_channel[:, place].mean() > 0.05]
+    names = [found.scene.channels[place] for place in order if found.by_channel[:, place].mean() > _TELLS]
     if names:
         yield f"Record {', '.join(names)} at {1.0 / found.scene.period:.0f} Hz: there they differ."
     yield f"{len(found.tried)} programs, {found.runs} runs, {found.wall_time:.1f} s."

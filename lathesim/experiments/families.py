@@ -10,7 +10,13 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.room import DesignedMove, FreeAxis, Room, Turning
+from lathesim.limit import Limit
 
+_ARCS, _RETURNS, _FILLED = 0.3, 0.7, 0.97
+"""Shares: of the strokes that are arcs, of the programs that go back after each stroke, and of the time that strokes fill."""
+_SAME_PLACE = Limit(1e-7, "m", "two places that differ by less are one", "derived", "the last digit of a program")
+_NO_WAY = Limit(1e-6, "m", "a shorter approach is left out", "assumed", "chosen on the project's own machines")
+_AWAY = Limit(1e-3, "m", "from here on the way home is a stroke", "assumed", "chosen on the project's own machines")
 _SLOWEST = 2e-4
 """Slowest speed of a program [m/s]; assumed."""
 _SHORTEST = 6.0
@@ -43,7 +49,7 @@ class Walk:
             target = self.place - way
         target = float(np.round(min(max(target, self.axis.low), self.axis.high), 7))
         speed = float(np.clip(speed, _SLOWEST, self.room.feed))
-        if abs(target - self.place) < 1e-7:
+        if abs(target - self.place) < _SAME_PLACE:
             return
         self.seconds += self.room.time(abs(target - self.place), speed)
         self.moves.append(DesignedMove({self.axis.letter: target}, float(np.round(speed, 7))))
@@ -141,7 +147,7 @@ def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence
     for plan in plans:
         budget = min(0.92 * at_most, max(_SHORTEST, at_most * random.choice([0.3, 0.6, 0.92])))
         found.append(_mixed(room, plan, budget, random))
-        if room.axes[1:] and random.random() < 0.3 and arcs:
+        if room.axes[1:] and random.random() < _ARCS and arcs:
             found.append(_with_arcs(room, found[-1], random))
     fitting = [item for item in found if item.moves and item.seconds <= at_most]
     return fitting[:count]
@@ -162,16 +168,17 @@ def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[C
         smallest, largest = 10.0 ** random.uniform(-3.3, -2.3), 10.0 ** random.uniform(-2.0, -1.3)
         pause = float(random.choice([0.0, 0.0, random.uniform(0.0, 0.15)]))
         slower = float(random.choice([0.0, 0.0, 0.3]))
-        returns = bool(random.random() < 0.7)
+        returns = bool(random.random() < _RETURNS)
         moves: list[DesignedMove] = []
         seconds = 0.0
-        while seconds < 0.97 * at_most:
+        while seconds < _FILLED * at_most:
             walk = walks[int(random.integers(len(walks)))]
             before, done = walk.seconds, len(walk.moves)
             way = min(float(np.round(smallest * (largest / smallest) ** random.random(), 6)), 0.4 * walk.axis.stroke)
             speed = room.feed * (float(random.uniform(0.1, 1.0)) if random.random() < slower else 1.0)
             home = walk.axis.start - walk.place
-            out = way if home > walk.axis.stroke / 4.0 else -way if home < -walk.axis.stroke / 4.0 else way * random.choice([-1.0, 1.0])
+            far = 0.25 * walk.axis.stroke
+            out = way if home > far else -way if home < -far else way * random.choice([-1.0, 1.0])
             walk.go(out, speed)
             if returns:
                 walk.go(-out, speed)
@@ -189,7 +196,7 @@ def _mixed(room: Room, plan: Sequence[str], budget: float, random: np.random.Gen
     places = {axis.letter: _middle(axis, random) for axis in room.axes}
     approach = dict(places)
     way = max(abs(approach[axis.letter] - axis.start) for axis in room.axes)
-    if way > 1e-6:
+    if way > _NO_WAY:
         moves.append(DesignedMove(approach, room.feed * 0.5))
         seconds += room.time(way, room.feed * 0.5) * len(room.axes)
     share = max(0.2, (budget - seconds) / (2 * len(plan) * len(room.axes)))
@@ -260,7 +267,7 @@ def turned_candidates(room: Room, at_most: float, count: int, random: np.random.
         return []
     for number in range(2 * count):
         budget = at_most * float(random.choice([0.5, 0.75, 0.95]))
-        both_ways = number % 4 < 2
+        both_ways = not number // 2 % 2
         made = _cuts(room, turning, budget, random) if turning.cuts and number % 2 else _spins(room, turning, budget, random, both_ways)
         if made is not None and made.seconds <= at_most:
             found.append(made)
@@ -333,16 +340,16 @@ def _wait(
 ) -> tuple[list[DesignedMove], float]:
     """Return moves with a rest behind them; where the dialect has no word for one, an axis goes slowly between two places in air."""
     if room.dwells or room.idle is not None:
-        way = {letter: value for letter, value in home.items() if abs(value - letters[letter]) > 1e-7}
+        way = {letter: value for letter, value in home.items() if abs(value - letters[letter]) > _SAME_PLACE}
         there = [DesignedMove(way, room.feed)] if way else []
         letters |= way
         return [*moves, *there, DesignedMove(rest=round(time, 3))], seconds + time + 0.05 * len(there)
     axis = room.axes[-1]
     at = letters[axis.letter]
-    target = home[axis.letter] if abs(home[axis.letter] - at) > 1e-3 else at + min(5e-3, 0.2 * axis.stroke)
+    target = home[axis.letter] if abs(home[axis.letter] - at) > _AWAY else at + min(5e-3, 0.2 * axis.stroke)
     if target > axis.high:
         target = 2.0 * at - target
-    others = {letter: value for letter, value in home.items() if letter != axis.letter and abs(value - letters[letter]) > 1e-7}
+    others = {letter: value for letter, value in home.items() if letter != axis.letter and abs(value - letters[letter]) > _SAME_PLACE}
     first = [DesignedMove(others, room.feed)] if others else []
     letters |= others | {axis.letter: target}
     slow = float(np.clip(abs(target - at) / time, 1e-6, room.feed))

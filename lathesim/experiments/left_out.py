@@ -10,6 +10,10 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.objective import Objective
 
+_WIDEST = float(np.log(100.0))
+"""Logarithm of the factor from which an interval is told as none."""
+_FEWEST = 40
+"""Way-points from which a channel is tested."""
 _PIECES = 4
 """Pieces of time into which a recording is cut, each of which is left out once; assumed."""
 _RELATED = 10
@@ -137,7 +141,7 @@ def _factor(point: FloatArray, place: int, ends: Sequence[FloatArray], costs: Fl
     if moved == 0.0 or grown < _PROFILED:
         return None
     width = moved * np.sqrt(3.84 / grown)
-    return float(np.exp(width)) if width < np.log(100.0) else None
+    return float(np.exp(width)) if width < _WIDEST else None
 
 
 _LAGS = 8
@@ -159,7 +163,7 @@ def is_noise(objective: Objective, point: FloatArray, slopes: FloatArray | None 
         for row in deviation[0]:
             activity = busyness[taken : taken + len(row)]
             taken += len(row)
-            if not np.any(activity) or len(row) < 40:
+            if not np.any(activity) or len(row) < _FEWEST:
                 continue
             centred = row - row.mean()
             power = float(np.square(centred).sum())

@@ -44,11 +44,16 @@ from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.lessons.program_path import path_of_program, start_of
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
+from lathesim.limit import Limit
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED, KIND, LENGTH
 from lathesim.plugins import Registry
 from lathesim.whole_file import make_folder, write_text
 
 _SINGULAR = 1e-12
+_TINY = 1e-300
+_SHOWN = Limit(1e-6, "share of a combination", "a value with less has no part in it", "derived", "eigenvectors have 9 digits at least")
+_LOOKS = 10
+"""Turns after which the gain is looked at."""
 """Ratio of eigenvalues below which information is singular."""
 
 
@@ -63,13 +68,13 @@ def hidden_combinations(matrix: FloatArray, names: Sequence[str]) -> list[str]:
     values, vectors = np.linalg.eigh(matrix)
     told = []
     for size, vector in zip(values, vectors.T, strict=True):
-        if size > _SINGULAR * max(float(values[-1]), 1e-300):
+        if size > _SINGULAR * max(float(values[-1]), _TINY):
             continue
         vector = vector / vector[int(np.argmax(np.abs(vector)))]
-        parts = [(name, share) for name, share in zip(names, vector, strict=True) if abs(share) > 1e-6]
+        parts = [(name, share) for name, share in zip(names, vector, strict=True) if abs(share) > _SHOWN]
         if len(parts) == 1:
             told.append(f"{parts[0][0]} does not show.")
-        elif len(parts) == 2 and abs(abs(parts[0][1]) - abs(parts[1][1])) < 1e-6:
+        elif len(parts) == 2 and abs(abs(parts[0][1]) - abs(parts[1][1])) < _SHOWN:
             word = "sum" if parts[0][1] * parts[1][1] < 0.0 else "difference"
             told.append(f"Only the {word} of {parts[0][0]} and {parts[1][0]} shows, and neither of them alone.")
         else:
@@ -83,7 +88,7 @@ def criterion_value(matrix: FloatArray, criterion: str) -> float:
     values = np.linalg.eigvalsh(matrix)
     if criterion == "E":
         return float(values[0])
-    if values[0] <= _SINGULAR * max(float(values[-1]), 1e-300):
+    if values[0] <= _SINGULAR * max(float(values[-1]), _TINY):
         return -np.inf
     return float(np.log(values).sum()) if criterion == "D" else float(-(1.0 / values).sum())
 
@@ -277,7 +282,7 @@ def exchanges(
             if value > best[1]:
                 here, best = sizes[place], (tried[place], value)
                 yield best
-        if turn % 10 == 9:
+        if turn % _LOOKS == _LOOKS - 1:
             say(f"  {turn + 1} of {bench.wish.exchanges} exchanges; {bench.criterion} = {best[1]:.4g}")
 
 

@@ -19,6 +19,7 @@ from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import WiringError
 
+_ROUNDING = 1e-9
 _UNHURRIED = (DelayLine, Backlash)
 """Sampled parts that give the same at another sample period, but for its fourth power or the way within a sample."""
 _COARSEST = 4
@@ -149,7 +150,7 @@ def _batch(setting: Setting, names: Sequence[str]) -> Batch:
         assembly = _on_reference(base, coarse, interpolators[0], duration) if fixed else coarse
         batch = Batch(wire(assembly), math.ceil(duration / period) + 2, noisy=False)
         try:
-            if factor > 1 and _shortest_delay(assembly, names) < period * (1.0 - 1e-9):
+            if factor > 1 and _shortest_delay(assembly, names) < period * (1.0 - _ROUNDING):
                 continue
             batch.check_step()
         except WiringError:

@@ -13,6 +13,7 @@ from lathesim.engine.assembly import Part
 from lathesim.errors import LatheSimError
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of
 from lathesim.lessons.simulate import Prepared
+from lathesim.limit import Limit
 from lathesim.path_columns import (
     CONSTANT_SPEED,
     END_X,
@@ -34,6 +35,8 @@ _CLEARANCE = 1e-3
 """How far from a stock a program in air stays [m]; assumed."""
 _USUAL_FEED = 0.05
 """Largest feed [m/s] where neither the machine nor a program of the lesson tells one; assumed."""
+SAME_NUMBER = Limit(1e-9, "m, m/s, rad/s", "places, feeds or speeds that differ by less are one", "derived", "programs have 1e-7 m")
+_WRITTEN = Limit(5e-8, "m", "a move that goes no further is not written", "derived", "half of the last digit of a program")
 _USUAL_STROKE = 0.02
 """Travel [m] where neither tells one; assumed."""
 _AXES = {"X": ("x_reference", 0), "Z": ("z_reference", 1)}
@@ -129,10 +132,10 @@ def room_of(prepared: Prepared) -> Room:
             stock = _of_stock(prepared, "stock_radius")
             low = max(low, stock + _CLEARANCE) if stock else low
             high = max(high, low + (_USUAL_STROKE if stock and not math.isfinite(bounds["X"][1]) else 0.0))
-        if high - low < 1e-9 and letter in letters:
+        if high - low < SAME_NUMBER and letter in letters:
             fact = f"the {letter} axis has no travel: the machine gives no limits and the lesson's program does not move it."
             raise LatheSimError(fact, place=str(lesson.path), remedy="Write 'travel:' in the machine template.")
-        axes.append(FreeAxis(letter, given[_AXES[letter][1]], low, high if high - low > 1e-9 else low + _USUAL_STROKE))
+        axes.append(FreeAxis(letter, given[_AXES[letter][1]], low, high if high - low > SAME_NUMBER else low + _USUAL_STROKE))
     largest = limits.feed if math.isfinite(limits.feed) else feed
     return Room(
         interpolator,
@@ -226,7 +229,7 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
     standing: dict[str, float] = dict(place)
     last_feed, turning, per_turn = 0.0, 0.0, False
     for move in moves:
-        if move.turn is not None and abs(move.turn - turning) > 1e-9:
+        if move.turn is not None and abs(move.turn - turning) > SAME_NUMBER:
             turning = move.turn
             lines.append(f"{codes['SPINDLE_SPEED']} S{_number(abs(turning) * 30.0 / math.pi)} {_way_to_turn(turning, codes)}")
         if move.rest > 0.0:
@@ -235,7 +238,7 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
                 last_feed = 0.0
             continue
         words = [f"{letter}{_number(1e3 * _shown(letter, value, dialect.x_is_diameter))}" for letter, value in move.to.items()]
-        if not any(abs(standing[letter] - value) > 5e-8 for letter, value in move.to.items()):
+        if not any(abs(standing[letter] - value) > _WRITTEN for letter, value in move.to.items()):
             continue
         standing |= move.to
         if bool(move.per_turn) != per_turn:
@@ -245,7 +248,7 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
         if move.radius:
             words.append(f"R{_number(1e3 * move.radius)}")
         feed = 1e3 * move.per_turn if per_turn else 6e4 * move.speed
-        if abs(feed - last_feed) > 1e-9:
+        if abs(feed - last_feed) > SAME_NUMBER:
             words.append(f"F{_number(feed)}")
             last_feed = feed
         lines.append(" ".join([code, *words]))

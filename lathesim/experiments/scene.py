@@ -28,7 +28,9 @@ from lathesim.experiments.rivals import Rival
 from lathesim.experiments.room import Room
 from lathesim.identification.records import Candidate as Term
 from lathesim.identification.signal import channel_floor
+from lathesim.limit import Limit
 
+_MOVES = Limit(10.0, "noise floors", "a channel that moves more shows something", "assumed", "chosen on the project's own machines")
 _BITS = "bits"
 """Parameter of a converter that counts."""
 _ROUNDING = 1e-9
@@ -273,7 +275,7 @@ class Scene:
     def those_that_move(self, programs: Sequence[Laid], floors: FloatArray) -> list[Laid]:
         """Return the programs in which something that is recorded moves by more than it is uncertain."""
         found = self.readings(programs, [self.given[None, :]] * len(programs))
-        return [item for item, read in zip(programs, found, strict=True) if (np.ptp(read[0], axis=1) > 10.0 * floors).any()]
+        return [item for item, read in zip(programs, found, strict=True) if (np.ptp(read[0], axis=1) > _MOVES * floors).any()]
 
     def floors(self, program: Laid) -> FloatArray:
         """Return what a sample of each channel cannot resolve (channels,) [SI], one standard deviation, from a run whose sensors count."""

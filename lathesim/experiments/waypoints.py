@@ -30,6 +30,8 @@ from lathesim.recordings.mapping import rows_as_taken
 from lathesim.recordings.raw_table import Finding, read_recording
 from lathesim.units import in_unit
 
+_BEGINS = (-1e-9, 3600.0)
+"""Times [s] at which way-points may begin: of a program, and not of the day."""
 LEAST_WAYPOINTS = 20
 """Fewer way-points say nothing about a machine; assumed."""
 _STILL = 1e-9
@@ -84,7 +86,7 @@ def read_waypoints(lesson: Lesson, given: str, registry: Registry) -> Waypoints:
     if (np.diff(order) < 0).any():
         findings.append(Finding("order", "", "rows were out of order in time", "they were sorted"))
         time, present = time[order], {name: column[order] for name, column in present.items()}
-    if time[0] < -1e-9 or time[0] > 3600.0:
+    if time[0] < _BEGINS[0] or time[0] > _BEGINS[1]:
         findings.append(
             Finding("clock", "", f"the clock begins at {time[0]:.6g} s", "the first way-point is taken as the program's beginning")
         )
