@@ -165,11 +165,13 @@ uncertain: {x_axis.mass: 5 %, x_axis.viscous: 10 %}
 """
 
 
-def write_case(folder: Path, hidden: Hidden | None = None, *, lesson: str = LESSON, count: int = 2000) -> tuple[Path, Path, Path]:
+def write_case(
+    folder: Path, hidden: Hidden | None = None, *, lesson: str = LESSON, count: int = 2000, seeds: tuple[int, int] = (1, 2)
+) -> tuple[Path, Path, Path]:
     """Write the lesson and two recordings of a hidden machine, and give the three files."""
     (folder / "table.yaml").write_text(lesson, encoding="utf-8")
     files = []
-    for seed, name in ((1, "fit.csv"), (2, "check.csv")):
+    for seed, name in zip(seeds, ("fit.csv", "check.csv"), strict=True):
         record = recording(hidden, seed=seed, count=count)
         rows = np.column_stack([record.time, record[FORCE], 1e3 * record[POSITION]])
         np.savetxt(folder / name, rows, delimiter=",", header="t [s],push [N],seen [mm]", comments="", fmt="%.10g")

@@ -173,7 +173,8 @@ def _verdicts(scored: Scored) -> list[str]:
 def _cost(scored: Scored) -> str:
     seconds = np.array([answer.seconds for _, answer in scored])
     hopeless = len({truth["case"] for truth, _ in scored if not truth.get("answerable", True)})
-    return f"{np.median(seconds):.0f} s of processor time at the median, {seconds.max():.0f} s at most; {hopeless} cases show nothing."
+    took = f"{np.median(seconds):.0f} s of processor time at the median, {seconds.max():.0f} s at most"
+    return f"{took}. {hopeless} cases that no channel shows do not count."
 
 
 def show(folders: Sequence[Path], asked: argparse.Namespace) -> None:

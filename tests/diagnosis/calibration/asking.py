@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 import time
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from tests.diagnosis import pushed_table
 from tests.diagnosis.asking import ask_here, truth_of, words_of
 from tests.diagnosis.calibration.draws import Draw, shortened
-from tests.diagnosis.pushed_table import FORCE, LESSON, MASS, POSITION, VISCOUS, Hidden
+from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden
 from tests.diagnosis.rigs.cases import schedule as rig_schedule
 from tests.diagnosis.rigs.cases import write_case as write_rig
 from tests.diagnosis.suite.cases import write_case
@@ -44,8 +44,9 @@ def tables(seed: int, number: int, at_most: float, kept: Container[str] = ()) ->
         )
         right = () if kind == "sound" else (RIPPLE if kind in RIPPLE else (kind,),)
         with tempfile.TemporaryDirectory() as folder:
-            _write_table(Path(folder), hidden, int(rng.integers(2**31)))
-            told, seconds = _ask(Path(folder), at_most)
+            first = int(rng.integers(2**31))
+            lesson, fitted, held_out = pushed_table.write_case(Path(folder), hidden, seeds=(first, first + 1))
+            told, seconds = _ask([lesson, fitted, "--validate", held_out], at_most)
         yield Draw("table", name, kind, right, sizes, told, seconds)
 
 
@@ -55,14 +56,6 @@ def _table(kind: str, size: float, phase: float, mass: float, viscous: float) ->
         "TorqueRipple": lambda v, q, t: size * math.sin(2.0 * math.pi * q / TURN + phase),
     }
     return Hidden(size if kind == "CoulombFriction" else 0.0, laws.get(kind), mass, viscous)
-
-
-def _write_table(folder: Path, hidden: Hidden, seed: int) -> None:
-    (folder / "lesson.yaml").write_text(LESSON, encoding="utf-8")
-    for more, name in enumerate(("fit.csv", "validate.csv")):
-        record = pushed_table.recording(hidden, seed=seed + more)
-        rows = np.column_stack([record.time, record[FORCE], 1e3 * record[POSITION]])
-        np.savetxt(folder / name, rows, delimiter=",", header="t [s],push [N],seen [mm]", comments="", fmt="%.10g")
 
 
 def rigs(seed: int, sound: int, single: int, at_most: float, kept: Container[str] = ()) -> Iterator[Draw]:
@@ -76,7 +69,7 @@ def rigs(seed: int, sound: int, single: int, at_most: float, kept: Container[str
             truth = truth_of(folder)
             if not truth.get("answerable", True):
                 continue
-            told, seconds = _ask(folder, at_most)
+            told, seconds = _ask(words_of(folder), at_most)
         hidden = tuple(tuple(names) for names in truth["right"].values())
         yield Draw("rigs", name, case.kind, hidden, {}, told, seconds, tuple(truth["beside"]))
 
@@ -91,14 +84,14 @@ def suite(seed: int, number: int, at_most: float, kept: Container[str] = ()) -> 
             folder = Path(place)
             write_case(seed, index, folder)
             truth = truth_of(folder)
-            told, seconds = _ask(folder, at_most)
+            told, seconds = _ask(words_of(folder), at_most)
         hidden = tuple(tuple(names) for names in truth["right"].values())
         sizes = {name: one["true"] for name, one in truth["baseline"].items()}
         sizes |= {f"{one['effect']}.{key}": size["value"] for one in truth["effects"] for key, size in one["parameters"].items()}
         yield Draw("suite", name, truth["kind"], hidden, sizes, told, seconds, tuple(truth["beside"]))
 
 
-def _ask(folder: Path, at_most: float) -> tuple[dict[str, object], float]:
-    """Return what the program answers to the case in a folder, and the seconds of processor time."""
+def _ask(words: Sequence[str | Path], at_most: float) -> tuple[dict[str, object], float]:
+    """Return what the program answers to a lesson and its recordings, and the seconds of processor time."""
     began = time.process_time()
-    return shortened(ask_here(*words_of(folder), "--at-most", f"{at_most:g}s")), time.process_time() - began
+    return shortened(ask_here(*words, "--at-most", f"{at_most:g}s")), time.process_time() - began
