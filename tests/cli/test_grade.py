@@ -179,4 +179,4 @@ def test_a_run_of_a_shipped_lesson_is_graded(capsys: pytest.CaptureFixture[str])
     said = call(capsys, "grade", "01_contour_error", "run.h5")
     assert said.code == 0
     assert "Another part program: short.nc." in said.out
-    assert said.out.endswith("1 of 1 goals met: met.\n")
+    assert "\n1 of 1 goals met: met.\n" in said.out

@@ -57,7 +57,7 @@ def choices(folder: Path, count: int, others: int) -> Iterator[Choice]:
         with busy(others):
             for place in range(1, count + 1):
                 terminal.send("F6")
-                assert terminal.shows("Things to try"), terminal.screen()
+                assert terminal.shows("To try"), terminal.screen()
                 name = names[place % len(names)]
                 began, used = time.monotonic(), _processor_time(process)
                 terminal.send("Down", "Enter")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -25,10 +26,17 @@ async def test_a_hint_opens_after_a_try_and_the_book_keeps_the_best() -> None:
         await pilot.pause(0.2)
         goals = app.screen.query_one("#goals", Static)
         assert "A hint opens after your first run." in str(goals.content)
+        listed = app.screen.query_one("#lessons", OptionList)
+        rows = [str(listed.get_option_at_index(place).prompt) for place in range(3)]
+        assert rows[0] == "basics"
+        assert re.fullmatch(r"→ Servo control and contour er… +40 min ▪ +", rows[1])
+        assert rows[2].startswith("○ Quantisation and limit cycles")
         await run_to_end(app, pilot)
         await pilot.press("f6")
         await pilot.pause(0.2)
         assert "Hint: Raise the proportional gain" in str(goals.content)
+        assert "A hint opens after your next run." in str(goals.content)
+        assert str(listed.get_option_at_index(1).prompt).startswith("• Servo")
         assert "best 0.6851 mm" in str(goals.content)
     book = json.loads(Path("lathesim_progress.json").read_text(encoding="utf-8"))
     entry = book["lessons"]["01_contour_error"]
@@ -104,7 +112,7 @@ async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it()
         await run_to_end(app, pilot)
         assert "2 questions about this run: press F6, then a." in told(app)
         assert "cut.force" in str(app.screen.query_one("#plot").border_title)
-        assert app.screen.query_one(ReadOuts).readings[1].title == "force"
+        assert app.screen.query_one(ReadOuts).readings[1].title == "Force"
         await pilot.press("f6", "a")
         await pilot.pause()
         await pilot.press("enter")

@@ -72,7 +72,7 @@ class LessonsScreen(WorkbenchScreen):
                 with VerticalScroll(id="page"):
                     yield Markdown("", id="text", open_links=False)
                 yield Static("", id="goals")
-                yield Label("Things to try (Enter sets those with a ▶) and questions (Enter answers)", id="heading", classes="heading")
+                yield Label("To try (Enter sets those with ▶), questions (?)", id="heading", classes="heading")
                 yield OptionList(id="tries")
 
     def on_mount(self) -> None:

@@ -171,7 +171,7 @@ def readings(record: Record, sample: int, *, as_diameter: bool = False, first: S
     if not own:
         return lines
     values = _At(record, sample)
-    shown = [ReadOutLine(name.partition(".")[2].replace("_", " "), values.shown(record.unit(name), name)) for name in own]
+    shown = [ReadOutLine(name.partition(".")[2].replace("_", " ").capitalize(), values.shown(record.unit(name), name)) for name in own]
     return [lines[0], *shown, *(line for line in lines[1:] if line.actual != NONE)][: len(lines)]
 
 
