@@ -158,7 +158,6 @@ def test_a_place_that_a_friction_holds_is_no_column_of_the_scale(from_the_motor:
     machine, record, _ = from_the_motor
     pushed = record[VOLTAGE] + 0.3 * np.sign(np.gradient(record[POSITION]))
     assert "times" not in faults(machine, changed(record, VOLTAGE, pushed))
-    assert faults(machine, record) == ""
 
 
 def two_axes(folder: Path) -> Axis:
