@@ -24,6 +24,10 @@ from lathesim.units import in_unit
 ROUGHING = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE)
 RETRACT = 0.5e-3
 """[m] how far a cycle withdraws where the program does not say, assumed: a common setting of controls."""
+_NAMED = 8
+"""Block numbers that a sentence names."""
+_SAME_PLACE = 1e-9
+"""Length [m] of a move that goes nowhere: rounding."""
 _MICRON = 1e-6
 _TENTH = 2.54e-6
 """[m] one unit of a number without a decimal point, in millimetres and in inches. Source: Fanuc 0i-T, least input increment."""
@@ -231,7 +235,7 @@ class ContourCycles(Motions):
                 if place in places:
                     return place
         known = [block.number for block in self.blocks.blocks if block.number]
-        names = f"It has N{', N'.join(known[:8])}{' and more' if len(known) > 8 else ''}." if known else "It has no N numbers."
+        names = f"It has N{', N'.join(known[:_NAMED])}{' and more' if len(known) > _NAMED else ''}." if known else "It has no N numbers."
         raise self.error(f"{word.text} of {code} names a block N{round(word.value)} that is not there.", names)
 
     def _walked(self, first: int, last: int) -> Walked:
@@ -287,7 +291,7 @@ class ContourCycles(Motions):
     def _check_one_way(self, contour: list[Move], code: str, across: bool) -> None:
         """Warn of a contour that goes back: no turning tool follows it."""
         places = [contour[0].start_x if across else contour[0].start_z, *((move.end_x if across else move.end_z) for move in contour)]
-        ways = [there - here for here, there in itertools.pairwise(places) if abs(there - here) > 1e-9]
+        ways = [there - here for here, there in itertools.pairwise(places) if abs(there - here) > _SAME_PLACE]
         if any(way * ways[0] < 0.0 for way in ways):
             self.warn(f"The contour of {code} goes back along {'X' if across else 'Z'}; a tool may not reach what lies behind.")
 

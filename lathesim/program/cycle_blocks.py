@@ -163,7 +163,7 @@ class Cycles(HoleCycles, ProfileCycles):
             meaning = self.modal.motion if named else None
         if meaning is None:
             return False
-        if self.dialect.o_words and meaning in PROFILES:
+        if self.dialect.contour_in_subprogram and meaning in PROFILES:
             self._profile(meaning)
         elif meaning in SINGLE:
             self._single(meaning)

@@ -32,6 +32,13 @@ class Dialect:
     ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts; with ``spindle_stops_after_motion`` M5 acts at
     the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions, with ``o_words`` the statements of
     LinuxCNC, else those of Fanuc's macros. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
+    ``surface_number_is_speed``: G97 without S takes the number of the surface speed for rpm. Variables up to ``locals_up_to`` are local;
+    with ``unset_is_empty`` one that is not set is empty, else 0; setting ``alarm_variable`` is an alarm
+    (Fanuc 0i operator's manual, custom macro, system variables); ``numbered_parameters`` are those
+    of RS274 and no macro variables. ``contour_in_subprogram``: Q of a contour cycle names a subprogram. ``whole_numbers_are_steps``: a
+    length of a cycle without a point counts in the smallest unit. ``nose_starts_beside``: compensation begins beside the path.
+    ``local_shift_is_shift``: G52 is the shift of G92. ``tool_data`` are the L of G10 that set a tool (0 without L), which acts at once with
+    ``tool_data_at_once``; with ``further_by_l20`` its L20 sets a further work offset, else the one in force from here.
     ``variant_of`` names the dialect of which this one is a rarer form; where both have a word, messages name that one.
     ``first_motion`` is in force until the program names a motion.
     ``start_angle`` is the letter of the start angle of a thread, and its unit in degrees. With ``drills_in_xy`` the drilling
@@ -56,6 +63,18 @@ class Dialect:
     carried_out: frozenset[M] = frozenset()
     work_offsets: Mapping[str, int] = field(default_factory=dict)
     o_words: bool = False
+    surface_number_is_speed: bool = False
+    locals_up_to: int = 33
+    unset_is_empty: bool = True
+    alarm_variable: int | None = 3000
+    numbered_parameters: bool = False
+    contour_in_subprogram: bool = False
+    whole_numbers_are_steps: bool = True
+    nose_starts_beside: bool = True
+    local_shift_is_shift: bool = False
+    tool_data: tuple[float, ...] = (0.0, 10.0, 11.0, 12.0, 13.0)
+    tool_data_at_once: bool = True
+    further_by_l20: bool = True
     variables: bool = False
     builder_codes: bool = False
     tool_in_front: bool = False
@@ -133,6 +152,18 @@ LINUXCNC = Dialect(
     dwell={"P": 1.0},
     work_offsets=_WORK_OFFSETS,
     o_words=True,
+    surface_number_is_speed=True,
+    locals_up_to=30,
+    unset_is_empty=False,
+    alarm_variable=None,
+    numbered_parameters=True,
+    contour_in_subprogram=True,
+    whole_numbers_are_steps=False,
+    nose_starts_beside=False,
+    local_shift_is_shift=True,
+    tool_data=(1.0,),
+    tool_data_at_once=False,
+    further_by_l20=False,
     variables=True,
     tool_in_front=True,
     change_stops_spindle=True,

@@ -19,6 +19,8 @@ from lathesim.errors import nearest
 Value = float | None
 """A number, or None for a variable that holds nothing (``#0`` of Fanuc)."""
 
+_WHOLE, _MOST = 1e-4, 1e6
+"""How far a computed number of a variable may be from a whole one, and the largest."""
 MOST_VARIABLES = 20_000
 """Variables that one program may fill, assumed: far more than any part needs."""
 
@@ -311,7 +313,7 @@ def _unknown(name: str, variables: Variables) -> ExpressionError:
 
 def _index(value: Value) -> int:
     number = 0.0 if value is None else value
-    if number < 0.0 or abs(number - round(number)) > 1e-4 or number > 1e6:
+    if number < 0.0 or abs(number - round(number)) > _WHOLE or number > _MOST:
         raise ExpressionError(f"#{number:g} names no variable.", "Numbers of variables are whole and not negative.")
     return round(number)
 

@@ -22,7 +22,6 @@ from lathesim.program.words import Block
 DEEPEST_CALL = 10  # Source: LinuxCNC 2.9, levels of subroutines; Fanuc has 4 to 10
 MOST_CALLS = 9999  # repeats of one call. Source: Fanuc 0i-T operator's manual, subprogram call
 MOST_RUNS = 100_000  # blocks run again by loops and calls, assumed: far more than any part needs, and done in seconds
-_LOCALS = 33
 _ARGUMENTS = {
     "A": 1, "B": 2, "C": 3, "D": 7, "E": 8, "F": 9, "H": 11, "I": 4, "J": 5, "K": 6, "M": 13, "Q": 17, "R": 18, "S": 19, "T": 20, "U": 21,
     "V": 22, "W": 23, "X": 24, "Y": 25, "Z": 26,
@@ -30,8 +29,6 @@ _ARGUMENTS = {
 """Variables that the letters of a macro call fill. Source: Fanuc 0i operator's manual, custom macro, argument assignment I."""
 _RETURN = -1
 """The next place where a subprogram returns."""
-_ALARM = 3000
-"""The variable with which a macro stops the program. Source: Fanuc 0i operator's manual, custom macro, system variables."""
 
 
 class Flow(Cycles):
@@ -46,9 +43,10 @@ class Flow(Cycles):
     def variables(self) -> Variables:
         """The variables of the program, made when the first one is asked for."""
         if self._variables is None:
-            locals_to = 30 if self.dialect.o_words else _LOCALS
             self._variables = Variables(
-                lambda key: system_value(key, self.modal, self.dialect), locals_to=locals_to, empty=not self.dialect.o_words
+                lambda key: system_value(key, self.modal, self.dialect),
+                locals_to=self.dialect.locals_up_to,
+                empty=self.dialect.unset_is_empty,
             )
         return self._variables
 
@@ -113,7 +111,8 @@ class Flow(Cycles):
         return block._replace(words=tuple(words))
 
     def _assign(self, assignment: Assignment, value: Value, block: Block) -> None:
-        if assignment.number is not None and not self.dialect.o_words and assignment.number.evaluate(self.variables) == _ALARM:
+        alarm = self.dialect.alarm_variable
+        if assignment.number is not None and alarm is not None and assignment.number.evaluate(self.variables) == alarm:
             said = f": {block.comments[0]}" if block.comments else ""
             raise ExpressionError(f"The program stops itself with an alarm{said}.", "Look for the condition in front of it.")
         assignment.carry_out(self.variables, value)
@@ -277,7 +276,7 @@ class Flow(Cycles):
             raise self.error(f"{code} needs the number of a program.", f"Write it as {code} P0012.")
         number, times = int(p.value), 1 if repeats is None else int(repeats.value)
         known = self.blocks.locals if meaning is Meaning.LOCAL_SUBPROGRAM else self.blocks.subprograms
-        if number not in known and number > 9999 and repeats is None:
+        if number not in known and number > MOST_CALLS and repeats is None:
             number, times = number % 10_000, number // 10_000
         letter = "N" if meaning is Meaning.LOCAL_SUBPROGRAM else "O"
         if number not in known:

@@ -202,7 +202,7 @@ class _Interpreter(Offsets):
     def _keep_speed(self, code: str) -> None:
         """G97 without S: Fanuc holds the speed that turned where the tool stands, LinuxCNC reads the number of G96 as rpm."""
         modal = self.modal
-        if self.dialect.o_words:
+        if self.dialect.surface_number_is_speed:
             number = (modal.speed or 0.0) * 60.0 / (0.3048 if modal.inch else 1.0)
             modal.speed = number * _REVOLUTION / 60.0
             self.warn(f"{code} has no S word; the {number:.6g} of the surface speed counts in rpm now.")

@@ -98,7 +98,7 @@ def _is_sign(block: Block, dialect: Dialect) -> bool:
         own = bool(letters.keys() & {"U", "W", "O"}) or bool(codes & {"G32", "G50", "G99", "G65", "M97", "M98"})
         own = own or ("G33" in codes and "F" in letters and "K" not in letters)
         return long_tool or cycle or simple or own
-    if dialect.o_words:
+    if dialect.thread_drive_line:
         thread = ("G76" in codes and "J" in letters) or ("G33" in codes and "K" in letters)
         return thread or bool(codes & {"G7", "G8", "G64", "G41.1", "G42.1"})
     return bool(codes & {"G70", "G71"}) and not letters.keys() & {"P", "U", "R", "Q"}

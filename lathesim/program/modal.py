@@ -121,7 +121,7 @@ def system_value(key: int | str, modal: Modal, dialect: Dialect) -> float | None
     """Return the value of a variable of the machine in the units of the program, or None where there is none of that number or name."""
     if isinstance(key, str):
         return _named(key, modal)
-    if dialect.o_words:
+    if dialect.numbered_parameters:
         return _numbered(key, modal)
     return _macro(key, modal, dialect)
 

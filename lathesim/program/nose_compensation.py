@@ -19,6 +19,8 @@ from lathesim.errors import ProgramError
 from lathesim.program.moves import LEFT, Arc, Move, Nose
 from lathesim.units import in_unit
 
+_NO_TURN = 1e-9
+"""Angle [rad] of an arc that turns by nothing: rounding."""
 _SAME = 1e-9
 """[m] below this, two places are one."""
 _TANGENT = 1e-4
@@ -295,7 +297,7 @@ def _arc_of(side: _Side, point: Point) -> Arc | None:
     finish = math.atan2(side.end[1] - centre[1], side.end[0] - centre[0])
     full = 2.0 * math.pi
     sweep = (begin - finish if arc.clockwise else finish - begin) % full
-    if sweep < 1e-9 or sweep > full - 1e-9:
+    if sweep < _NO_TURN or sweep > full - _NO_TURN:
         sweep = full if abs(arc.sweep) > math.pi else 0.0
     if side.radius <= _SAME:
         begin, sweep = arc.start_angle, abs(arc.sweep)

@@ -19,6 +19,8 @@ _SIDES = {
 }  # fmt: skip
 _GIVEN = (Meaning.COMPENSATION_GIVEN_LEFT, Meaning.COMPENSATION_GIVEN_RIGHT)
 _SAME = 1e-9
+_WITHOUT, _WORK_DATA = 0.0, (2.0, 20.0)
+"""The L of G10 that is left out, and those that set a work offset: as named, and from the present position."""
 _FURTHER_OFFSETS = 300
 """Work offsets of G54.1 and G154. Source: Fanuc 0i-T operator's manual; Haas has 99 of them."""
 _GEOMETRY = 10_000
@@ -65,7 +67,7 @@ class Offsets(Flow):
         modal.nose = self._nose(tool)
 
     def _nose(self, tool: Tool) -> Nose:
-        return nose(self.modal.side, tool, front=self.dialect.tool_in_front, starts_beside=not self.dialect.o_words)
+        return nose(self.modal.side, tool, front=self.dialect.tool_in_front, starts_beside=self.dialect.nose_starts_beside)
 
     def _given_nose(self, code: str) -> Tool:
         """G41.1 and G42.1: D is the diameter of the nose, L its orientation."""
@@ -190,7 +192,7 @@ class Offsets(Flow):
         if not given:
             raise self.error(f"{self.block.codes[Meaning.SHIFT_LOCAL].text} shifts the origin and names no axis.", "Add an X or a Z word.")
         modal = self.modal
-        if self.dialect.o_words:
+        if self.dialect.local_shift_is_shift:
             modal.shift_x, modal.shift_z = given.get("X", modal.shift_x), given.get("Z", modal.shift_z)
             modal.shift_kept = (modal.shift_x, modal.shift_z)
         else:
@@ -231,19 +233,19 @@ class Offsets(Flow):
         number = -1 if p is None else int(p.value)
         if p is None or number < 0 or p.value != number:
             raise self.error(f"{code} needs the number of an offset.", f"Write it as {code} L2 P1 X0 Z0.")
-        sort = kind.value if kind is not None else (0.0 if self.dialect.incremental is not None or not self.dialect.o_words else -1.0)
-        if sort in (2.0, 20.0):
-            further = sort == 20.0 and not self.dialect.o_words
+        sort = kind.value if kind is not None else _WITHOUT
+        if sort in _WORK_DATA:
+            further = sort == _WORK_DATA[1] and self.dialect.further_by_l20
             first, last = (1, _FURTHER_OFFSETS) if further else (0, len(self.dialect.work_offsets))
             if not first <= number <= last:
                 raise self.error(f"P{number} of {code} is no work offset.", f"There are P1 to P{last}.")
             number += len(self.dialect.work_offsets) if further else 0
-            self._set_work_offset(code, number, from_here=sort == 20.0 and not further)
-        elif sort in ((1.0,) if self.dialect.o_words else (0.0, 10.0, 11.0, 12.0, 13.0)):
+            self._set_work_offset(code, number, from_here=sort == _WORK_DATA[1] and not further)
+        elif sort in self.dialect.tool_data:
             self._set_tool(code, number)
         else:
             shown = kind.text if kind is not None else "no L"
-            kinds = "L2 and L20 (work offset), " + ("L1 (tool)" if self.dialect.o_words else "and no L, L10 or L11 (tool)")
+            kinds = "L2 and L20 (work offset), " + ("and no L, L10 or L11 (tool)" if _WITHOUT in self.dialect.tool_data else "L1 (tool)")
             raise self.error(f"{code} with {shown} is not interpreted.", f"There are {kinds}.")
 
     def _set_work_offset(self, code: str, number: int, *, from_here: bool) -> None:
@@ -275,5 +277,5 @@ class Offsets(Flow):
             radius=tool.radius if radius is None else modal.metres(radius.value),
             orientation=tool.orientation if orientation is None else self._orientation(orientation.value, code),
         )
-        if not self.dialect.o_words and number == modal.offset_of_tool:
+        if self.dialect.tool_data_at_once and number == modal.offset_of_tool:
             modal.tool_offset = (modal.tools[number].x, modal.tools[number].z)
