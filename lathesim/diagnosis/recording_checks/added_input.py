@@ -111,6 +111,8 @@ def _steps(values: FloatArray, period: float, unit: str, method: Method) -> Shap
     levels = np.array([float(np.median(values[begin:end])) for begin, end in pairs])
     left = np.concatenate([values[begin:end] - level for (begin, end), level in zip(pairs, levels, strict=True)])
     on = np.abs(levels) > method.little * float(np.max(np.abs(levels)))
+    if not on.any():
+        return Shape("", (), 0.0)
     stretches = tuple((begin * period, end * period) for (begin, end), is_on in zip(pairs, on, strict=True) if is_on)
     return Shape(_levels_in_words(pairs, levels, on, period, unit, method), stretches, _explained(values, left))
 

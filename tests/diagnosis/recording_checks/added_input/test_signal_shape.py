@@ -45,3 +45,9 @@ def test_other_signals_have_no_simple_shape(kind: str) -> None:
     shape = shape_of(values, PERIOD, "V")
     assert (shape.words, shape.share) == ("", 0.0)
     assert bool(shape.windows) == (kind != "nothing")
+
+
+def test_a_bump_that_ends_at_once_has_no_levels() -> None:
+    bump = np.concatenate([np.zeros(100), np.linspace(0.0, 1.0, 11), np.linspace(1.0, 0.4, 6), np.zeros(100)])
+    shape = shape_of(bump, PERIOD, "V")
+    assert shape.words == ""
