@@ -1,5 +1,6 @@
 """Real recordings: what answers to them are worth, the comparators, the examples of the manual, and the EMPS benchmark."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -13,7 +14,7 @@ from tests.diagnosis.real.comparators.regressions import best_shape
 from tests.diagnosis.real.examples import CHAPTER, standing_alone, with_answer
 from tests.diagnosis.real.recordings import cases, real
 from tests.diagnosis.real.scoring import changed, row, worth
-from tests.shared_data import needs_shared
+from tests.shared_data import SHARED, needs_shared
 
 CASES = {case.name: case for case in cases(every_lesson=True)}
 
@@ -162,3 +163,18 @@ def test_the_effects_of_an_answer_become_the_values_of_the_axis():
     assert axis_of({"baseline": baseline, "effects": uneven}) == Axis(95.0, 205.0, -37.0, 20.0, -1.0)
     with pytest.raises(ValueError, match="Backlash is no effect of this model"):
         axis_of({"baseline": baseline, "effects": [effect("Backlash", width=1e-6)]})
+
+
+@needs_shared
+@pytest.mark.parametrize(("name", "mass", "level", "excess"), [("a046", 6642.0, 203.0, 308.0), ("a060", 6318.0, 200.0, 250.0)])
+def test_the_friction_of_suite_a_is_both_numbers_together_at_low_speed(name: str, mass: float, level: float, excess: float) -> None:
+    """Force of the motor less mass times acceleration at 1 to 4 mm/s, where the peak has fallen by a third at most, against the direction."""
+    with h5py.File(SHARED / "data" / "suite_a" / f"{name}_fit.h5") as file:
+        time, place, current = (file[channel][()] for channel in ("time", "encoder", "current"))
+    smooth = np.ones(21) / 21.0
+    velocity = np.convolve(np.gradient(place, time[1]), smooth, "same")
+    force = 439.823 * current - mass * np.convolve(np.gradient(velocity, time[1]), smooth, "same")
+    slow = (np.abs(velocity) > 1e-3) & (np.abs(velocity) < 4e-3)
+    friction = float(np.median(force[slow] * np.sign(velocity[slow])))
+    assert level + 0.67 * excess < friction < level + excess
+    assert friction > 1.3 * max(excess, level)
