@@ -57,8 +57,8 @@ class FoundEffect:
     ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
     ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes; ``undetermined`` names parameters
     that the recording does not determine, ``left_out`` those of them that the lines to paste do without. ``may_be_zero`` says that the
-    intervals of all its sizes hold the value with which it vanishes. ``products`` are those of two parameters that recordings determine
-    where they determine neither of the two.
+    intervals of all its sizes hold the value with which it vanishes, and that its gain is not clear in spite of that. ``products`` are
+    those of two parameters that recordings determine where they determine neither of the two.
     """
 
     effect: str

@@ -157,9 +157,11 @@ class Found:
 
 @dataclass(frozen=True)
 class RankedEffect:
-    """How sure an effect is: its probability among its rivals, those that predict as well, and the share of the error it takes away."""
+    """How sure an effect is: its probability among its rivals, those that predict as well, and the share of the error it takes away;
+    ``clear`` where what it gains is more than chance even with all blocks of a recording taken for one."""
 
     candidate: Candidate
     probability: float
     tied: tuple[Candidate, ...]
     share: float
+    clear: bool = False

@@ -53,7 +53,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         item.share,
         _first_line(candidate),
         tuple(undetermined),
-        may_be_zero=interval_includes_neutral(candidate, values),
+        may_be_zero=interval_includes_neutral(candidate, values) and not item.clear,
         products=_products(candidate, values, experiment),
     )
 

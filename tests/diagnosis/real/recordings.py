@@ -75,8 +75,8 @@ def suite_a(*, on_motor: bool) -> list[Case]:
         ("a015", "thermal growth 29.9 um at 300 mm, 14.6 s", (_growth(29.9e-6 / 0.3, 14.6),), (), scale),
         ("a024", "sound", (), (), None),
         ("a045", "values: inertia +17 %, viscous -27 %", (), _off(mass=0.17, viscous=-0.27, on_motor=on_motor), None),
-        # the README says that the friction falls from 308 to 203 N, and from 250 to 200 N; in the recordings the first number comes on top of
-        # the second one, as test_real shows
+        # the README says that the friction falls from 308 to 203 N, and from 250 to 200 N; in the recordings the first number comes on top
+        # of the second one, as test_real shows
         ("a046", "friction 203 N, and 308 N more that fall over 7.4 mm/s", _friction(203.0, 308.0, 7.4e-3, on_motor=on_motor), (), encoder),
         (
             "a060", "spring 8 kN/mm; friction 200 N, and 250 N more that fall over 6 mm/s",

@@ -168,7 +168,7 @@ def test_the_effects_of_an_answer_become_the_values_of_the_axis():
 @needs_shared
 @pytest.mark.parametrize(("name", "mass", "level", "excess"), [("a046", 6642.0, 203.0, 308.0), ("a060", 6318.0, 200.0, 250.0)])
 def test_the_friction_of_suite_a_is_both_numbers_together_at_low_speed(name: str, mass: float, level: float, excess: float) -> None:
-    """Force of the motor less mass times acceleration at 1 to 4 mm/s, where the peak has fallen by a third at most, against the direction."""
+    """Force of the motor less mass times acceleration at 1 to 4 mm/s, against the direction: the peak has fallen by a third at most."""
     with h5py.File(SHARED / "data" / "suite_a" / f"{name}_fit.h5") as file:
         time, place, current = (file[channel][()] for channel in ("time", "encoder", "current"))
     smooth = np.ones(21) / 21.0
