@@ -13,7 +13,7 @@ from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.location import Compared, compared
+from lathesim.diagnosis.location import Compared, compared, resting
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import Prepared, Question, as_measured, other_laws
 from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
@@ -222,6 +222,7 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
         *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in outcome.laws),
         *(f"{one} explains as much of the recording from before the change." for one in _there_before(found)),
         *map(without_name, outcome.unnamed[1:]),
+        *resting(outcome.prepared.validation, found.model.candidates, method=outcome.method),
         *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors),
         *value_instead(found.far_off, outcome.baseline, whole=outcome.adequate or outcome.names),
     )

@@ -8,7 +8,7 @@ missing signal explained there is the bar of that variable. A variable that expl
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from lathesim.diagnosis.records.diagnosis import ChannelFit, MissingSignal
 from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.identification.noise import taper
-from lathesim.identification.records import Fitted, Model
+from lathesim.identification.records import Candidate, Fitted, Model
 from lathesim.identification.replay.experiment import SETTLING, Experiment
 from lathesim.identification.replay.initial_state import line_of
 from lathesim.identification.replay.measured_motion import measured_output, recorded_motion
@@ -274,6 +274,17 @@ def _direction(experiment: Experiment, host: str, method: Method = STANDARD) -> 
     if flow in motion:
         return direction_of(motion[flow], method=method)
     return direction_of(experiment.doing[flow], method=method) if flow in experiment.doing else None
+
+
+def resting(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> list[str]:
+    """Return where parts with a dry friction among some candidates stand still, and for how much of the time."""
+    hosts = dict.fromkeys(one.at for one in candidates if one.effect.site == "effort" and one.effect.identification.sticks)
+    still = {host: float(np.mean(way == 0.0)) for host in hosts if (way := _direction(experiment, host, method=method)) is not None}
+    return [
+        f"{host} stands still in {share:.0%} of the samples; dry friction holds there whatever pushes."
+        for host, share in still.items()
+        if share > method.little
+    ]
 
 
 def one_way(experiment: Experiment, host: str, method: Method = STANDARD) -> bool:
