@@ -33,15 +33,9 @@ from lathesim.experiments.candidate_programs import Laid
 from lathesim.experiments.refit import RefitDescent, linear_refit, starts_alike, steps_of
 from lathesim.experiments.rivals import NOTHING, Rival
 from lathesim.experiments.scene import Scene
-from lathesim.limit import Limit
 
-_SETTLED_AT = Limit(
-    0.1,
-    "of what a nested model gains by chance",
-    "so alike two models are one, and no start is tried further",
-    "assumed",
-    "chosen on the project's own machines",
-)
+_SETTLED_AT = 0.1
+"""Share of what a nested model gains by chance below which two models are one, and no start is tried further."""
 DECIDES = 3.4
 """Logarithm of the likelihood ratio from which on a run decides: 30 to 1."""
 _EFFICIENCY = 1e-2

@@ -18,11 +18,11 @@ from lathesim.experiments.replica import Replica, Setting
 from lathesim.experiments.structure_search import SURE, Change, Chosen, StructureSearch, changed, possible_changes
 from lathesim.experiments.waypoints import Waypoints, clocks_apart, read_waypoints
 from lathesim.lessons.lesson import Lesson
-from lathesim.limit import Limit
 from lathesim.plugins import Registry
 from lathesim.units import in_unit
 
-_RISEN = Limit(1.2, "times", "a floor that rises by less is known well enough", "assumed", "chosen on the project's own machines")
+_RISEN = 1.2
+"""Factor by which a floor rises less where it is known well enough."""
 _LEAST_FLOOR = 1e-6
 """Noise [m] below which way-points of machines are not; assumed."""
 _FIRST, _LATER = 12, 8

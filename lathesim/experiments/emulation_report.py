@@ -14,13 +14,13 @@ from lathesim.experiments.emulation import Emulation
 from lathesim.experiments.free_values import FreeValue
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
-from lathesim.limit import Limit
 from lathesim.units import in_unit
 from lathesim.whole_file import make_folder, write_text
 
 _TOO_LARGE = 10
 """Metres from which a deviation is no length of a machine."""
-_LOOSEST = Limit(10.0, "times the value", "an interval that is wider is told as none", "assumed", "chosen on the project's own machines")
+_LOOSEST = 10.0
+"""Times its value that an interval is wide at most, to be shown."""
 SCHEMA = "lathesim-emulation/1"
 
 

@@ -32,12 +32,12 @@ from lathesim.identification.replay.loading import load_case
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, load_lesson
-from lathesim.limit import Limit
 from lathesim.plugins import Registry
 from lathesim.units import conversion
 from lathesim.whole_file import make_folder, whole_file, write_text
 
-_TELLS = Limit(0.05, "of what a program tells", "a channel with less is not named", "assumed", "chosen on the project's own machines")
+_TELLS = 0.05
+"""Share of what a program tells from which on a channel is named."""
 
 
 class ReadingNoise(Component):

@@ -15,8 +15,10 @@ from lathesim.limit import Limit
 _ARCS, _RETURNS, _FILLED = 0.3, 0.7, 0.97
 """Shares: of the strokes that are arcs, of the programs that go back after each stroke, and of the time that strokes fill."""
 _SAME_PLACE = Limit(1e-7, "m", "two places that differ by less are one", "derived", "the last digit of a program")
-_NO_WAY = Limit(1e-6, "m", "a shorter approach is left out", "assumed", "chosen on the project's own machines")
-_AWAY = Limit(1e-3, "m", "from here on the way home is a stroke", "assumed", "chosen on the project's own machines")
+_NO_WAY = 1e-6
+"""Way of an approach below which it is left out [m]."""
+_AWAY = 1e-3
+"""Way home from which on it is a stroke [m]."""
 _SLOWEST = 2e-4
 """Slowest speed of a program [m/s]; assumed."""
 _SHORTEST = 6.0

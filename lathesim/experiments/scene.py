@@ -28,9 +28,9 @@ from lathesim.experiments.rivals import Rival
 from lathesim.experiments.room import Room
 from lathesim.identification.records import Candidate as Term
 from lathesim.identification.signal import channel_floor
-from lathesim.limit import Limit
 
-_MOVES = Limit(10.0, "noise floors", "a channel that moves more shows something", "assumed", "chosen on the project's own machines")
+_MOVES = 10.0
+"""Noise floors by which a channel moves in a program that shows something."""
 _BITS = "bits"
 """Parameter of a converter that counts."""
 _ROUNDING = 1e-9

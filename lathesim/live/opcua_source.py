@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.limit import Limit
 from lathesim.live.channel_names import MappedItem
 from lathesim.live.sample_clock import RowAssembly
 from lathesim.live.samples import LiveError, SampleBlock, Signal
@@ -20,7 +19,8 @@ _QUIET = 1.0
 """Seconds without news after which rows that wait for a value are closed."""
 _AGAIN = 0.25
 """Seconds between two tries to connect."""
-_SLOWER = Limit(1.01, "of the interval asked for", "a server that publishes more slowly is noted", "assumed", "servers round intervals")
+_SLOWER = 1.01
+"""Times the interval asked for from which on a server publishes more slowly: servers round intervals."""
 _DEEPEST, _MOST_NODES = 6, 500
 """Folders within folders, and nodes, that are looked through."""
 _ROOM = 200_000

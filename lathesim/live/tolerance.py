@@ -10,7 +10,6 @@ import numpy as np
 from lathesim.engine.assembly import Place
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.limit import Limit
 from lathesim.live.samples import SAME, LiveError
 from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.motion.axis_limits import AxisLimits
@@ -23,8 +22,10 @@ from lathesim.record import FloatArray
 from lathesim.units import in_unit
 
 _ROUNDS = 8
-_NO_BETTER = Limit(0.99, "of the error", "a round that leaves more was the last one", "assumed", "less is not worth a run")
-_SLOWER = Limit(0.999, "of the speed", "below this a place counts as slower", "assumed", "what nobody notices")
+_NO_BETTER = 0.99
+"""Share of the error that a round leaves at most to be worth another run."""
+_SLOWER = 0.999
+"""Share of the speed below which a place counts as slower."""
 _SLOWEST = 0.1
 """Share of the speed below which slowing down is given up: what is left does not come from the speed."""
 _CELLS = 400

@@ -26,7 +26,6 @@ from lathesim.identification.replay.converter_rounding import resolving_everythi
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.identification.replay.open_loop import seen
 from lathesim.lessons.simulate import Prepared
-from lathesim.limit import Limit
 from lathesim.live.samples import LiveError
 from lathesim.live.stepped_machine import SteppedMachine
 from lathesim.live.watching.thresholds import ERRORS
@@ -35,7 +34,8 @@ from lathesim.units import in_unit
 
 _HALF = 0.5
 """Share of a value by which it is changed at most."""
-_UNEVEN = Limit(1e-3, "share", "a sample period nearer a whole number of the machine's is one", "assumed", "clocks are better by far")
+_UNEVEN = 1e-3
+"""Share by which a sample period may differ from a whole number of the machine's: clocks are better by far."""
 LARGEST_RATIO = 1000
 """Periods of the machine between two samples of a recording at most."""
 FREE = 1e-6
