@@ -33,3 +33,13 @@ class Limit(float):
     def __getnewargs__(self) -> tuple[float, str, str, Basis, str]:  # type: ignore[override]
         """Return what a copy is made of."""
         return float(self), self.unit, self.meaning, self.basis, self.evidence
+
+
+def derived(value: float, unit: str, meaning: str, evidence: str) -> Limit:
+    """Return a limit that follows from a derivation, which ``evidence`` says with its source."""
+    return Limit(value, unit, meaning, "derived", evidence)
+
+
+def calibrated(value: float, unit: str, meaning: str, sides: str) -> Limit:
+    """Return a limit with what was tried: ``sides`` says between which values no case is lost, and where some are."""
+    return Limit(value, unit, meaning, "calibrated", sides)

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lathesim.limit import Limit
+from lathesim.limit import Limit, derived
 
 ASSUMED = "chosen on streams of the project's own campaign; the margin was not recorded"
 
 
 def _assumed(value: float, unit: str, meaning: str, evidence: str = ASSUMED) -> Limit:
     return Limit(value, unit, meaning, "assumed", evidence)
-
-
-def _derived(value: float, unit: str, meaning: str, evidence: str) -> Limit:
-    return Limit(value, unit, meaning, "derived", evidence)
 
 
 @dataclass(frozen=True)
@@ -39,8 +35,8 @@ class ModelErrors:
 class NoiseLimits:
     """When the noise of a channel has changed (CUSUM; Page 1954)."""
 
-    shift: Limit = _derived(0.5, "standard deviations", "k of the CUSUM", "half of the smallest shift that is worth telling (Page 1954)")
-    least: Limit = _derived(15.0, "standard deviations", "h of the CUSUM at least", "with k = 0.5 a false alarm in 1e7 independent blocks")
+    shift: Limit = derived(0.5, "standard deviations", "k of the CUSUM", "half of the smallest shift that is worth telling (Page 1954)")
+    least: Limit = derived(15.0, "standard deviations", "h of the CUSUM at least", "with k = 0.5 a false alarm in 1e7 independent blocks")
     largest: Limit = _assumed(5.0, "standard deviations", "one block counts no more: no single block makes an alarm")
     least_left: Limit = _assumed(
         0.1, "share of the floor", "so much is added to the slow noise of a block: the model's error is no constant"
@@ -54,7 +50,7 @@ class NoiseLimits:
 class ChangeLimits:
     """When a change is told, and whether it is a step or a drift."""
 
-    least_ratio: Limit = _derived(
+    least_ratio: Limit = derived(
         40.0, "2 log-likelihood", "the limit of the likelihood ratio at least",
         "with 30 directions and 100 times of change a false alarm in 1e6 blocks by Bonferroni's bound",
     )  # fmt: skip
@@ -82,15 +78,15 @@ class FollowingLimits:
     )
     telling: Limit = _assumed(2.0, "standard deviations", "a followed size differs by more before the simulation goes on with it")
     worth: Limit = _assumed(0.1, "share of its size", "a size has moved by more before that is told: less says nothing about what it does")
-    flat: Limit = _derived(
+    flat: Limit = derived(
         0.05, "probability", "a rise that chance makes with more is none, and nothing is forecast", "95 %, as all intervals"
     )
-    step: Limit = _derived(4.0, "standard deviations", "a step of a size measures more", "by chance one of 16 000 looks at noise")
+    step: Limit = derived(4.0, "standard deviations", "a step of a size measures more", "by chance one of 16 000 looks at noise")
     bend: Limit = _assumed(
         0.35, "share of the rate", "the rate of a drift changes by this over as long as it was seen, one standard deviation",
         "of lines whose rate wanders by 0.3, 83 to 99 % of the times to a tolerance lie in their intervals (40 to 6 points; 145 each)",
     )  # fmt: skip
-    range: Limit = _derived(1.96, "standard deviations", "a value lies within this", "95 % of a normal distribution")
+    range: Limit = derived(1.96, "standard deviations", "a value lies within this", "95 % of a normal distribution")
 
 
 ERRORS, NOISE, CHANGE, FOLLOWING = ModelErrors(), NoiseLimits(), ChangeLimits(), FollowingLimits()
