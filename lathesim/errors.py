@@ -50,6 +50,21 @@ class ProgramError(LatheSimError):
     """A part program cannot be read; the place is ``file:physical line``."""
 
 
+class Fault(Exception):  # noqa: N818 - it becomes an error with its place
+    """What is wrong and what to do about it, found where the file is not known; whoever knows it makes an error of it with :meth:`at`.
+
+    ``line`` is the physical line at fault, 0 for the one being read.
+    """
+
+    def __init__(self, fact: str, remedy: str, line: int = 0) -> None:
+        super().__init__(fact)
+        self.fact, self.remedy, self.line = fact, remedy, line
+
+    def at(self, file: str, line: int) -> ProgramError:
+        """Return the error with its place, ``line`` being the one that was read."""
+        return ProgramError(self.fact, place=f"{file}:{self.line or line}", remedy=self.remedy)
+
+
 class SeveralFaultsError(ProgramError):
     """Several lines of a part program cannot be read; ``errors`` are told one below the other, and the first gives place and remedy."""
 

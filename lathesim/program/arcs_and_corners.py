@@ -16,10 +16,10 @@ Source: Fanuc 0i-T operator's manual, chamfering and corner R, direct drawing di
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from lathesim.errors import ProgramError
-from lathesim.program.moves import Arc, Move, MoveKind
+from lathesim.errors import Fault
+from lathesim.program.moves import Arc, Corner, Move, MoveKind
 from lathesim.program.words import Word
 from lathesim.units import in_unit
 
@@ -34,23 +34,20 @@ Point = tuple[float, float]  # (x, z) [m]
 _FULL_TURN = 2.0 * math.pi
 
 
-def arc_by_centre(
-    start: tuple[float, float], end: tuple[float, float], centre: tuple[float, float], clockwise: bool, place: str, code: str
-) -> Arc:
+def arc_by_centre(start: tuple[float, float], end: tuple[float, float], centre: tuple[float, float], clockwise: bool, code: str) -> Arc:
     """Return the arc from start to end (x, z) about ``centre``; equal ends make a full circle.
 
-    Raises :class:`ProgramError` where the centre coincides with the start or is not equally far from both ends.
+    Raises :class:`Fault` where the centre coincides with the start or is not equally far from both ends.
     """
     radius = math.hypot(start[0] - centre[0], start[1] - centre[1])
     end_radius = math.hypot(end[0] - centre[0], end[1] - centre[1])
     if radius < SAME_POINT:
-        raise ProgramError(f"{code} has its centre where it starts.", place=place, remedy="I and K point from the start to the centre.")
+        raise Fault(f"{code} has its centre where it starts.", "I and K point from the start to the centre.")
     difference = abs(end_radius - radius)
     if difference > LARGEST_DIFFERENCE or (difference > RADIUS_TOLERANCE and difference > RELATIVE_TOLERANCE * radius):
-        raise ProgramError(
+        raise Fault(
             f"{code} ends {in_unit(end_radius, 'mm', '.4f')} from its centre and starts {in_unit(radius, 'mm', '.4f')} from it.",
-            place=place,
-            remedy="Correct I and K, or the end point, so that both lie on one circle.",
+            "Correct I and K, or the end point, so that both lie on one circle.",
         )
     start_angle = math.atan2(start[0] - centre[0], start[1] - centre[1])
     if math.hypot(end[0] - start[0], end[1] - start[1]) < SAME_POINT:
@@ -63,27 +60,25 @@ def arc_by_centre(
     return Arc(centre[0], centre[1], radius, end_radius, start_angle, -sweep if clockwise else sweep)
 
 
-def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, place: str, code: str) -> Arc:
+def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, code: str) -> Arc:
     """Return the arc of this radius from start to end (x, z); a negative radius takes the longer way round.
 
-    Raises :class:`ProgramError` where the ends are one point or too far apart.
+    Raises :class:`Fault` where the ends are one point or too far apart.
     """
     across, along = end[0] - start[0], end[1] - start[1]
     chord = math.hypot(across, along)
     if radius == 0.0:
-        raise ProgramError(f"{code} has the radius 0.", place=place, remedy="Give R, or the centre with I and K.")
+        raise Fault(f"{code} has the radius 0.", "Give R, or the centre with I and K.")
     if chord < SAME_POINT:
-        raise ProgramError(
+        raise Fault(
             f"{code} with R ends where it starts, so its centre could lie anywhere.",
-            place=place,
-            remedy="Give the centre of a full circle with I and K.",
+            "Give the centre of a full circle with I and K.",
         )
     size = abs(radius)
     if 0.5 * chord > size + CHORD_TOLERANCE:
-        raise ProgramError(
+        raise Fault(
             f"{code} has the radius {in_unit(size, 'mm', '.4f')}, too small to reach its end {in_unit(chord, 'mm', '.4f')} away.",
-            place=place,
-            remedy=f"It takes {500.0 * chord:.4f} mm at least.",
+            f"It takes {500.0 * chord:.4f} mm at least.",
         )
     size = max(size, 0.5 * chord)
     height = math.sqrt(max(0.0, size * size - 0.25 * chord * chord))
@@ -104,31 +99,16 @@ _STRAIGHT = 1e-6
 _SAME = 1e-9
 
 
-@dataclass(frozen=True)
-class Corner:
-    """A corner at the end of a move: ``size`` [m] is the radius of a rounding, else what a chamfer takes off both moves.
-
-    ``sign`` says which way the next move goes, along ``axis`` where that is named; 0 where nothing says so.
-    """
-
-    rounds: bool
-    size: float
-    text: str
-    place: str
-    axis: str = ""
-    sign: float = 0.0
-
-
 CORNER_AXES = {"I": "X", "K": "Z"}
 """The axis of the next move that a letter of a corner tells."""
 CORNER_LETTERS = (",C", ",R", "C", "R", *CORNER_AXES)
 
 
-def corner_of(word: Word, metres: float, place: str) -> Corner:
+def corner_of(word: Word, metres: float, line: int) -> Corner:
     """Return the corner that a word asks for; ``metres`` is its value."""
     axis = CORNER_AXES.get(word.letter, "")
     sign = math.copysign(1.0, metres) if axis or metres < 0.0 else 0.0
-    return Corner(word.letter in (",R", "R"), abs(metres), word.text, place, axis, sign)
+    return Corner(word.letter in (",R", "R"), abs(metres), word.text, line, axis, sign)
 
 
 def end_at_angle(start: tuple[float, float], end: tuple[float, float], degrees: float, *, x_given: bool) -> tuple[float, float] | None:
@@ -144,10 +124,10 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
     """Return the two moves with their corner broken: the first, the chamfer or rounding, the second."""
     if before.arc is not None or after.kind != "feed" or after.arc is not None:
         fact = f"{corner.text} needs a straight feed before and behind it."
-        raise ProgramError(fact, place=corner.place, remedy="Write arcs with G2 and G3.")
+        raise Fault(fact, "Write arcs with G2 and G3.")
     length = (before.length, after.length)
     if min(length) < _SAME:
-        raise ProgramError(f"{corner.text} stands beside a move without a length.", place=corner.place, remedy="Take one of the two out.")
+        raise Fault(f"{corner.text} stands beside a move without a length.", "Take one of the two out.")
     u = ((before.end_z - before.start_z) / length[0], (before.end_x - before.start_x) / length[0])
     v = ((after.end_z - after.start_z) / length[1], (after.end_x - after.start_x) / length[1])
     if corner.sign != 0.0:
@@ -156,13 +136,12 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
     if abs(turn) < _STRAIGHT:
         return [before, after]
     if abs(turn) > math.pi - _STRAIGHT:
-        raise ProgramError(f"{corner.text} stands where the tool turns back.", place=corner.place, remedy="Take it out.")
+        raise Fault(f"{corner.text} stands where the tool turns back.", "Take it out.")
     cut = corner.size * math.tan(0.5 * abs(turn)) if corner.rounds else corner.size
     if cut > min(length) + _SAME:
-        raise ProgramError(
+        raise Fault(
             f"{corner.text} takes {in_unit(cut, 'mm')} off moves of {1e3 * length[0]:.4g} and {1e3 * length[1]:.4g} mm.",
-            place=corner.place,
-            remedy="Make it smaller.",
+            "Make it smaller.",
         )
     begin = (before.end_z - cut * u[0], before.end_x - cut * u[1])
     end = (before.end_z + cut * v[0], before.end_x + cut * v[1])
@@ -182,9 +161,9 @@ def _check_direction(corner: Corner, u: tuple[float, float], v: tuple[float, flo
     place = max((0, 1), key=lambda number: abs(v[number]))
     if min(abs(v[0]), abs(v[1])) > _STRAIGHT or abs(u[place]) > _STRAIGHT:
         fact = f"{corner.text} needs a move along one axis before it and one along the other behind it."
-        raise ProgramError(fact, place=corner.place, remedy=f"Write ,{'R' if corner.rounds else 'C'}{1e3 * corner.size:g} for any corner.")
+        raise Fault(fact, f"Write ,{'R' if corner.rounds else 'C'}{1e3 * corner.size:g} for any corner.")
     if v[place] * corner.sign < 0.0 or (corner.axis and corner.axis != "ZX"[place]):
         way = f"{'+' if v[place] > 0.0 else '-'}{'ZX'[place]}"
         told = f"{'+' if corner.sign > 0.0 else '-'}{corner.axis}" if corner.axis else f"{'+' if corner.sign > 0.0 else '-'}{'ZX'[place]}"
         fact = f"{corner.text} says that the next move goes to {told}, and it goes to {way}."
-        raise ProgramError(fact, place=corner.place, remedy="Correct the sign or the letter.")
+        raise Fault(fact, "Correct the sign or the letter.")

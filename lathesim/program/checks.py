@@ -111,7 +111,7 @@ def _run_up(program: Program) -> Iterator[Warned]:
 
 def _decimal_points(program: Program, blocks: Blocks) -> Iterator[Warned]:
     """Positions without a decimal point: a control set to its least increment reads them in steps of it."""
-    if not dialect_named(program.dialect).program_number:
+    if not dialect_named(program.dialect).least_increments:
         return
     for block in blocks.matching(_WITHOUT_POINT):
         for word in block.words:

@@ -12,9 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from lathesim.errors import ProgramError, nearest
 from lathesim.program.meanings import NOT_INTERPRETED, Meaning
+from lathesim.program.statements import MACROS, Keyword
 
 M = Meaning  # the tables name it on every line
 
@@ -24,17 +26,18 @@ class Dialect:
     """One way of writing part programs.
 
     ``codes`` gives the meaning of each G and M code, ``letters`` what each further letter carries. ``incremental`` names letters that
-    move an axis incrementally, ``home_incremental`` those of G28 and G10 where they differ, ``dwell`` the letters of a dwell with what one
+    move an axis incrementally, ``data_incremental`` those that G28 and G10 add to X and Z, ``dwell`` the letters of a dwell with what one
     unit of them is in seconds, ``surface_limit`` the letter that bounds the spindle speed beside a surface speed, ``start`` where the tool
     stands at the beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius]. A program without an end is refused
     with ``end_required``, and accepted without a warning with ``end_free``.
     ``carried_out`` are meanings that not every dialect's codes are interpreted in. With ``thread_drive_line`` G76 is that of LinuxCNC; with
     ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts; with ``spindle_stops_after_motion`` M5 acts at
-    the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions, with ``o_words`` the statements of
-    LinuxCNC, else those of Fanuc's macros. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
-    ``surface_number_is_speed``: G97 without S takes the number of the surface speed for rpm. Variables up to ``locals_up_to`` are local;
-    with ``unset_is_empty`` one that is not set is empty, else 0; setting ``alarm_variable`` is an alarm
-    (Fanuc 0i operator's manual, custom macro, system variables); ``numbered_parameters`` are those
+    the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions; ``statements`` choose the next
+    block. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
+    ``surface_number_is_speed``: G97 without S takes the number of the surface speed for rpm; with ``holds_speed`` it holds the speed that
+    turned. ``least_increments``: a control may count positions without a point in its smallest unit.
+    Variables up to ``locals_up_to`` are local; with ``unset_is_empty`` one that is not set is empty, else 0; setting ``alarm_variable`` is
+    an alarm (Fanuc 0i operator's manual, custom macro, system variables); ``numbered_parameters`` are those
     of RS274 and no macro variables. ``contour_in_subprogram``: Q of a contour cycle names a subprogram. ``whole_numbers_are_steps``: a
     length of a cycle without a point counts in the smallest unit. ``nose_starts_beside``: compensation begins beside the path.
     ``local_shift_is_shift``: G52 is the shift of G92. ``tool_data`` are the L of G10 that set a tool (0 without L), which acts at once with
@@ -52,9 +55,9 @@ class Dialect:
     letters: Mapping[str, str]
     x_is_diameter: bool = False
     per_revolution: bool = False
-    incremental: Mapping[str, str] | None = None
-    home_incremental: Mapping[str, str] | None = None
-    dwell: Mapping[str, float] | None = None
+    incremental: Mapping[str, str] = field(default_factory=dict)
+    data_incremental: Mapping[str, str] = field(default_factory=dict)
+    dwell: Mapping[str, float] = field(default_factory=dict)
     surface_limit: str = ""
     tool_changes_at_t: bool = False
     program_number: bool = False
@@ -62,8 +65,10 @@ class Dialect:
     end_free: bool = False
     carried_out: frozenset[M] = frozenset()
     work_offsets: Mapping[str, int] = field(default_factory=dict)
-    o_words: bool = False
+    statements: frozenset[Keyword] = frozenset()
     surface_number_is_speed: bool = False
+    holds_speed: bool = False
+    least_increments: bool = False
     locals_up_to: int = 33
     unset_is_empty: bool = True
     alarm_variable: int | None = 3000
@@ -89,6 +94,15 @@ class Dialect:
     spindle_stops_after_motion: bool = False
     start: tuple[float, float] = (0.0, 0.0)
     machine_zero: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def axes(self) -> tuple[tuple[str, str], ...]:
+        """Letters of positions, each with its axis."""
+        return tuple({"X": "X", "Z": "Z", **self.incremental}.items())
+
+    def code_for(self, meaning: M | None) -> str:
+        """Return the first code of a meaning, or nothing without one."""
+        return next((code for code, own in self.codes.items() if own is meaning), "")
 
 
 _COMMON_CODES: dict[str, M] = {
@@ -151,7 +165,7 @@ LINUXCNC = Dialect(
     },
     dwell={"P": 1.0},
     work_offsets=_WORK_OFFSETS,
-    o_words=True,
+    statements=frozenset(Keyword) - MACROS,
     surface_number_is_speed=True,
     locals_up_to=30,
     unset_is_empty=False,
@@ -228,6 +242,7 @@ FANUC = Dialect(
     x_is_diameter=True,
     per_revolution=True,
     incremental={"U": "X", "W": "Z"},
+    data_incremental={"U": "X", "W": "Z"},
     dwell={"X": 1.0, "U": 1.0, "P": 0.001},
     work_offsets=_WORK_OFFSETS,
     variables=True,
@@ -237,6 +252,9 @@ FANUC = Dialect(
     spindle_stops_after_motion=True,
     tool_changes_at_t=True,
     program_number=True,
+    holds_speed=True,
+    least_increments=True,
+    statements=MACROS,
     start_angle=("Q", 1e-3),
     start=(0.1, 0.2),
     machine_zero=(0.1, 0.2),
@@ -254,8 +272,7 @@ FANUC_B = replace(
         "G98": M.CYCLE_RETURN, "G99": M.CYCLE_RETURN,
     },
     letters={**FANUC.letters, "U": "depth or allowance along X", "W": "depth or allowance along Z"},
-    incremental=None,
-    home_incremental=FANUC.incremental,
+    incremental={},
     variant_of="fanuc",
 )  # fmt: skip
 

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from lathesim.errors import nearest
+from lathesim.errors import Fault, nearest
 
 Value = float | None
 """A number, or None for a variable that holds nothing (``#0`` of Fanuc)."""
@@ -97,15 +97,6 @@ _OPERATOR = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|XOR|OR")
 _STRENGTH = {"**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3, "AND": 1, "OR": 1, "XOR": 1}
 
 
-class ExpressionError(Exception):
-    """What is wrong with an expression and what to do; whoever knows the place of the block makes it a message."""
-
-    def __init__(self, fact: str, remedy: str) -> None:
-        super().__init__(fact)
-        self.fact = fact
-        self.remedy = remedy
-
-
 @dataclass(frozen=True)
 class Expression:
     """A parsed expression: ``evaluate(variables)``, and the ``text`` it was parsed from."""
@@ -130,7 +121,7 @@ class Assignment:
             else:
                 variables.set_number(_index(self.number.evaluate(variables)), value)
         except OverflowError:
-            raise ExpressionError("The program fills more variables than there are.", "Use the same ones again.") from None
+            raise Fault("The program fills more variables than there are.", "Use the same ones again.") from None
 
 
 def begins_value(text: str, position: int) -> bool:
@@ -172,9 +163,7 @@ def parse_assignment(text: str, position: int) -> tuple[Assignment, int]:
         behind = parser.position
         number = Expression(text[position + 1 : behind], reference)
     if text[behind : behind + 1] != "=":
-        raise ExpressionError(
-            f"{text[position:behind]} stands alone.", f"Assign to it, as in {text[position:behind]}=1, or put a letter before it."
-        )
+        raise Fault(f"{text[position:behind]} stands alone.", f"Assign to it, as in {text[position:behind]}=1, or put a letter before it.")
     value, behind = parse_expression(text, behind + 1)
     return Assignment(number, name, value), behind
 
@@ -218,9 +207,7 @@ class _Parser:
         if function is not None:
             return self._function(function.group())
         shown = text[position : position + 8] or "the end of the line"
-        raise ExpressionError(
-            f"A value is missing where '{shown}' stands.", "Write a number, a variable as #1, or an expression in brackets."
-        )
+        raise Fault(f"A value is missing where '{shown}' stands.", "Write a number, a variable as #1, or an expression in brackets.")
 
     def reference(self) -> Evaluate:
         """Return which variable is meant behind a ``#``."""
@@ -233,7 +220,7 @@ class _Parser:
             return self._bracketed()
         number = _NUMBER.match(text, position)
         if number is None:
-            raise ExpressionError("A # names no variable.", "Write its number or its name, as in #101 or #<depth>.")
+            raise Fault("A # names no variable.", "Write its number or its name, as in #101 or #<depth>.")
         self.position = number.end()
         constant = float(number.group())
         return lambda _variables: constant
@@ -257,7 +244,7 @@ class _Parser:
     def _deeper(self, part: Callable[[], Evaluate]) -> Evaluate:
         self._depth += 1
         if self._depth > DEEPEST:
-            raise ExpressionError(f"An expression goes more than {DEEPEST} brackets deep.", "Compute it in several blocks.")
+            raise Fault(f"An expression goes more than {DEEPEST} brackets deep.", "Compute it in several blocks.")
         inner = part()
         self._depth -= 1
         return inner
@@ -267,7 +254,7 @@ class _Parser:
         self.position += 1
         inner = self._deeper(lambda: self.expression(0))
         if self.text[self.position : self.position + 1] != "]":
-            raise ExpressionError(f"The bracket of {self.text[begin : begin + 12]} is not closed.", "Put ] behind the expression.")
+            raise Fault(f"The bracket of {self.text[begin : begin + 12]} is not closed.", "Put ] behind the expression.")
         self.position += 1
         return inner
 
@@ -279,7 +266,7 @@ class _Parser:
             return self._atan()
         law = _FUNCTIONS.get(name)
         if law is None:
-            raise ExpressionError(
+            raise Fault(
                 f"There is no function {name}.", nearest(name, [*_FUNCTIONS, "ATAN"]) or "There are SIN, COS, SQRT, ABS and others."
             )
         inner = self._bracketed()
@@ -288,7 +275,7 @@ class _Parser:
     def _exists(self) -> Evaluate:
         found = re.compile(r"\[#(?:<([A-Z0-9_.-]+)>|([0-9]+))\]").match(self.text, self.position)
         if found is None:
-            raise ExpressionError("EXISTS asks for no variable.", "Write it as EXISTS[#<depth>].")
+            raise Fault("EXISTS asks for no variable.", "Write it as EXISTS[#<depth>].")
         self.position = found.end()
         name, number = found[1], found[2]
         return lambda variables: float((variables.name(name) if name else variables.number(int(number))) is not None)
@@ -302,19 +289,19 @@ class _Parser:
         return lambda variables: math.degrees(math.atan2(across(variables) or 0.0, along(variables) or 0.0))
 
 
-def _unknown(name: str, variables: Variables) -> ExpressionError:
+def _unknown(name: str, variables: Variables) -> Fault:
     """Return the error for a named variable without a value."""
     shown = name.lower()
     if variables.is_of_caller(name):
         fact = f"#<{shown}> is local to the calling program and unknown in the subprogram."
-        return ExpressionError(fact, f"Write the global name #<_{shown}>, or pass the value as an argument.")
-    return ExpressionError(f"#<{shown}> has no value yet.", f"Assign to it first, as in #<{shown}>=1.")
+        return Fault(fact, f"Write the global name #<_{shown}>, or pass the value as an argument.")
+    return Fault(f"#<{shown}> has no value yet.", f"Assign to it first, as in #<{shown}>=1.")
 
 
 def _index(value: Value) -> int:
     number = 0.0 if value is None else value
     if number < 0.0 or abs(number - round(number)) > _WHOLE or number > _MOST:
-        raise ExpressionError(f"#{number:g} names no variable.", "Numbers of variables are whole and not negative.")
+        raise Fault(f"#{number:g} names no variable.", "Numbers of variables are whole and not negative.")
     return round(number)
 
 
@@ -334,19 +321,19 @@ def _checked(name: str, law: Callable[[float], float], value: float) -> float:
     try:
         result = law(value)
     except (ValueError, OverflowError):
-        raise ExpressionError(f"{name}[{value:g}] has no value.", "Check the number in its bracket.") from None
+        raise Fault(f"{name}[{value:g}] has no value.", "Check the number in its bracket.") from None
     return _of_size(result)
 
 
 def _of_size(result: float) -> float:
     if not abs(result) < LARGEST:
-        raise ExpressionError("An expression grows beyond any length of a machine.", "Check its numbers.")
+        raise Fault("An expression grows beyond any length of a machine.", "Check its numbers.")
     return result
 
 
 def _divided(left: float, right: float) -> float:
     if right == 0.0:
-        raise ExpressionError(f"{left:g} is divided by 0.", "Check what stands behind the /.")
+        raise Fault(f"{left:g} is divided by 0.", "Check what stands behind the /.")
     return left / right
 
 
@@ -358,13 +345,13 @@ def _power(left: float, right: float) -> float:
     if isinstance(result, complex):
         result = math.nan
     if math.isnan(result):
-        raise ExpressionError(f"{left:g}**{right:g} has no value.", "Check its two numbers.")
+        raise Fault(f"{left:g}**{right:g} has no value.", "Check its two numbers.")
     return float(result)
 
 
 def _remainder(left: float, right: float) -> float:
     if right == 0.0:
-        raise ExpressionError(f"{left:g} MOD 0 has no value.", "Check what stands behind MOD.")
+        raise Fault(f"{left:g} MOD 0 has no value.", "Check what stands behind MOD.")
     return math.fmod(left, right) + (abs(right) if math.fmod(left, right) < 0.0 else 0.0)
 
 

@@ -14,53 +14,47 @@ import re
 from functools import lru_cache
 from typing import NamedTuple
 
-from lathesim.errors import ProgramError
-from lathesim.program.expressions import Assignment, Expression, ExpressionError, begins_value, parse_assignment, parse_value
+from lathesim.errors import Fault
+from lathesim.program.expressions import Assignment, Expression, begins_value, parse_assignment, parse_value
 from lathesim.program.statements import Statement, statement_at
 
 
-def no_word(code: str, position: int, before: str, place: str) -> ProgramError:
+def no_word(code: str, position: int, before: str) -> Fault:
     """The error for a character that cannot begin a word."""
     character = code[position]
     if character == "/":
-        return ProgramError(
-            "A / stands inside the block.", place=place, remedy="Block delete / comes first in its line and takes all of it."
-        )
+        return Fault("A / stands inside the block.", "Block delete / comes first in its line and takes all of it.")
     if character == "$" and position == 0:
         fact = f"{code[:12]} is a command to GRBL itself, not a part of a program."
-        return ProgramError(fact, place=place, remedy="Take it out; type it in the program that sends to GRBL.")
+        return Fault(fact, "Take it out; type it in the program that sends to GRBL.")
     if character == ",":
         remedy = "Write numbers with a decimal point, as in X0.5."
-        return ProgramError(f"A comma stands behind {before}." if before else "A comma stands in the block.", place=place, remedy=remedy)
+        return Fault(f"A comma stands behind {before}." if before else "A comma stands in the block.", remedy)
     if code[position : position + 7] == "[BILLET":
         fact = "[BILLET is the bar of a training simulator (Denford), and no part of a program."
-        return ProgramError(fact, place=place, remedy="Take it out; --stock gives the bar.")
+        return Fault(fact, "Take it out; --stock gives the bar.")
     if character in "[]=<>":
         fact = f"'{code[position : position + 10]}' has no letter in front of it."
-        return ProgramError(fact, place=place, remedy="Write an expression behind the letter of its word, as in X[#1+2].")
+        return Fault(fact, "Write an expression behind the letter of its word, as in X[#1+2].")
     if character in "0123456789.+-":
         found = re.match(r"[0-9.+-]+", code[position:])
         fact = f"The number {found.group() if found else character} has no letter."
-        return ProgramError(fact, place=place, remedy="Put its letter right in front, as in X10.")
-    return ProgramError(
-        f"'{character}' is no part of a program.", place=place, remedy="Words are a letter and a number; put remarks in parentheses."
-    )
+        return Fault(fact, "Put its letter right in front, as in X10.")
+    return Fault(f"'{character}' is no part of a program.", "Words are a letter and a number; put remarks in parentheses.")
 
 
-def no_number(code: str, position: int, place: str) -> ProgramError:
+def no_number(code: str, position: int) -> Fault:
     """The error for a letter without a number."""
     letter = code[position]
     rest = code[position + 1 :]
     if letter in "GM" and rest.startswith("O"):
-        return ProgramError(f"{letter}O is written with the letter O.", place=place, remedy=f"Write {letter}0 with a zero.")
+        return Fault(f"{letter}O is written with the letter O.", f"Write {letter}0 with a zero.")
     if rest[:1] == ",":
-        return ProgramError(f"A comma stands behind {letter}.", place=place, remedy="Write numbers with a decimal point, as in X0.5.")
+        return Fault(f"A comma stands behind {letter}.", "Write numbers with a decimal point, as in X0.5.")
     if rest[:1] in ("+", "-") and rest[1:2] in ("+", "-"):
         digits = re.match(r"[0-9.]*", rest[2:])
-        return ProgramError(f"{letter}{rest[:2]}{digits.group() if digits else ''} has two signs.", place=place, remedy="Write one sign.")
-    return ProgramError(
-        f"{letter} has no number.", place=place, remedy=f"Write one right behind it, as in {letter}10; put remarks in parentheses."
-    )
+        return Fault(f"{letter}{rest[:2]}{digits.group() if digits else ''} has two signs.", "Write one sign.")
+    return Fault(f"{letter} has no number.", f"Write one right behind it, as in {letter}10; put remarks in parentheses.")
 
 
 LINE_LIMIT = 256  # characters of code in one line. Source: NIST RS274NGC version 3, section 3.3
@@ -121,7 +115,7 @@ class Block(NamedTuple):
     assignments: tuple[Assignment, ...] = ()
     statement: Statement | None = None
     computed: bool = False
-    fault: ProgramError | None = None
+    fault: Fault | None = None
 
 
 def shape_of(raw: str) -> tuple[str, ...] | None:
@@ -137,39 +131,33 @@ def _simple(raw: str) -> re.Match[str] | None:
     return _SIMPLE.fullmatch(_REMARK.sub(" ", raw) if "(" in raw or ";" in raw else raw)
 
 
-def block_of_line(raw: str, line: int, name: str, block_delete: bool) -> Block | None:
-    """Return the block of one line, or None if it is blank or deleted. Raises :class:`ProgramError` with ``name:line``."""
+def block_of_line(raw: str, line: int, block_delete: bool) -> Block | None:
+    """Return the block of one line, or None if it is blank or deleted. Raises :class:`Fault`."""
     simple = _simple(raw)
     if simple is not None:
         words = [_new_word(Word, (letter, float(number), letter + number, None)) for letter, number in _PAIR.findall(simple[2].upper())]
         return Block(line, tuple(words), _remarks(raw) if "(" in raw or ";" in raw else (), simple[1] or "")
-    place = f"{name}:{line}"
     raw = raw.rstrip("\r\n")
     for character in raw:
         if (ord(character) < 32 and character != "\t") or ord(character) == 127:
-            raise ProgramError(
+            raise Fault(
                 f"A control character (code {ord(character)}) stands in the line, so this is no plain text.",
-                place=place,
-                remedy="Save the program as plain text; it may have been damaged on the way.",
+                "Save the program as plain text; it may have been damaged on the way.",
             )
     deleted = raw.lstrip().startswith("/")
     if deleted and block_delete:
         return None
-    code, spaced, comments = _compact(_DELETE.sub("", raw) if deleted else raw, place)
+    code, spaced, comments = _compact(_DELETE.sub("", raw) if deleted else raw)
     if len(code) > LINE_LIMIT:
-        raise ProgramError(
+        raise Fault(
             f"The line is too long: {len(code)} characters of code, and {LINE_LIMIT} are read.",
-            place=place,
-            remedy="Write it as several blocks.",
+            "Write it as several blocks.",
         )
     bare = code.replace(_COMMENT_GAP, "") if _COMPUTED.search(code) else ""
-    try:
-        block = _computed_block(line, bare, comments, place) if bare else None
-    except ExpressionError as fault:
-        raise ProgramError(fault.fact, place=place, remedy=fault.remedy) from fault
+    block = _computed_block(line, bare, comments) if bare else None
     if block is not None:
         return block
-    words, number = _words(code, spaced, place)
+    words, number = _words(code, spaced)
     if not words and not comments and not number:
         return None
     return Block(line, tuple(words), tuple(comments), number)
@@ -180,7 +168,7 @@ def _remarks(raw: str) -> tuple[str, ...]:
     return tuple(found[found.lastindex or 0].strip() for found in _REMARK.finditer(raw) if found[1] is not None or found[2].strip())
 
 
-def _computed_block(line: int, code: str, comments: list[str], place: str) -> Block | None:
+def _computed_block(line: int, code: str, comments: list[str]) -> Block | None:
     """The block of a line with expressions, assignments or a statement; None where it has none of them."""
     numbered = _BLOCK_NUMBER.match(code)
     number, position = (numbered[1], numbered.end()) if numbered is not None else ("", 0)
@@ -203,16 +191,16 @@ def _computed_block(line: int, code: str, comments: list[str], place: str) -> Bl
         else:
             plain = _PLAIN.match(code, position)
             piece = plain.group() if plain is not None else code[position:]
-            more, late = _words(piece, [False] * len(piece), place)
+            more, late = _words(piece, [False] * len(piece))
             if late or (number and not more):
-                raise ProgramError(f"N{late} stands behind another word.", place=place, remedy="The N number comes first in its block.")
+                raise Fault(f"N{late} stands behind another word.", "The N number comes first in its block.")
             words += more
             position += len(piece)
     computed = any(word.expression is not None for word in words)
     return Block(line, tuple(words), tuple(comments), number, tuple(assignments), computed=computed)
 
 
-def _compact(raw: str, place: str) -> tuple[str, list[bool], list[str]]:
+def _compact(raw: str) -> tuple[str, list[bool], list[str]]:
     """The line in upper case without blanks and comments, whether a blank stood before each character, and the comments."""
     code: list[str] = []
     spaced: list[bool] = []
@@ -229,15 +217,15 @@ def _compact(raw: str, place: str) -> tuple[str, list[bool], list[str]]:
             close = raw.find(")", position)
             again = raw.find("(", position + 1)
             if close < 0:
-                raise ProgramError("A comment is opened and not closed.", place=place, remedy="Put ) at its end.")
+                raise Fault("A comment is opened and not closed.", "Put ) at its end.")
             if 0 <= again < close:
-                raise ProgramError("A comment stands inside a comment.", place=place, remedy="Use one pair of parentheses.")
+                raise Fault("A comment stands inside a comment.", "Use one pair of parentheses.")
             comments.append(raw[position + 1 : close].strip())
             code.append(_COMMENT_GAP)
             spaced.append(True)
             position = close
         elif character == ")":
-            raise ProgramError("A ) closes a comment that was not opened.", place=place, remedy="Put ( in front of the comment.")
+            raise Fault("A ) closes a comment that was not opened.", "Put ( in front of the comment.")
         elif character.isspace():
             blank = True
             position += 1
@@ -250,7 +238,7 @@ def _compact(raw: str, place: str) -> tuple[str, list[bool], list[str]]:
     return "".join(code), spaced, comments
 
 
-def _words(code: str, spaced: list[bool], place: str) -> tuple[list[Word], str]:
+def _words(code: str, spaced: list[bool]) -> tuple[list[Word], str]:
     """The words of a compacted line and its N number."""
     words: list[Word] = []
     number = ""
@@ -266,34 +254,31 @@ def _words(code: str, spaced: list[bool], place: str) -> tuple[list[Word], str]:
             position = corner.end()
             continue
         if not ("A" <= letter <= "Z"):
-            raise no_word(code, position, words[-1].text if words else "", place)
+            raise no_word(code, position, words[-1].text if words else "")
         found = _NUMBER.match(code, position + 1)
         if found is None:
-            raise no_number(code, position, place)
+            raise no_number(code, position)
         text = code[position : found.end()]
         if letter == "N":
             if words or number:
-                raise ProgramError(f"{text} stands behind another word.", place=place, remedy="The N number comes first in its block.")
+                raise Fault(f"{text} stands behind another word.", "The N number comes first in its block.")
             if text[1] == "-":
-                raise ProgramError(f"{text} is negative.", place=place, remedy="N numbers count from 0 up.")
+                raise Fault(f"{text} is negative.", "N numbers count from 0 up.")
             number = text[1:]
         else:
             if len(found.group().lstrip("+-0").partition(".")[0]) > DIGIT_LIMIT:
-                raise ProgramError(
-                    f"{text[:20]} is too large a number.", place=place, remedy=f"At most {DIGIT_LIMIT} digits stand before the point."
-                )
+                raise Fault(f"{text[:20]} is too large a number.", f"At most {DIGIT_LIMIT} digits stand before the point.")
             words.append(Word(letter, float(found.group()), text))
         position = found.end()
         rest = code[position:]
         if rest.startswith("."):
             longer = re.match(r"[0-9.]*", rest)
             tail = longer.group() if longer else ""
-            raise ProgramError(f"{text}{tail} has more than one decimal point.", place=place, remedy=f"Write {text}.")
+            raise Fault(f"{text}{tail} has more than one decimal point.", f"Write {text}.")
         if re.match(r"E[+-]?[0-9]", rest) and not spaced[position]:
             exponent = re.match(r"E[+-]?[0-9]+", rest)
-            raise ProgramError(
+            raise Fault(
                 f"{text}{exponent.group() if exponent else 'E'}: E is not a number exponent in G-code.",
-                place=place,
-                remedy="Write the number out, as in X1000.",
+                "Write the number out, as in X1000.",
             )
     return words, number

@@ -17,7 +17,6 @@ from lathesim.errors import ProgramError
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program, Tool
-from lathesim.program.statements import FANUC_KINDS
 from lathesim.program.vocabulary import has_shape, without_variants, words_missing
 from lathesim.program.words import Block, Blocks, read_program_file
 
@@ -42,7 +41,7 @@ def detect_dialect(blocks: Blocks) -> Detected:
         for comment in block.comments:
             header = _HEADER.search(comment)
             if header is not None:
-                return Detected(_named(header[1].lower(), blocks.place(block.line)), f"line {block.line} says so")
+                return Detected(_named(header[1].lower(), f"{blocks.name}:{block.line}"), f"line {block.line} says so")
     ranked = sorted(DIALECTS.values(), key=lambda dialect: (_missing(blocks, dialect), -_signs(blocks, dialect), _unknown(blocks, dialect)))
     best = ranked[0]
     missing, signs = _missing(blocks, best), _signs(blocks, best)
@@ -87,7 +86,7 @@ def _signs(blocks: Blocks, dialect: Dialect) -> int:
 
 def _is_sign(block: Block, dialect: Dialect) -> bool:
     if block.statement is not None:
-        return dialect.variables and dialect.o_words != (block.statement.kind in FANUC_KINDS)
+        return block.statement.kind in dialect.statements
     codes = {word.code for word in block.words if word.letter in "GM" and word.expression is None}
     letters = {word.letter: word for word in block.words}
     if dialect.tool_changes_at_t:

@@ -22,7 +22,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from lathesim.errors import ProgramError
+from lathesim.errors import Fault
 
 
 class Group(StrEnum):
@@ -192,10 +192,10 @@ def _groups() -> dict[Meaning, Group]:
 
 GROUP_OF: dict[Meaning, Group] = _groups()
 
-HOLES = (
+HOLES = frozenset({
     Meaning.DRILLING, Meaning.DRILLING_WITH_DWELL, Meaning.PECK_DRILLING, Meaning.CHIP_BREAKING, Meaning.BORING, Meaning.BORING_STOPPED,
     Meaning.BORING_WITH_DWELL, Meaning.TAPPING, Meaning.TAPPING_LEFT,
-)  # fmt: skip
+})  # fmt: skip
 """The cycles that make a hole, modal until another motion code comes."""
 
 # Meanings that dialects have and this interpreter does not carry out, with what to do instead. They are refused, never skipped.
@@ -282,8 +282,8 @@ _CONTROLS = (
 )  # fmt: skip
 
 
-def foreign_control(text: str, name: str, lines: Iterable[int]) -> ProgramError | None:
-    """Return the error that names the control of another maker, where one of the ``lines`` (from 1) has a word of it; else None."""
+def foreign_control(text: str, lines: Iterable[int]) -> Fault | None:
+    """Return the fault that names the control of another maker, where one of the ``lines`` (from 1) has a word of it; else None."""
     rows = re.split(r"\r\n|\n|\r", text)
     for line in lines:
         row = rows[line - 1].upper() if 0 < line <= len(rows) else ""
@@ -291,14 +291,11 @@ def foreign_control(text: str, name: str, lines: Iterable[int]) -> ProgramError 
         for control in _CONTROLS:
             found = control.words.search(code) or control.words.search(row)
             if found is not None:
-                return foreign_program(control.name, " ".join(found.group().split()), f"{name}:{line}")
+                return foreign_program(control.name, " ".join(found.group().split()), line)
     return None
 
 
-def foreign_program(control: str, word: str, place: str) -> ProgramError:
-    """Return the error for a program of another control, recognised by a ``word``."""
-    return ProgramError(
-        f"This is a program for {control} ({word}), and that control is not supported here.",
-        place=place,
-        remedy="Write it for Fanuc or LinuxCNC, or have the program system post it so.",
-    )
+def foreign_program(control: str, word: str, line: int) -> Fault:
+    """Return the fault of a program of another control, recognised by a ``word``."""
+    fact = f"This is a program for {control} ({word}), and that control is not supported here."
+    return Fault(fact, "Write it for Fanuc or LinuxCNC, or have the program system post it so.", line)

@@ -94,6 +94,21 @@ class Arc:
         return self.sweep < 0.0
 
 
+@dataclass(frozen=True)
+class Corner:
+    """A corner at the end of a move: ``size`` [m] is the radius of a rounding, else what a chamfer takes off both moves.
+
+    ``sign`` says which way the next move goes, along ``axis`` where that is named; 0 where nothing says so.
+    """
+
+    rounds: bool
+    size: float
+    text: str
+    line: int
+    axis: str = ""
+    sign: float = 0.0
+
+
 @dataclass(frozen=True, slots=True)
 class Move:
     """One motion or dwell.
@@ -138,7 +153,7 @@ class Event:
 
     kind: EventKind
     line: int
-    before_move: int
+    before_move: int = 0
     direction: int = 0
     tool: int | None = None
     text: str = ""
@@ -206,6 +221,25 @@ class MoveMode(NamedTuple):
     spin_back: bool = False
 
 
+class PlannedMove(NamedTuple):
+    """A move in the making, from ``start`` to ``end`` (x, z) [m]; a ``corner`` is still to be broken between it and the next one."""
+
+    kind: MoveKind
+    line: int
+    start: tuple[float, float]
+    end: tuple[float, float]
+    feed: float | None
+    arc: Arc | None
+    mode: MoveMode
+    corner: Corner | None = None
+
+
+def planned(move: Move) -> PlannedMove:
+    """Return a move in the making."""
+    mode = MoveMode(*(getattr(move, name) for name in MoveMode._fields))
+    return PlannedMove(move.kind, move.line, (move.start_x, move.start_z), (move.end_x, move.end_z), move.feed, move.arc, mode)
+
+
 class Moves(Sequence[Move]):
     """A sequence of moves, which become objects only when they are read.
 
@@ -225,17 +259,9 @@ class Moves(Sequence[Move]):
         self._arc_values = array("d")
         self.extend(moves)
 
-    def add(
-        self,
-        kind: MoveKind,
-        line: int,
-        start: tuple[float, float],
-        end: tuple[float, float],
-        feed: float | None,
-        arc: Arc | None,
-        mode: MoveMode,
-    ) -> None:
-        """Append a move from ``start`` to ``end`` (x, z) [m]."""
+    def add(self, motion: PlannedMove) -> None:
+        """Append a move in the making."""
+        kind, line, start, end, feed, arc, mode, _ = motion
         self._arc_numbers.append(_NO_ARC if arc is None else len(self._arc_values))
         if arc is not None:
             self._arc_values.extend((arc.centre_x, arc.centre_z, arc.radius, arc.end_radius, arc.start_angle, arc.sweep))
@@ -249,26 +275,10 @@ class Moves(Sequence[Move]):
             self.modes.append(mode)
         self.mode_numbers.append(number)
 
-    def append(self, move: Move) -> None:
-        """Append a move."""
-        start, end = (move.start_x, move.start_z), (move.end_x, move.end_z)
-        mode = MoveMode(
-            move.spindle,
-            move.per_revolution,
-            move.seconds,
-            move.tool,
-            move.cycle,
-            move.cycle_line,
-            move.nose,
-            move.start_angle,
-            move.spin_back,
-        )
-        self.add(move.kind, move.line, start, end, move.feed, move.arc, mode)
-
     def extend(self, moves: Iterable[Move]) -> None:
         """Append several moves."""
         for move in moves:
-            self.append(move)
+            self.add(planned(move))
 
     def replace_last(self, count: int, moves: Iterable[Move]) -> None:
         """Replace the last ``count`` moves by others."""

@@ -15,7 +15,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from lathesim.errors import ProgramError
+from lathesim.errors import Fault
 from lathesim.program.moves import LEFT, Arc, Move, Nose
 from lathesim.units import in_unit
 
@@ -42,35 +42,35 @@ class _Side:
     radius: float = 0.0
 
 
-def compensated(moves: Sequence[Move], name: str) -> list[list[Move]]:
-    """Return for each move the moves that the tool point makes for it; ``name`` of the program stands in front of messages.
+def compensated(moves: Sequence[Move]) -> list[list[Move]]:
+    """Return for each move the moves that the tool point makes for it.
 
-    Raises :class:`ProgramError` where the nose does not reach the contour, and where compensation begins or ends with an arc.
+    Raises :class:`Fault` where the nose does not reach the contour, and where compensation begins or ends with an arc.
     """
     found: list[list[Move]] = [[move] for move in moves]
     run: list[int] = []
     here: Point | None = None
     for index, move in enumerate(moves):
         if run and move.nose != moves[run[-1]].nose and _moves(move):
-            here = _carry_out(run, moves, found, here, name)
+            here = _carry_out(run, moves, found, here)
             run = []
         if move.nose is not None and _moves(move):
             run.append(index)
         elif here is not None and _moves(move):
             if move.arc is not None:
-                raise ProgramError("Nose compensation ends with an arc.", place=f"{name}:{move.line}", remedy="End it with G0 or G1.")
+                raise Fault("Nose compensation ends with an arc.", "End it with G0 or G1.", move.line)
             found[index] = [replace(move, start_x=here[1], start_z=here[0])]
             here = None
     if run:
-        _carry_out(run, moves, found, here, name)
+        _carry_out(run, moves, found, here)
     return _joined(found)
 
 
-def beside(moves: Sequence[Move], side: int, distance: float, name: str) -> list[Move]:
-    """Return a contour shifted by a ``distance`` [m] to its ``side``, LEFT or RIGHT; ``name`` of the program stands in messages.
+def beside(moves: Sequence[Move], side: int, distance: float) -> list[Move]:
+    """Return a contour shifted by a ``distance`` [m] to its ``side``, LEFT or RIGHT.
 
     Moves too close to their neighbours, such as a small step in a corner, are left out, and the neighbours meet. Raises
-    :class:`ProgramError` if the contour still does not keep the distance.
+    :class:`Fault` if the contour still does not keep the distance.
     """
     if distance <= _SAME:
         return list(moves)
@@ -99,7 +99,7 @@ def beside(moves: Sequence[Move], side: int, distance: float, name: str) -> list
     near = lost or next((move for part in made for move in contour if _near(part, move, distance - _SLACK)), None)
     if near is not None:
         fact = f"A contour at a distance of {in_unit(distance, 'mm')} does not fit into the corners of this move."
-        raise ProgramError(fact, place=f"{name}:{near.line}", remedy="Take a smaller distance, or a longer move.")
+        raise Fault(fact, "Take a smaller distance, or a longer move.", near.line)
     return made
 
 
@@ -148,7 +148,7 @@ def _pieces(moves: Sequence[Move], nose: Nose) -> Iterator[tuple[_Side, bool]]:
         if move.arc is not None and move.arc.radius < nose.radius + _SAME and move.arc.clockwise != (nose.side == LEFT):
             before = None  # it vanishes
             continue
-        after = _shifted(move, nose, "")
+        after = _shifted(move, nose)
         turn = 0.0 if before is None else _turn(before.move, move)
         if before is not None and abs(turn) < _TANGENT:
             after.start = before.end
@@ -181,23 +181,21 @@ def _joined(found: list[list[Move]]) -> list[list[Move]]:
     return found
 
 
-def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], here: Point | None, name: str) -> Point:
+def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], here: Point | None) -> Point:
     """Compensate the moves of one run and return where the tool point stands behind it."""
     nose = moves[run[0]].nose
     assert nose is not None
     first = moves[run[0]]
     if first.arc is not None and here is None:
-        raise ProgramError(
-            "Nose compensation begins with an arc.", place=f"{name}:{first.line}", remedy="Begin it with G0 or G1 to the contour."
-        )
-    sides = [_shifted(moves[index], nose, name) for index in run]
+        raise Fault("Nose compensation begins with an arc.", "Begin it with G0 or G1 to the contour.", first.line)
+    sides = [_shifted(moves[index], nose) for index in run]
     swings: list[Move | None] = [None]
     for before, after in itertools.pairwise(sides):
         if nose.starts_beside and before is sides[0]:
             before.end = after.start
             swings.append(None)
         else:
-            swings.append(_corner(before, after, nose, name))
+            swings.append(_corner(before, after, nose))
     point = (nose.point_z, nose.point_x)
     place = (first.start_z, first.start_x) if here is None else here
     for index, side, swing in zip(run, sides, swings, strict=True):
@@ -211,7 +209,7 @@ def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], h
     return place
 
 
-def _shifted(move: Move, nose: Nose, name: str) -> _Side:
+def _shifted(move: Move, nose: Nose) -> _Side:
     """Return a move shifted by the nose radius to its side."""
     start, end = (move.start_z, move.start_x), (move.end_z, move.end_x)
     shift = nose.radius * nose.side
@@ -222,10 +220,10 @@ def _shifted(move: Move, nose: Nose, name: str) -> _Side:
     grows = move.arc.clockwise == (nose.side == LEFT)
     radius = move.arc.radius + (nose.radius if grows else -nose.radius)
     if radius < -_SLACK:
-        raise ProgramError(
+        raise Fault(
             f"The nose radius of {in_unit(nose.radius, 'mm')} does not go into the arc of radius {in_unit(move.arc.radius, 'mm')}.",
-            place=f"{name}:{move.line}",
-            remedy="Take a tool with a smaller nose, or a larger arc.",
+            "Take a tool with a smaller nose, or a larger arc.",
+            move.line,
         )
     return _Side(move, begin, finish, (move.arc.centre_z, move.arc.centre_x), max(radius, 0.0))
 
@@ -248,7 +246,7 @@ def _plus(first: Point, second: Point) -> Point:
     return first[0] + second[0], first[1] + second[1]
 
 
-def _corner(before: _Side, after: _Side, nose: Nose, name: str) -> Move | None:
+def _corner(before: _Side, after: _Side, nose: Nose) -> Move | None:
     """Join two shifted moves: return the swing round an outer corner, or move both ends to where they meet in an inner one."""
     turn = _turn(before.move, after.move)
     corner = (before.move.end_z, before.move.end_x)
@@ -259,11 +257,11 @@ def _corner(before: _Side, after: _Side, nose: Nose, name: str) -> Move | None:
         return _swing(before, after, corner, nose, abs(turn))
     meeting = _meeting(before, after, corner)
     if meeting is None or _overrun(before, meeting, at_end=True) or _overrun(after, meeting, at_end=False):
-        raise ProgramError(
+        raise Fault(
             f"The nose radius of {in_unit(nose.radius, 'mm')} does not go into the corner at X {in_unit(corner[1], 'mm')} (radius), "
             f"Z {in_unit(corner[0], 'mm')}.",
-            place=f"{name}:{after.move.line}",
-            remedy="Take a tool with a smaller nose, or make the moves beside the corner longer.",
+            "Take a tool with a smaller nose, or make the moves beside the corner longer.",
+            after.move.line,
         )
     before.end = after.start = meeting
     return None

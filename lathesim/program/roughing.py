@@ -17,13 +17,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from lathesim.program.cycles import CycleStep, Point
-from lathesim.program.moves import Move
+from lathesim.program.cycles import EPSILON, CycleStep
+from lathesim.program.modal import Point
+from lathesim.program.moves import Move, MoveKind
 
 _ARC_STEP = math.radians(0.5)
 """Angle between the points of an arc at which levels are met: the chord is off by 1e-5 of the radius."""
-_EPSILON = 1e-9
-"""[m] below this, two places are one."""
 _SAME_DEPTH = 1e-6
 """Distance [m] inside the depths of a contour at which a tool still counts as beyond them (assumed: coordinates are rounded to 1 um)."""
 Cuts = Literal["all", "open", "pockets"]
@@ -63,7 +62,7 @@ class Roughing:
         clear = side * max(side * start[0], *(side * point[0] for point in walked))
         steps: list[CycleStep] = []
         level = start[0] + side * (allowed - self.depth)
-        while side * level > deepest + _EPSILON:
+        while side * level > deepest + EPSILON:
             steps += self._level(level, walked, before, clear)
             level -= side * self.depth
         steps += self._along_contour(walked, before, clear)
@@ -73,8 +72,8 @@ class Roughing:
         ways = [(clear, last[1]), (clear, start[1]), start]
         return [*steps, *(self._step("rapid", *way) for way in ways)]
 
-    def _step(self, kind: str, depth: float, along: float) -> CycleStep:
-        return CycleStep(kind, (along, depth) if self.across else (depth, along))  # type: ignore[arg-type]
+    def _step(self, kind: MoveKind, depth: float, along: float) -> CycleStep:
+        return CycleStep(kind, (along, depth) if self.across else (depth, along))
 
     def _level(self, level: float, walked: Sequence[Point], start: Point, clear: float) -> list[CycleStep]:
         """Return the passes at one level; rapid moves beside the contour run at the depth ``clear``, above all of it."""
@@ -83,7 +82,7 @@ class Roughing:
         way = 1.0 if walked[-1][1] >= walked[0][1] else -1.0
         for begin, end, is_open in _stretches(level, walked, side):
             begin = start[1] if is_open else begin
-            if abs(end - begin) < _EPSILON or (self.cuts == "pockets" if is_open else self.cuts == "open"):
+            if abs(end - begin) < EPSILON or (self.cuts == "pockets" if is_open else self.cuts == "open"):
                 continue
             if is_open:
                 steps.append(self._step("feed" if self.feeds_in else "rapid", level, begin))
@@ -108,19 +107,14 @@ class Roughing:
         if self.cuts == "open":
             steps += [self._step("feed", *point) for point in _without_pockets(walked, self.side)[1:]]
         else:
-            steps += self._contour_steps()
+            steps += [shifted(move, self.allow_x, self.allow_z) for move in self.contour]
         return steps
 
-    def _contour_steps(self) -> list[CycleStep]:
-        steps: list[CycleStep] = []
-        for move in self.contour:
-            end = (move.end_x + self.allow_x, move.end_z + self.allow_z)
-            if move.arc is None:
-                steps.append(CycleStep("feed", end))
-            else:
-                arc = replace(move.arc, centre_x=move.arc.centre_x + self.allow_x, centre_z=move.arc.centre_z + self.allow_z)
-                steps.append(CycleStep("arc", end, arc=arc))
-        return steps
+
+def shifted(move: Move, x: float = 0.0, z: float = 0.0) -> CycleStep:
+    """Return a move of a contour as the step of a cycle, so far away [m]."""
+    arc = None if move.arc is None else replace(move.arc, centre_x=move.arc.centre_x + x, centre_z=move.arc.centre_z + z)
+    return CycleStep("arc" if arc is not None else "rapid" if move.kind == "rapid" else "feed", (move.end_x + x, move.end_z + z), arc)
 
 
 def contour_points(contour: Sequence[Move]) -> list[Point]:
@@ -150,10 +144,10 @@ def air_side(start: Point, contour: Sequence[Move], allowed: float, *, across: b
     if above != under:
         return 1.0 if above else -1.0
     below = [(depth - 0.5 * (here[0] + there[0])) * abs(there[1] - here[1]) for here, there in itertools.pairwise(points)]
-    area = sum(below) / max(sum(abs(part) for part in below), _EPSILON**2)
-    ways = ((depth - depths[0]) + (depths[-1] - depths[0])) / max(max(depths) - min(depths), _EPSILON)
+    area = sum(below) / max(sum(abs(part) for part in below), EPSILON**2)
+    ways = ((depth - depths[0]) + (depths[-1] - depths[0])) / max(max(depths) - min(depths), EPSILON)
     for lean in (allowed, ways + area):
-        if abs(lean) > _EPSILON:
+        if abs(lean) > EPSILON:
             return math.copysign(1.0, lean)
     return 1.0
 
@@ -180,10 +174,10 @@ def _without_pockets(walked: Sequence[Point], side: float) -> list[Point]:
 def _stretches(level: float, walked: Sequence[Point], side: float) -> list[tuple[float, float, bool]]:
     """Return where the contour stands below a level: begin, end, and whether it does so from its first point on."""
     found: list[tuple[float, float, bool]] = []
-    below = side * walked[0][0] < side * level - _EPSILON
+    below = side * walked[0][0] < side * level - EPSILON
     begin, is_open = walked[0][1], True
     for here, there in itertools.pairwise(walked):
-        lower = side * there[0] < side * level - _EPSILON
+        lower = side * there[0] < side * level - EPSILON
         if lower == below:
             continue
         share = (level - here[0]) / (there[0] - here[0]) if there[0] != here[0] else 0.0

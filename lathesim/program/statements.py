@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from lathesim.errors import ProgramError
-from lathesim.program.expressions import Assignment, Expression, ExpressionError, parse_assignment, parse_value
+from lathesim.errors import Fault
+from lathesim.program.expressions import Assignment, Expression, parse_assignment, parse_value
 
 
 class Keyword(StrEnum):
@@ -40,7 +40,7 @@ class Keyword(StrEnum):
     LOOP_END = "END n"
 
 
-FANUC_KINDS = frozenset({Keyword.GO_TO, Keyword.IF_THEN, Keyword.LOOP, Keyword.LOOP_END})
+MACROS = frozenset({Keyword.GO_TO, Keyword.IF_THEN, Keyword.LOOP, Keyword.LOOP_END})
 """Statements of custom macros; all others are O-words."""
 
 
@@ -71,7 +71,7 @@ _LABEL = re.compile(r"[0-9]+")
 
 
 def statement_at(code: str) -> Statement | None:
-    """Return the statement that a compacted line without its N number is, or None; raises :class:`ExpressionError`."""
+    """Return the statement that a compacted line without its N number is, or None; raises :class:`Fault`."""
     word = _O_WORD.match(code)
     if word is not None:
         label = word[1].lstrip("0") or "0" if word[1] is not None else word[2]
@@ -100,14 +100,14 @@ def _macro(code: str, word: str, position: int) -> Statement:
     condition, position = parse_value(code, position)
     if word == "WHILE":
         if code[position : position + 2] != "DO":
-            raise ExpressionError("WHILE has no DO behind its condition.", "Write it as WHILE [#1 LT 5] DO1, with END1 behind the loop.")
+            raise Fault("WHILE has no DO behind its condition.", "Write it as WHILE [#1 LT 5] DO1, with END1 behind the loop.")
         return Statement(Keyword.LOOP, _loop_label(code, position + 2), condition=condition)
     if code[position : position + 4] == "GOTO":
         target, position = parse_value(code, position + 4)
         _nothing_behind(code, position)
         return Statement(Keyword.GO_TO, "", (target,), condition)
     if code[position : position + 4] != "THEN":
-        raise ExpressionError("IF has neither GOTO nor THEN behind its condition.", "Write it as IF [#1 GT 5] GOTO 100.")
+        raise Fault("IF has neither GOTO nor THEN behind its condition.", "Write it as IF [#1 GT 5] GOTO 100.")
     position += 4
     assignments = []
     while code[position : position + 1] == "#":
@@ -120,14 +120,14 @@ def _macro(code: str, word: str, position: int) -> Statement:
 def _loop_label(code: str, position: int) -> str:
     label = _LABEL.match(code, position)
     if label is None:
-        raise ExpressionError("DO has no number.", "Write DO1 and END1.")
+        raise Fault("DO has no number.", "Write DO1 and END1.")
     _nothing_behind(code, label.end())
     return label.group()
 
 
 def _nothing_behind(code: str, position: int) -> None:
     if code[position:]:
-        raise ExpressionError(f"'{code[position : position + 12]}' stands behind the statement.", "Write it in a line of its own.")
+        raise Fault(f"'{code[position : position + 12]}' stands behind the statement.", "Write it in a line of its own.")
 
 
 _LOOPS = {Keyword.WHILE: Keyword.END_WHILE, Keyword.REPEAT: Keyword.END_REPEAT, Keyword.DO: Keyword.WHILE, Keyword.LOOP: Keyword.LOOP_END}
@@ -144,10 +144,10 @@ class Structure:
     loop_of: dict[int, int] = field(default_factory=dict)
 
 
-def structure(statements: Sequence[tuple[int, Statement]], place: Callable[[int], str]) -> Structure:
-    """Return what belongs together among the statements of a program, each with the place of its block.
+def structure(statements: Sequence[tuple[int, Statement]], line: Callable[[int], int]) -> Structure:
+    """Return what belongs together among the statements of a program, each with the place of its block; ``line`` gives its line.
 
-    Raises :class:`ProgramError` where something is closed that was not opened, or never closed.
+    Raises :class:`Fault` where something is closed that was not opened, or never closed.
     """
     found = Structure()
     stack: list[tuple[int, Statement]] = []
@@ -159,36 +159,31 @@ def structure(statements: Sequence[tuple[int, Statement]], place: Callable[[int]
         elif kind in _CLOSED_BY:
             if kind is Keyword.SUB:
                 if any(open_.kind is Keyword.SUB for _, open_ in stack):
-                    raise ProgramError(
-                        f"O{label} SUB stands inside another subprogram.", place=place(position), remedy="Close that one first."
-                    )
+                    raise Fault(f"O{label} SUB stands inside another subprogram.", "Close that one first.", line(position))
                 found.subs.setdefault(label, position)
             stack.append((position, statement))
             if kind is Keyword.IF:
                 found.branches[position] = []
         elif kind in (Keyword.ELSE_IF, Keyword.ELSE):
             if top is None or top.kind is not Keyword.IF or top.label != label:
-                raise _unopened(statement, place(position), top)
+                raise _unopened(statement, line(position), top)
             found.branches[stack[-1][0]].append(position)
             found.partner[position] = stack[-1][0]
         elif kind in _CLOSED_BY.values():
             if top is None or _CLOSED_BY[top.kind] is not kind or top.label != label:
-                raise _unopened(statement, place(position), top)
+                raise _unopened(statement, line(position), top)
             if kind is Keyword.END_IF:
                 found.branches[stack[-1][0]].append(position)
             _close(found, stack, position)
         elif kind in (Keyword.BREAK, Keyword.CONTINUE):
             loop = next((opened for opened, open_ in reversed(stack) if open_.kind in _LOOPS and open_.label == label), None)
             if loop is None:
-                raise _unopened(statement, place(position), top)
+                raise _unopened(statement, line(position), top)
             found.loop_of[position] = loop
     if stack:
         position, statement = stack[-1]
-        raise ProgramError(
-            f"{_shown(statement)} is not closed.",
-            place=place(position),
-            remedy=f"Write {_shown(statement, _CLOSED_BY[statement.kind])} behind it.",
-        )
+        remedy = f"Write {_shown(statement, _CLOSED_BY[statement.kind])} behind it."
+        raise Fault(f"{_shown(statement)} is not closed.", remedy, line(position))
     return found
 
 
@@ -205,8 +200,6 @@ def _shown(statement: Statement, kind: Keyword | None = None) -> str:
     return f"O{statement.label} {kind}"
 
 
-def _unopened(statement: Statement, place: str, top: Statement | None) -> ProgramError:
+def _unopened(statement: Statement, line: int, top: Statement | None) -> Fault:
     inside = f"; {_shown(top)} is still open" if top is not None else ""
-    return ProgramError(
-        f"{_shown(statement)} closes or divides nothing that is open{inside}.", place=place, remedy="Check the numbers of the statements."
-    )
+    return Fault(f"{_shown(statement)} closes or divides nothing that is open{inside}.", "Check the numbers of the statements.", line)

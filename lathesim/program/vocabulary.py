@@ -6,15 +6,17 @@ both readings.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from lathesim.errors import ProgramError
+from lathesim.errors import Fault
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
 from lathesim.program.meanings import CODES_ELSEWHERE, GROUP_OF, HOLES, NOT_INTERPRETED, SINUMERIK, Group, Meaning, foreign_program
-from lathesim.program.statements import FANUC_KINDS
-from lathesim.program.words import Block, Blocks, Word
+from lathesim.program.words import Block, Blocks, Warned, Word
+
+if TYPE_CHECKING:
+    from lathesim.program.flow import Flow
 
 _BUILDERS = ((10, 69), (80, 96), (100, 999))
 """M codes that builders of machines give to chucks, tailstocks, catchers and doors.
@@ -22,31 +24,62 @@ _BUILDERS = ((10, 69), (80, 96), (100, 999))
 Source: Haas lathe operator's manual, list of M codes."""
 _NAMES_A_PLACE = (Meaning.TURNING_CYCLE_SIMPLE, Meaning.THREADING_CYCLE_SIMPLE, Meaning.FACING_CYCLE_SIMPLE, Meaning.SHIFT)
 """Codes whose block names a place; without one, G90, G92 and G94 are codes of another dialect."""
+AXES = "XZUW"
+"""Letters of positions."""
 _FOREIGN_AXES = "YABCV"
 """Axes that a two-axis lathe does not have, unless the dialect has the letter for something else."""
 
 
 @dataclass(slots=True)
 class Sorted:
-    """One block of the program ``name`` taken apart: its codes with their meanings, and its other words by letter."""
+    """One block taken apart: its codes with their meanings, and its other words by letter, of which steps have ``used`` some.
+
+    ``builders`` are M codes of the machine's builder, which do nothing here; ``flow`` runs the program that the block stands in.
+    """
 
     line: int
-    name: str
     codes: Mapping[Meaning, Word]
     words: dict[str, Word]
     comments: tuple[str, ...]
-    builders: tuple[Word, ...] = ()
-    """M codes of the machine's builder, which do nothing here."""
-    groups: Mapping[Group, Meaning] = field(default_factory=dict)
-
-    @property
-    def place(self) -> str:
-        """The place of the block for error messages, ``file:line``."""
-        return f"{self.name}:{self.line}"
+    builders: tuple[Word, ...]
+    groups: Mapping[Group, Meaning]
+    number: str
+    flow: Flow
+    used: set[str] = field(default_factory=set)
 
     def of_group(self, group: Group) -> Meaning | None:
-        """The meaning of this group in the block, if there is one."""
+        """Return the meaning of this group in the block, if there is one."""
         return self.groups.get(group)
+
+    def has(self, meaning: Meaning) -> bool:
+        """Return whether the block has a code of this meaning."""
+        return meaning in self.codes
+
+    def take(self, letter: str) -> Word | None:
+        """Return the word of this letter, marked as used."""
+        word = self.words.get(letter)
+        if word is not None:
+            self.used.add(letter)
+        return word
+
+    def takes(self, letters: Iterable[str]) -> dict[str, Word]:
+        """Return the words of these letters that the block has, marked as used."""
+        return {letter: word for letter in letters if (word := self.take(letter)) is not None}
+
+    @property
+    def moves_an_axis(self) -> bool:
+        """Whether the block has a position that no step has used."""
+        return any(letter in self.words and letter not in self.used for letter in AXES)
+
+    def warn(self, sentence: str) -> None:
+        """Note a warning once."""
+        warnings = self.flow.warnings
+        if all(warned.sentence != sentence for warned in warnings):
+            warnings.append(Warned(self.line, sentence))
+
+    def assume(self, what: str, value: str) -> None:
+        """Note what the program leaves open, and how it is taken."""
+        self.flow.assumed[what] = value
 
 
 class Codes(NamedTuple):
@@ -58,26 +91,26 @@ class Codes(NamedTuple):
 
 
 def check_statements(blocks: Blocks, dialect: Dialect) -> None:
-    """Raise :class:`ProgramError` for a statement that the dialect lacks, or a code of another control; words are checked when they run."""
+    """Raise :class:`Fault` for a statement that the dialect lacks, or a code of another control; words are checked when they run."""
     for block in blocks.shapes.values():
         if block.statement is not None:
-            check_statement(block, blocks, dialect)
+            check_statement(block, dialect)
         for word in block.words:
             if word.letter == "G" and CODES_ELSEWHERE.get(word.code) == SINUMERIK and word.code not in dialect.codes:
-                raise foreign_program(SINUMERIK, word.text, blocks.place(block.line))
+                raise foreign_program(SINUMERIK, word.text, block.line)
 
 
 def words_missing(blocks: Blocks, dialect: Dialect) -> int:
     """Return the number of block shapes that the dialect lacks, plus one each for a missing end, motion or plane."""
     missing = sum(not has_shape(block, dialect) for block in blocks.shapes.values())
     missing += dialect.end_required and not blocks.ending
-    missing += dialect.drills_in_xy and _drills_elsewhere(blocks, dialect)
+    missing += dialect.drills_in_xy and drills(blocks, dialect) and Meaning.PLANE_XY not in _meanings(blocks, dialect)
     return missing + (dialect.first_motion is None and _moves_before_a_code(blocks, dialect))
 
 
 def has_shape(block: Block, dialect: Dialect) -> bool:
     """Return whether a dialect has and carries out the words of a block."""
-    if block.statement is not None and (not dialect.variables or dialect.o_words == (block.statement.kind in FANUC_KINDS)):
+    if block.statement is not None and block.statement.kind not in dialect.statements:
         return False
     if (block.assignments or block.computed) and not dialect.variables:
         return False
@@ -96,10 +129,13 @@ def has_shape(block: Block, dialect: Dialect) -> bool:
     return motions <= 1
 
 
-def _drills_elsewhere(blocks: Blocks, dialect: Dialect) -> bool:
-    """Return whether a program has drilling cycles without the plane in which this dialect drills along Z."""
-    meanings = {dialect.codes.get(word.code) for block in blocks.shapes.values() for word in block.words if word.letter == "G"}
-    return not meanings.isdisjoint(HOLES) and Meaning.PLANE_XY not in meanings
+def drills(blocks: Blocks, dialect: Dialect) -> bool:
+    """Return whether a program has drilling cycles."""
+    return not HOLES.isdisjoint(_meanings(blocks, dialect))
+
+
+def _meanings(blocks: Blocks, dialect: Dialect) -> set[Meaning | None]:
+    return {dialect.codes.get(word.code) for block in blocks.shapes.values() for word in block.words if word.letter == "G"}
 
 
 def _moves_before_a_code(blocks: Blocks, dialect: Dialect) -> bool:
@@ -123,31 +159,26 @@ def is_builders(word: Word, dialect: Dialect) -> bool:
     )
 
 
-def check_statement(block: Block, blocks: Blocks, dialect: Dialect) -> None:
-    """Raise :class:`ProgramError` for a statement, an expression or an assignment that the dialect lacks or writes otherwise."""
-    place, statement = blocks.place(block.line), block.statement
+def check_statement(block: Block, dialect: Dialect) -> None:
+    """Raise :class:`Fault` for a statement, an expression or an assignment that the dialect lacks or writes otherwise."""
+    statement = block.statement
     if not dialect.variables:
         shown = next((word.text for word in block.words if word.expression is not None), "The statement" if statement else "The assignment")
         having = _quoted(without_variants([other.name for other in DIALECTS.values() if other.variables]))
         fact = f"{shown} computes with expressions or variables, and the dialect '{dialect.name}' has none; {having} have them."
-        raise ProgramError(fact, place=place, remedy="Choose the dialect the program is written in, or write the numbers themselves.")
-    if statement is not None and dialect.o_words == (statement.kind in FANUC_KINDS):
-        having = _quoted(
-            without_variants([other.name for other in DIALECTS.values() if other.variables and other.o_words != dialect.o_words])
-        )
-        raise ProgramError(
-            f"{statement.kind} is written so in {having}, and not in the dialect '{dialect.name}'.",
-            place=place,
-            remedy="Choose the dialect the program is written in.",
-        )
+        raise Fault(fact, "Choose the dialect the program is written in, or write the numbers themselves.", block.line)
+    if statement is not None and statement.kind not in dialect.statements:
+        having = _quoted(without_variants([other.name for other in DIALECTS.values() if statement.kind in other.statements]))
+        fact = f"{statement.kind} is written so in {having}, and not in the dialect '{dialect.name}'."
+        raise Fault(fact, "Choose the dialect the program is written in.", block.line)
 
 
-def sort_block(block: Block, blocks: Blocks, dialect: Dialect, known: dict[tuple[Word, ...], Codes]) -> Sorted:
-    """Return a block sorted by codes and letters; ``known`` caches the codes of earlier blocks.
+def sort_block(block: Block, flow: Flow) -> Sorted:
+    """Return a block sorted by codes and letters.
 
-    Raises :class:`ProgramError` for words that the dialect lacks or does not interpret, a repeated letter, and two codes of one modal
-    group.
+    Raises :class:`Fault` for words that the dialect lacks or does not interpret, a repeated letter, and two codes of one modal group.
     """
+    blocks, dialect, known = flow.blocks, flow.dialect, flow.known
     words: dict[str, Word] = {}
     own = []
     for word in block.words:
@@ -155,35 +186,28 @@ def sort_block(block: Block, blocks: Blocks, dialect: Dialect, known: dict[tuple
         if letter in "GM":
             own.append(word)
         elif letter in words:
-            raise ProgramError(
-                f"The block has two {letter} words, {words[letter].text} and {word.text}.",
-                place=blocks.place(block.line),
-                remedy="Keep one of them.",
-            )
+            raise Fault(f"The block has two {letter} words, {words[letter].text} and {word.text}.", "Keep one of them.")
         elif letter not in dialect.letters:
-            _codes(tuple(own), blocks, dialect, blocks.place(block.line))  # a faulty code before it is reported first
-            raise _foreign_letter(word, block, blocks, dialect, blocks.place(block.line))
+            _codes(tuple(own), blocks, dialect)  # a faulty code before it is reported first
+            raise _foreign_letter(word, block, blocks, dialect)
         else:
             words[letter] = word
     key = tuple(own)
     found = known.get(key)
     if found is None:
-        found = known[key] = _codes(key, blocks, dialect, blocks.place(block.line))
-    for letter, axis in dialect.incremental.items() if dialect.incremental else ():
+        found = known[key] = _codes(key, blocks, dialect)
+    for letter, axis in dialect.incremental.items():
         if letter in words and axis in words:
-            raise ProgramError(
-                f"{words[axis].text} and {words[letter].text} both move {axis}.",
-                place=blocks.place(block.line),
-                remedy="Keep the absolute or the incremental one.",
-            )
-    return Sorted(block.line, blocks.name, found.codes, words, block.comments, found.builders, found.groups)
+            fact = f"{words[axis].text} and {words[letter].text} both move {axis}."
+            raise Fault(fact, "Keep the absolute or the incremental one.")
+    return Sorted(block.line, found.codes, words, block.comments, found.builders, found.groups, block.number.lstrip("0"), flow)
 
 
-def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect, place: str) -> Codes:
+def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect) -> Codes:
     codes: dict[Meaning, Word] = {}
     builders: list[Word] = []
     groups: dict[Group, Meaning] = {}
-    for word, meaning in [(word, _meaning(word, blocks, dialect, place)) for word in words]:
+    for word, meaning in [(word, _meaning(word, blocks, dialect)) for word in words]:
         if meaning is None:
             builders.append(word)
             continue
@@ -192,10 +216,9 @@ def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect, place: str
         for earlier, first in codes.items():
             if GROUP_OF[earlier] is group and not _may_stand_together(earlier, meaning, dialect):
                 told = _apart(first, word, dialect)
-                raise ProgramError(
+                raise Fault(
                     f"{first.text} and {word.text} exclude each other ({group}){told}.",
-                    place=place,
-                    remedy="Keep one, or write two blocks.",
+                    "Keep one, or write two blocks.",
                 )
         codes[meaning] = word
     if dialect.cancels_beside_motion and sum(GROUP_OF[meaning] is Group.MOTION for meaning in codes) > 1:
@@ -204,17 +227,17 @@ def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect, place: str
     return Codes(codes, groups, tuple(builders))
 
 
-def _meaning(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> Meaning | None:
-    """Return the meaning of a code, or None for a code of the machine builder. Raises :class:`ProgramError` for all others."""
+def _meaning(word: Word, blocks: Blocks, dialect: Dialect) -> Meaning | None:
+    """Return the meaning of a code, or None for a code of the machine builder. Raises :class:`Fault` for all others."""
     if word.value < 0.0:
         fact = f"{word.text} is negative; codes are not."
-        raise ProgramError(fact, place=place, remedy=f"Write {word.letter}{-word.value:g}.")
+        raise Fault(fact, f"Write {word.letter}{-word.value:g}.")
     meaning = dialect.codes.get(word.code)
     if meaning is None:
         if not is_builders(word, dialect):
-            raise _foreign_code(word, blocks, dialect, place)
+            raise _foreign_code(word, blocks, dialect)
     elif not_interpreted(meaning, dialect):
-        raise _not_interpreted(word, meaning, blocks, dialect, place)
+        raise _not_interpreted(word, meaning, blocks, dialect)
     return meaning
 
 
@@ -281,53 +304,49 @@ def _choice(blocks: Blocks, dialect: Dialect) -> str:
     return f"the dialect the program is written in; {having}. A comment (dialect: {first}) at its head chooses one. {run}"
 
 
-def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
+def _foreign_code(word: Word, blocks: Blocks, dialect: Dialect) -> Fault:
     readings = _readings(word.code, dialect)
     if not readings:
-        return _code_elsewhere(word, place)
+        return _code_elsewhere(word)
     told = "; ".join(f"{_quoted(names)} {'has' if len(names) == 1 else 'have'} it ({meaning})" for meaning, names in readings)
     meanings = [meaning for meaning, _ in readings if meaning not in NOT_INTERPRETED]
     own = next((code for code, meaning in dialect.codes.items() if meaning in meanings), "")
     here = f"Write {own} for it here, or choose" if own else "Choose"
-    return ProgramError(
-        f"{word.text} is not in the dialect '{dialect.name}'; {told}.", place=place, remedy=f"{here} {_choice(blocks, dialect)}"
-    )
+    return Fault(f"{word.text} is not in the dialect '{dialect.name}'; {told}.", f"{here} {_choice(blocks, dialect)}")
 
 
-def _code_elsewhere(word: Word, place: str) -> ProgramError:
+def _code_elsewhere(word: Word) -> Fault:
     """Return the error for a code that no dialect has, with its meaning on other controls."""
     known = CODES_ELSEWHERE.get(word.code)
     if known is not None:
-        return ProgramError(f"{word.text} is not supported here: {known}.", place=place, remedy="Take it out, or write it in other codes.")
-    return ProgramError(
+        return Fault(f"{word.text} is not supported here: {known}.", "Take it out, or write it in other codes.")
+    return Fault(
         f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).",
-        place=place,
-        remedy="Look the code up and correct it.",
+        "Look the code up and correct it.",
     )
 
 
-def _not_interpreted(word: Word, meaning: Meaning, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
+def _not_interpreted(word: Word, meaning: Meaning, blocks: Blocks, dialect: Dialect) -> Fault:
     others = other_readings(word.code, dialect)
     fact = f"{word.text} means {meaning} in the dialect '{dialect.name}', and that is not interpreted here"
     if not others or not _complete(blocks, dialect):
         fact = f"{fact}; {others}" if others else fact
-        return ProgramError(f"{fact}.", place=place, remedy=NOT_INTERPRETED[meaning])
+        return Fault(f"{fact}.", NOT_INTERPRETED[meaning])
     remedy = f"{NOT_INTERPRETED[meaning][:-1]}, or choose {_choice(blocks, dialect)}"
-    return ProgramError(f"{fact}; {others}.", place=place, remedy=remedy)
+    return Fault(f"{fact}; {others}.", remedy)
 
 
-def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect, place: str) -> ProgramError:
+def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect) -> Fault:
     codes = [other for other in block.words if other.letter in "GM"]
     if nowhere := [code for code in codes if not any(code.code in other.codes for other in DIALECTS.values())]:
-        return _code_elsewhere(nowhere[0], place)
+        return _code_elsewhere(nowhere[0])
     if word.letter in _FOREIGN_AXES:
-        return ProgramError(f"{word.text} names an axis this lathe does not have.", place=place, remedy="It has X and Z.")
+        return Fault(f"{word.text} names an axis this lathe does not have.", "It has X and Z.")
     having = without_variants([other.name for other in DIALECTS.values() if word.letter in other.letters])
     if not having:
-        return ProgramError(
+        return Fault(
             f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).",
-            place=place,
-            remedy="Take the word out or correct it.",
+            "Take the word out or correct it.",
         )
     carried: dict[str, list[str]] = {}
     for name in having:
@@ -338,4 +357,4 @@ def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect, 
         others = other_readings(code.code, dialect)
         if others:
             fact += f" {code.text} means {dialect.codes[code.code]} in the dialect '{dialect.name}'; {others}."
-    return ProgramError(fact, place=place, remedy=f"Choose {_choice(blocks, dialect)}")
+    return Fault(fact, f"Choose {_choice(blocks, dialect)}")

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import overload
 
-from lathesim.errors import ProgramError, SeveralFaultsError, nearest
+from lathesim.errors import Fault, ProgramError, SeveralFaultsError, nearest
 from lathesim.program.lexing import Block, Word, block_of_line, shape_of
 from lathesim.program.meanings import SINUMERIK, foreign_control, foreign_program
 from lathesim.program.statements import Keyword, opens
@@ -56,12 +56,11 @@ class Lines(Sequence[Block]):
     of unreadable lines.
     """
 
-    def __init__(self, text: str, name: str, block_delete: bool) -> None:
+    def __init__(self, text: str, block_delete: bool) -> None:
         self.text = text
         self.starts = array("I", [0, *(found.end() for found in _LINE_END.finditer(text)), len(text) + 1])
         self.lines = array("I")
-        self.faults: dict[int, ProgramError] = {}
-        self._name = name
+        self.faults: dict[int, Fault] = {}
         self._block_delete = block_delete
         self._kept: dict[int, Block] = {}
 
@@ -70,8 +69,8 @@ class Lines(Sequence[Block]):
         return self.text[self.starts[line - 1] : self.starts[line]]
 
     def parsed(self, line: int) -> Block | None:
-        """Return the block of a physical line, or None if it is blank or deleted. Raises :class:`ProgramError`."""
-        return block_of_line(self.raw(line), line, self._name, self._block_delete)
+        """Return the block of a physical line, or None if it is blank or deleted. Raises :class:`Fault`."""
+        return block_of_line(self.raw(line), line, self._block_delete)
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -91,7 +90,7 @@ class Lines(Sequence[Block]):
         if line in self.faults:
             return Block(line, (), fault=self.faults[line])
         raw = self.text[self.starts[line - 1] : self.starts[line]]
-        block = block_of_line(raw, line, self._name, self._block_delete) or Block(line, ())
+        block = block_of_line(raw, line, self._block_delete) or Block(line, ())
         if (block.computed or block.statement is not None or block.assignments) and len(self._kept) < MOST_KEPT:
             self._kept[line] = block
         return block
@@ -125,10 +124,6 @@ class Blocks:
     branches: bool = False
     deleted: int = 0
 
-    def place(self, line: int) -> str:
-        """The place of a physical line as errors show it."""
-        return f"{self.name}:{line}"
-
     def matching(self, pattern: re.Pattern[str]) -> Iterator[Block]:
         """Yield the blocks of the main program whose lines contain a pattern."""
         return self.blocks.matching(pattern) if isinstance(self.blocks, Lines) else iter(())
@@ -155,16 +150,16 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
     block keeps the error until it runs.
     """
     text = source if isinstance(source, str) else _decoded(source, name)
-    lines = Lines(text.removeprefix("\ufeff").rstrip("\x00\x03\x04\x1a"), name, block_delete)
-    reader = _Reader(lines, name)
-    reader.read_main()
-    reader.raise_faults()
+    lines = Lines(text.removeprefix("\ufeff").rstrip("\x00\x03\x04\x1a"), block_delete)
+    reader = _Reader(lines)
+    try:
+        reader.read_main()
+    except Fault as fault:
+        raise fault.at(name, reader.line) from None
+    reader.raise_faults(name)
     if reader.opened and not reader.ending:
-        raise ProgramError(
-            f"The % of line {reader.opened} opens the program, but no second % closes it.",
-            place=f"{name}:{reader.count}",
-            remedy="The file may be cut short. End it with M30 and %.",
-        )
+        fact = f"The % of line {reader.opened} opens the program, but no second % closes it."
+        raise ProgramError(fact, place=f"{name}:{reader.count}", remedy="The file may be cut short. End it with M30 and %.")
     subprograms, own = reader.further() if reader.ending in ("M2", "M30") else ({}, {})
     own = {**_by_number(lines[reader.main :]), **own} if reader.jumps and reader.main else own
     rest = next((line for line in range(reader.line + 1, reader.count + 1) if lines.raw(line).strip() not in ("", "%")), None)
@@ -181,8 +176,8 @@ def read_program(source: str | bytes, name: str = "program", *, block_delete: bo
 class _Reader:
     """Reads the lines of a text once: ``line`` is the last line read, ``main`` the number of blocks up to the first end."""
 
-    def __init__(self, lines: Lines, name: str) -> None:
-        self.lines, self.name = lines, name
+    def __init__(self, lines: Lines) -> None:
+        self.lines = lines
         self.count = len(lines.starts) - 1
         self.line = self.opened = self.main = self.deleted = 0
         self.ending = ""
@@ -223,8 +218,8 @@ class _Reader:
         """Read a line with more than words and return its shape, or None without a block or for a faulty line."""
         try:
             block = self.lines.parsed(line)
-        except ProgramError as error:
-            self.lines.faults[line] = error
+        except Fault as fault:
+            self.lines.faults[line] = fault
             self._certain = self._certain or self.inside <= 0
             self.lines.lines.append(line)
             return None
@@ -247,7 +242,7 @@ class _Reader:
     def _closes(self, raw: str) -> bool:
         """Return whether a line with % ends the program; a % before the first block opens it."""
         if raw.lstrip().upper().startswith("%_N_"):  # the header of a program file of Sinumerik
-            raise foreign_program(SINUMERIK, raw.strip(), f"{self.name}:{self.line}")
+            raise foreign_program(SINUMERIK, raw.strip(), self.line)
         if raw.strip() != "%":
             self.warnings.append(Warned(self.line, f"The text '{raw.strip()[1:].strip()[:40]}' behind % is ignored."))
         if not self.opened and not self.lines.lines:
@@ -271,14 +266,14 @@ class _Reader:
         self.warnings.append(Warned(1, f"'{shown}' stands before the % of line {count + 1}: a leader, which is not read."))
         return count
 
-    def raise_faults(self) -> None:
+    def raise_faults(self, name: str) -> None:
         """Raise the errors of faulty lines, if they belong to another control or surely run."""
-        faults = list(self.lines.faults.values())
+        faults = [fault.at(name, line) for line, fault in self.lines.faults.items()]
         if not faults:
             return
-        foreign = foreign_control(self.lines.text, self.name, self.lines.faults)
+        foreign = foreign_control(self.lines.text, self.lines.faults)
         if foreign is not None:
-            raise foreign
+            raise foreign.at(name, 0)
         if self._certain and not self.jumps:
             raise faults[0] if len(faults) == 1 else SeveralFaultsError(faults[:MOST_FAULTS], max(0, len(faults) - MOST_FAULTS))
 
@@ -302,8 +297,8 @@ class _Reader:
                 return {}, {}
             try:
                 block = self.lines.parsed(line)
-            except ProgramError as error:
-                block = Block(line, (), fault=error)
+            except Fault as fault:
+                block = Block(line, (), fault=fault)
             if block is not None:
                 behind.append(block)
                 self.branches = self.branches or block.statement is not None

@@ -237,6 +237,10 @@ def test_refused_with_place_fact_and_remedy(name: str) -> None:
             "turn.nc:1: G90 is a cycle here and names no end point; in the dialects 'paper' and 'linuxcnc' it means absolute positions. "
             "Add X and Z words, or take it out.",
         ),
+        (
+            "S500 M3\nG73 U5. W0 R3\nG73 P10 Q20 F0.2\nN10 S600\nN20 S700\nM30", "fanuc",
+            "turn.nc:3: The contour of G73 cuts nothing. Write it with G1, G2 and G3 behind its first block.",
+        ),
         ("G0 X1 U2\nM2", "fanuc", "turn.nc:1: X1 and U2 both move X. Keep the absolute or the incremental one."),
         ("G0 X1", "papre", "There is no dialect 'papre'; there are paper, linuxcnc, fanuc, grbl, fanuc-b. Did you mean 'paper'?"),
     ],
