@@ -40,7 +40,7 @@ from lathesim.diagnosis.reporting.explanations import explanations_of, faults_as
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import without_name
-from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, doubts, ranked, removed_share
+from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, ranked, removed_share
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
@@ -86,8 +86,8 @@ class _Outcome:
         return tuple(Unnamed(doubt.at, doubt.structured, doubt.unit, doubt.depends_on) for doubt in clear)
 
 
-def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) -> Diagnosis:
-    """Return the answer: effects ranked, what is left put to the flexible explanation, the verdict, and all of it in words."""
+def describe(study: Study, prepared: Prepared, found: Found, values: Estimates, doubted: tuple[Doubt, ...]) -> Diagnosis:
+    """Return the answer: effects ranked, the verdict from these and from what the flexible explanation makes of the rest, all in words."""
     question, (experiment, validation), method = prepared.question, prepared.experiments, study.method
     study.progress("simulating the lesson before and after")
     moved = _over_given(study, found, as_measured(experiment, found).by_name)
@@ -98,8 +98,6 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates) 
     counts = coarse_counts(prepared.experiments, found.model.candidates, method=method)
     effects_found = _ranked(study, found, counts)
     taken = removed_share(validation, before, reported_fit)
-    study.progress("predicting it by smooth functions")
-    doubted = doubts(study, found.model)
     laws = other_laws(question, found, experiment, validation)
     tied = bool(effects_found and effects_found[0].tied)
     differ = is_clear(moved, method) and moved.share > method.least_share

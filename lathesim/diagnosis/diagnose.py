@@ -21,7 +21,7 @@ from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.search import Found
 from lathesim.diagnosis.reporting.summary import headline
-from lathesim.diagnosis.verdict import agrees, with_added_signals
+from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
 from lathesim.identification.execution import Progress
@@ -63,12 +63,14 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None)
     ):
         return recording_fault(prepared.question, faults, prepared.findings, began)
+    study.progress("smooth functions of what the machine does")
+    found, doubted = outdone(study, found, doubts(study, found.model))
     progress(f"{_STEPS[2]}: fitting both recordings")
     values = estimates(found.model, prepared.experiment, prepared.validation, prepared.whole)
     implausible = bool(deviations(found.model.fitted).max(initial=0.0) > IMPLAUSIBLE)
     if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=implausible):
         return recording_fault(prepared.question, faults, prepared.findings, began)
-    answer = describe(replace(study, progress=_in_step(_STEPS[3], progress)), prepared, found, values)
+    answer = describe(replace(study, progress=_in_step(_STEPS[3], progress)), prepared, found, values, doubted)
     if prepared.turned and answer.verdict in ("no_mismatch", "parameters_only"):
         return recording_fault(prepared.question, fault("sign", " ".join(prepared.turned)), prepared.findings, began)
     if faults := of_a_slow_log(prepared.question.fitted.findings, prepared.question.machine, answer):

@@ -12,9 +12,11 @@ from lathesim.component import Output
 from lathesim.diagnosis.explaining.chance import is_clear, is_clear_as_one_block, unresolved
 from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
+from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis, Location, MissingSignal, Verdict
 from lathesim.diagnosis.records.search import Found, Gain, RankedEffect
 from lathesim.effects.effect import Effect
@@ -146,14 +148,35 @@ def doubts(study: Study, model: Model) -> tuple[Doubt, ...]:
     asked = of_channels(study.estimation, model.fitted, validation, model.validation_fit)
     for channel, (lacking, made) in asked.items():
         row = study.estimation.machine.compare.index(channel)
-        # lines over time are what a loop makes that swings by itself
-        gain, error = made.without_lines, made.standard_error
+        gain, error = made.without_faint_lines(study.method.share_of_rest), made.standard_error
         size = math.sqrt(max(made.before**2 - made.after**2, 0.0))
         least = least_size(study, model, row) if lacking.is_force else float(validation.sensed.seen_floors[row])
         clear = is_clear(Gain(gain, error), study.method) and size > least
         on, variables = tuple(map(str, made.parts)), tuple(term.variable for term in made.terms)
         found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, made.before, made.after, on, variables, clear))
     return tuple(found)
+
+
+def outdone(study: Study, found: Found, doubted: tuple[Doubt, ...]) -> tuple[Found, tuple[Doubt, ...]]:
+    """Return a search without its effects, and what is then left, where smooth functions of what the machine does predict far more than the
+    effects do, and these add nothing to them: effects that stand for something else. Else both as they are.
+
+    The forces behind a spring that is named are no longer those of the lesson: there the effects stay.
+    """
+    candidates, alike = found.model.candidates, study.method.alike
+    if study.earlier is not None or any(one.effect.beyond for one in candidates) or not (candidates and any(one.clear for one in doubted)):
+        return found, doubted
+    lesson = found.values or found.baseline
+    without = {one.channel: one for one in doubts(study, lesson)}
+    pairs = [(one, without[one.channel]) for one in doubted if one.clear]
+    if not all(other.clear and alike * other.after < one.before and other.after <= one.after for one, other in pairs):
+        return found, doubted
+    names = tuple(f"{one.name} at {one.at}" for one in candidates)
+    study.progress(f"smooth functions predict more than {' and '.join(names)}")
+    fitted, predicted = over(study, lesson, found.model)
+    why = "smooth functions of what the machine does predict far more, and the effects add nothing to them"
+    step = Step("drop", (), names, fitted.nats, predicted.nats, why)
+    return replace(found, model=lesson, worth={}, rivals={}, history=(*found.history, step)), tuple(without.values())
 
 
 _RECORDABLE = ("current", "rate", "reading", "flow", "displacement")

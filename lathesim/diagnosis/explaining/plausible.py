@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from lathesim.diagnosis.candidates.periodic_starts import PERIODS, cycle_of
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import Method
@@ -18,7 +19,7 @@ from lathesim.identification.replay.experiment import SETTLING
 
 def is_plausible(study: Study, model: Model) -> bool:
     """Return whether the sizes of all effects of a model are of the kind that is met, delays are a fair part of a sample, events come after
-    the recording has begun, resonances resonate, and the machine does not run away."""
+    the recording has begun, resonances resonate, waves repeat, and the machine does not run away."""
     values, method = model.fitted.by_name, study.method
     period = study.estimation.machine.assembly.sample_period
     duration = len(study.estimation.record) * period
@@ -27,6 +28,7 @@ def is_plausible(study: Study, model: Model) -> bool:
         and is_of_a_clock(candidate, values, period, duration, method=method)
         and is_an_event(instants_of(candidate), values, duration)
         and resonates(candidate, values)
+        and repeats(study, candidate, values)
         for candidate in model.candidates
     )
     return usual and not runs_away(study, model)
@@ -120,3 +122,18 @@ def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: 
 def resonates(candidate: Candidate, values: Mapping[str, float]) -> bool:
     """Return whether a resonance, if the effect is one, has a peak: with more damping it is a lag, and another effect is one as well."""
     return all(values[name] < MOST_DAMPED for name in candidate.named((candidate.effect.identification.damping,)))
+
+
+def repeats(study: Study, candidate: Candidate, values: Mapping[str, float]) -> bool:
+    """Return whether a wave, if the effect is one, comes once at least on the way of the recording: half a wave is any bend of a curve.
+
+    A turn repeats by itself, however small a part of it the machine made.
+    """
+    for name in candidate.named(PERIODS):
+        length, declared = values[name], candidate.effect.declarations[Place.of(name).port]
+        # one wave more on a way changes a length by its square over the way
+        way = length * length / cycle_of(study.estimation, candidate, length)
+        turn = 2.0 * math.pi * study.method.candidates.beyond_typical if declared.unit == "rad" else 0.0
+        if 0.0 < way < length and length > turn:
+            return False
+    return True

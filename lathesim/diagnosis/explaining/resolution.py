@@ -37,6 +37,19 @@ def as_good(model: Model, best: Tried, study: Study) -> bool:
     return behind.nats < unresolved(behind, best.predicted.nats, study.method)
 
 
+def best_of(study: Study, trials: Sequence[Tried]) -> Tried | None:
+    """Return the trial that predicts best, each held against the best before it; none where there are none.
+
+    Some effects are judged at all frequencies and gain more over the lesson than those judged at the frequencies of the motion. Two of them
+    compare on the same frequencies alone.
+    """
+    best = next(iter(trials), None)
+    for one in trials[1:]:
+        if best is not None and over(study, one.model, best.model)[1].nats > 0.0:
+            best = one
+    return best
+
+
 def simplest(best: Tried, trials: Sequence[Tried], study: Study) -> Tried:
     """Return the trial with the fewest values of those that predict as well as the best one; of equals the first of the catalogue."""
     near = [one for one in trials if one is best or as_good(one.model, best, study)]

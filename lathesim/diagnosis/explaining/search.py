@@ -15,7 +15,7 @@ import numpy as np
 from lathesim.diagnosis.explaining.chance import due, is_clear, is_clear_as_one_block
 from lathesim.diagnosis.explaining.earlier import was_there_before
 from lathesim.diagnosis.explaining.plausible import is_plausible, own_residuals
-from lathesim.diagnosis.explaining.resolution import as_good, significant, simplest
+from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, without
@@ -152,10 +152,9 @@ def chosen(study: Study, trials: Sequence[Tried]) -> Tried | None:
     A finer form waits where its simpler one predicts better too: it may take its place later.
     """
     good = [one for one in trials if significant(one, study) and is_plausible(study, one.model)]
-    if not good:
-        return None
     plain = [one for one in good if not is_finer(one.candidate, [other.candidate for other in good])]
-    return simplest(max(plain or good, key=lambda one: one.predicted.nats), good, study)
+    best = best_of(study, plain or good)
+    return None if best is None else simplest(best, good, study)
 
 
 def _worth(study: Study, model: Model, candidate: Candidate, left: Model) -> Tried:

@@ -89,6 +89,11 @@ class Term:
     frequency: float = 0.0
 
     @property
+    def is_line(self) -> bool:
+        """Whether it is a wave over time, whatever the machine does."""
+        return self.wave is not None and not self.wave.of
+
+    @property
     def variable(self) -> str:
         """What it is a function of: "velocity of x_axis", "position of x_axis, every 5 mm"."""
         name = self.on.removeprefix(PROPORTION) + (f" of {self.of}" if self.of else "")

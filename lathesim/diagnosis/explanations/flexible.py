@@ -69,6 +69,11 @@ class Flexible:
         """What it depends on, the strongest first."""
         return tuple(part.term for part in self.parts)
 
+    def without_faint_lines(self, share: float) -> float:
+        """Return the gain, where no line over time takes a ``share`` of what is left without those: a loop that swings by itself makes
+        faint ones, and what shakes a machine from outside makes strong ones."""
+        return self.gain if any(one.term.is_line and one.share > share for one in self.parts) else self.without_lines
+
     def predict(self, conditions: Conditions) -> FloatArray:
         """Return the function without its constant (samples,), with the phases of the estimation recording [unit of the residual]."""
         return sum(self.each(conditions), np.zeros(len(conditions.time)))
@@ -102,7 +107,7 @@ def flexible(
         for (term, worth), share in zip(ranked, shares, strict=True)
     )
     worth = asked.worth_of(terms, ())
-    steady = asked.worth_of([term for term in terms if term.on != "time" or not term.wave], ())
+    steady = asked.worth_of([term for term in terms if not term.is_line], ())
     posterior = posterior_of(found.recording, terms)
     amounts = tuple(posterior.mean[posterior.places[term]] for term in terms)
     absorbed = posterior.mean[1 : found.recording.beside.stop]

@@ -28,7 +28,11 @@ _TINY = sys.float_info.min
 
 @dataclass(frozen=True)
 class Worth:
-    """By how much terms predict better [nats], with one standard error, from the differences of blocks."""
+    """By how much terms predict better [nats], with one standard error, from the differences of blocks.
+
+    Chance makes blocks lose as often as it makes them gain, so the blocks that lose show how large it is. A log ratio of likelihoods whose
+    mean is g has the variance 2 g (non-central chi-squared). That something acts in few blocks is no chance.
+    """
 
     gain: float
     standard_error: float
@@ -36,7 +40,8 @@ class Worth:
     @classmethod
     def of(cls, gains: FloatArray) -> Worth:
         """Sum up the gains of the blocks (blocks,)."""
-        return cls(float(gains.sum()), float(np.std(gains, ddof=1) * math.sqrt(len(gains))))
+        lost, gained = np.minimum(gains, 0.0), np.maximum(gains, 0.0)
+        return cls(float(gains.sum()), math.sqrt(2.0 * float(lost @ lost) + 2.0 * float(gained.sum())))
 
     @property
     def is_sure(self) -> bool:

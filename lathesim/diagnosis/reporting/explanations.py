@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.explaining.chance import chance_level, due, is_clear
 from lathesim.diagnosis.explaining.plausible import is_plausible
-from lathesim.diagnosis.explaining.resolution import as_good, significant
+from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant
 from lathesim.diagnosis.explaining.rounds import is_finer
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -151,15 +151,14 @@ def _why_another(study: Study, found: Found, one: Tried) -> str:
         if is_finer(one.candidate, [candidate]):
             return f"is a finer form of {candidate.name}, and explains little of what that leaves"
     beside = [other for other in found.tried if other.before is one.before and any(other.candidate.part == of.part for of in kept)]
-    taken = max(beside, key=lambda other: other.predicted.nats, default=None)
+    taken = best_of(study, beside)
     if taken is None and found.values is not None:
         return "predicts no better than other values of the lesson"
     if taken is None:
-        return "is not needed beside what was kept"
+        return "is not needed beside what was kept" if kept else "smooth functions of what the machine does predict far more"
     if as_good(one.model, taken, study):
         return f"predicts hardly better than {taken.name}, which has fewer values or comes first in the catalogue"
-    than = "worse" if one.predicted.nats < taken.predicted.nats else "better"
-    return f"predicts {than} than {taken.name}, and is not needed beside it"
+    return f"predicts worse than {taken.name}, and is not needed beside it"
 
 
 def _flexible(doubt: Doubt, method: Method) -> Explanation:

@@ -11,7 +11,7 @@ import pytest
 
 from lathesim.diagnosis import preparation
 from lathesim.diagnosis.candidates.starting_points import limit_points
-from lathesim.diagnosis.diagnose import ask
+from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.location import missing_signal
 from lathesim.effects.drive_errors import CurrentLimit
@@ -141,3 +141,15 @@ def test_a_current_that_answers_to_an_unknown_load_does_not_go_with_the_speed(tm
     fitted = fit(here.sensed, [*baseline_free(here.machine), *here.start_states(here.sensed.plan)])
     _, found = of_channels(here, fitted, there, transferred(there, fitted, ()))["x_drive.current"]
     assert found.without_lines < 10.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("rig", "key"), [("screw_tacho_2k", "buffer"), ("screw_tacho_1k", "shaken"), ("screw_feed_forward_1k", "spring")])
+def test_physics_outside_the_catalogue_gets_no_name(rig: str, key: str, tmp_path: Path) -> None:
+    """A buffer at one end of the stroke took three names, a shaking neighbour and a spring of the third power none."""
+    folder = write_case(case_of(rig, "outside", keys=(key,), seed=4461), tmp_path)[0]
+    registry = load_registry()
+    registry.add_folder(PARTS)
+    loaded = load_case(load_lesson(folder / "lesson.yaml"), [folder / "fit.csv", folder / "validate.csv"], registry)
+    answer = diagnose(ask("a machine", loaded.machine, loaded.recordings, stock_effects().values()))
+    assert (answer.verdict, answer.effects) == ("unknown", ())
