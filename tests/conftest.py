@@ -11,6 +11,10 @@ from hypothesis import HealthCheck, settings
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+# As the commands have it: matrices are too small to be shared among cores, which wait for each other. It holds for a library that is loaded
+# afterwards.
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
 settings.register_profile("lathesim", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("lathesim")
 
