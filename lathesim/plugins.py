@@ -44,7 +44,7 @@ class StockParts:
     @hookimpl
     def register_components(self) -> list[type[Component]]:
         """Return the stock components."""
-        return _stock("lathesim.components.register", "stock_components")
+        return _stock("lathesim.components.stock_parts", "stock_components")
 
     @hookimpl
     def register_effects(self) -> list[type[Component]]:
@@ -64,7 +64,7 @@ class StockParts:
     @hookimpl
     def register_recording_readers(self) -> list[Any]:
         """Return the stock recording readers."""
-        return _stock("lathesim.recordings.register", "stock_readers")
+        return _stock("lathesim.recordings.stock_readers", "stock_readers")
 
 
 def _stock(module: str, function: str) -> list[Any]:

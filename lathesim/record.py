@@ -12,9 +12,9 @@ import dataclasses
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -45,6 +45,30 @@ _BEFORE_ROLES = {
 """Roles of the channels of stock machines, for files that keep none: those written before there were roles, and those of a stream."""
 
 
+_KEPT = 4096
+"""Places that are kept once read, some thirty machines of them: wiring one asks for each of its places several times."""
+
+
+class Place(NamedTuple):
+    """A named thing of a part, ``part.port`` as text: an input, output, parameter or state; or the part alone, where ``port`` is empty.
+
+    Files, command lines and plug-ins write places as text, and :meth:`of` reads it.
+    """
+
+    part: str
+    port: str = ""
+
+    @classmethod
+    @lru_cache(maxsize=_KEPT)
+    def of(cls, text: str) -> Place:
+        """Return the place that a text names: what stands before its first point, and what stands after it."""
+        part, _, port = text.partition(".")
+        return cls(part, port)
+
+    def __str__(self) -> str:
+        return f"{self.part}.{self.port}" if self.port else self.part
+
+
 @dataclass(frozen=True, eq=False)
 class Channel:
     """One signal: ``values`` (samples,) in the SI unit ``unit``; ``name`` is ``part.output``, ``roles`` those its part's class declares."""
@@ -57,6 +81,12 @@ class Channel:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", _as_column(self.values, self.name))
+
+    @property
+    def port(self) -> str:
+        """The name without its part."""
+        place = Place.of(self.name)
+        return place.port or place.part
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +169,8 @@ class Record:
         for name, channel in self.channels.items():
             for role in channel.roles:
                 declared.setdefault(role, []).append(name)
-        for name in self.channels:
-            found = declared.setdefault(name.rpartition(".")[2], [])
+        for name, channel in self.channels.items():
+            found = declared.setdefault(channel.port, [])
             if name not in found:
                 found.append(name)
         return declared

@@ -11,7 +11,7 @@ import pytest
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, State
 from lathesim.components.cutting_forces import LinearForce
-from lathesim.components.register import STOCK, stock_components
+from lathesim.components.stock_parts import STOCK, stock_components
 from lathesim.conformance import check_component
 from lathesim.guest_check import guest_fault
 

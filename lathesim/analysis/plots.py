@@ -179,7 +179,7 @@ def _draw_group(panel: Any, record: Record, names: Sequence[str], colors: Mappin
     for name in names:
         time, values = thinned(record.time, record[name] / factor)
         panel.plot(time, values, color=colors[name], linewidth=1.0, label=name, drawstyle="steps-post" if stepped else "default")
-    items = {name.rpartition(".")[2].replace("_", " ") for name in names}
+    items = {record.channels[name].port.replace("_", " ") for name in names}
     quantity = items.pop() if len(items) == 1 else ""
     dress(panel, label(quantity if len(quantity) <= _LABEL else "", unit).strip() or quantity)
     legend(panel)

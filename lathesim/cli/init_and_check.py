@@ -116,9 +116,9 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
 
 
 def _checked_program(path: Path, dialect: str) -> str:
-    from lathesim.program.checks import checked
-    from lathesim.program.loading import load_program
     from lathesim.program.path import lay_path
+    from lathesim.program.program_checks import checked
+    from lathesim.program.program_file import load_program
 
     program = load_program(path, dialect)
     found = f"a part program with {lay_path(program).segments} path segments, read in the dialect '{program.dialect}'."

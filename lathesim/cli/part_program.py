@@ -16,8 +16,8 @@ from lathesim.units import from_si, in_unit
 from lathesim.whole_file import write_new, write_text
 
 if TYPE_CHECKING:
-    from lathesim.program.checks import Bar
     from lathesim.program.moves import Move, Program, Tool
+    from lathesim.program.program_checks import Bar
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,10 @@ def program(
 ) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
     from lathesim.program.canonical_moves import canon_text
-    from lathesim.program.checks import checked, meets_stock
     from lathesim.program.explain import explain
     from lathesim.program.interpreter import interpret
-    from lathesim.program.loading import detect_dialect
+    from lathesim.program.program_checks import checked, meets_stock
+    from lathesim.program.program_file import detect_dialect
     from lathesim.program.words import read_program_file
 
     if not file.is_file():
@@ -110,7 +110,7 @@ def _tool(text: str) -> tuple[int, Tool]:
 
 def _bar(text: str) -> Bar:
     """Return the bar of ``40mm,60mm`` or ``40mm,60mm,2mm``: it lies from its face towards the chuck, at smaller Z."""
-    from lathesim.program.checks import Bar
+    from lathesim.program.program_checks import Bar
     from lathesim.units import quantity
 
     parts = [part.strip() for part in text.split(",")]

@@ -28,8 +28,8 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import lesson_from_text
 from lathesim.lessons.program_path import limits_of
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.program.loading import load_program
 from lathesim.program.path import lay_path
+from lathesim.program.program_file import load_program
 from lathesim.units import in_unit
 from lathesim.whole_file import write_text
 

@@ -7,39 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from lathesim.component import Component
+from lathesim.record import Place as Place
 
 Value = TypeVar("Value")
 FloatArray = np.ndarray[Any, np.dtype[np.float64]]
-
-
-_KEPT = 4096
-"""Places that are kept once read, some thirty machines of them: wiring one asks for each of its places several times."""
-
-
-class Place(NamedTuple):
-    """A named thing of a part, ``part.port`` as text: an input, output, parameter or state; or the part alone, where ``port`` is empty.
-
-    Files, command lines and plug-ins write places as text, and :meth:`of` reads it.
-    """
-
-    part: str
-    port: str = ""
-
-    @classmethod
-    @lru_cache(maxsize=_KEPT)
-    def of(cls, text: str) -> Place:
-        """Return the place that a text names: what stands before its first point, and what stands after it."""
-        part, _, port = text.partition(".")
-        return cls(part, port)
-
-    def __str__(self) -> str:
-        return f"{self.part}.{self.port}" if self.port else self.part
 
 
 def of_part(part: str, named: Mapping[str, Value]) -> dict[str, Value]:

@@ -375,7 +375,7 @@ class LawLibrary:
             if isinstance(value, types.FunctionType):
                 renames[name] = self.add(value, f"{value.__module__.rpartition('.')[2]}_{value.__name__}")
             elif _is_number(value):
-                renames[name] = self._constant(name, value, function.__module__)
+                renames[name] = self._constant(name, value, function)
             else:
                 raise ComponentError(
                     f"the law uses '{name}' (line {function.__code__.co_firstlineno + line - 1}), which is neither math, a number nor a "
@@ -385,10 +385,10 @@ class LawLibrary:
                 )
         return renames
 
-    def _constant(self, name: str, value: object, module: str) -> str:
-        key = (module, name, repr(value))
+    def _constant(self, name: str, value: object, law: Callable[..., Any]) -> str:
+        key = (law.__module__, name, repr(value))
         if key not in self._names:
-            self._names[key] = self._free(f"{module.rpartition('.')[2]}_{name}")
+            self._names[key] = self._free(f"{law.__module__.rpartition('.')[2]}_{name}")
             self._constants[self._names[key]] = f"{self._names[key]} = {value!r}"
             self.blocks.append(self._constants[self._names[key]])
         return self._names[key]

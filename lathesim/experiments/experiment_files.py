@@ -24,7 +24,7 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.experiments.candidate_programs import Laid
-from lathesim.experiments.experiment import Designed, with_program
+from lathesim.experiments.design_experiment import Designed, with_program
 from lathesim.experiments.rivals import NEXT_RUN, NOTHING
 from lathesim.experiments.scene import Scene
 from lathesim.identification.execution import Deadline

@@ -33,7 +33,7 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
 from lathesim.experiments.candidate_programs import Laid, lay_candidate, lay_those_that_fit, lay_what_fits, neighbours, walking_time
-from lathesim.experiments.experiment import DesignWish
+from lathesim.experiments.design_experiment import DesignWish
 from lathesim.experiments.families import CandidateProgram, candidates, strokes_in_turn
 from lathesim.experiments.free_values import FreeValue, Telling, bounds, free_values, telling, values_of
 from lathesim.experiments.replica import ProgramRuns

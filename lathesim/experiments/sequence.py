@@ -17,7 +17,7 @@ from lathesim.diagnosis.records.diagnosis import NAMING, Diagnosis, FoundEffect,
 from lathesim.engine.assembly import Assembly
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError
-from lathesim.experiments.experiment import Designed, DesignWish, design_experiment
+from lathesim.experiments.design_experiment import Designed, DesignWish, design_experiment
 from lathesim.experiments.experiment_files import (
     recorded_rows,
     undecidable_sentence,

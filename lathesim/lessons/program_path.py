@@ -28,11 +28,11 @@ from lathesim.path_columns import (
     SPINDLE_SPEED,
     START_X,
 )
-from lathesim.program.checks import Bar, checked, meets_stock
-from lathesim.program.loading import load_program
 from lathesim.program.moves import Program, Tool
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.path import Path as ToolPath
+from lathesim.program.program_checks import Bar, checked, meets_stock
+from lathesim.program.program_file import load_program
 from lathesim.units import in_unit
 
 

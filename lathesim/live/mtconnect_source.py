@@ -16,8 +16,8 @@ import numpy as np
 from lathesim.errors import nearest
 from lathesim.live.channel_names import MappedItem
 from lathesim.live.connections import Address
+from lathesim.live.even_clock import RowAssembly
 from lathesim.live.mtconnect_publish import UNITS
-from lathesim.live.sample_clock import RowAssembly
 from lathesim.live.samples import LiveError, SampleBlock, Signal
 
 _LARGEST = 1 << 24

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.live.channel_names import MappedItem
-from lathesim.live.sample_clock import RowAssembly
+from lathesim.live.even_clock import RowAssembly
 from lathesim.live.samples import LiveError, SampleBlock, Signal
 
 _QUIET = 1.0

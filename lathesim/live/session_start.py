@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.sample_clock import SampleClock
+from lathesim.live.even_clock import SampleClock
 from lathesim.live.samples import LiveError, SampleBlock, Signal, Source
 from lathesim.record import FloatArray
 

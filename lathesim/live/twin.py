@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.lessons.simulate import Prepared
-from lathesim.live.sample_clock import Stretch
+from lathesim.live.even_clock import Stretch
 from lathesim.live.samples import SampleBlock, Signal, Source
 from lathesim.live.session_start import BegunStream, begun_blocks, driven_and_compared
 from lathesim.live.watching.residual_stream import ResidualStream

@@ -15,7 +15,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from lathesim.errors import Fault
-from lathesim.program.expressions import Assignment, Expression, begins_value, parse_assignment, parse_value
+from lathesim.program.expressions import LARGEST, Assignment, Expression, begins_value, parse_assignment, parse_value
 from lathesim.program.statements import Statement, statement_at
 
 
@@ -266,7 +266,7 @@ def _words(code: str, spaced: list[bool]) -> tuple[list[Word], str]:
                 raise Fault(f"{text} is negative.", "N numbers count from 0 up.")
             number = text[1:]
         else:
-            if len(found.group().lstrip("+-0").partition(".")[0]) > DIGIT_LIMIT:
+            if abs(float(found.group())) >= LARGEST:
                 raise Fault(f"{text[:20]} is too large a number.", f"At most {DIGIT_LIMIT} digits stand before the point.")
             words.append(Word(letter, float(found.group()), text))
         position = found.end()

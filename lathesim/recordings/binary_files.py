@@ -16,7 +16,7 @@ from lathesim.errors import RecordingError
 from lathesim.hdf5_guard import stands_elsewhere
 from lathesim.record import FloatArray, is_record, load
 from lathesim.recordings.raw_table import MOST_VALUES, RawTable, Reader, as_table, plain_unit, refuse_size
-from lathesim.recordings.thresholds import READING
+from lathesim.recordings.recording_thresholds import READING
 
 _PATIENCE, _BYTES_A_SECOND = 20.0, 10e6
 """Seconds of computing that a trial may take, and how much it reads in each further one at least. Assumed, for a slow processor."""

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import Finding
 from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, rate, runs_of
-from lathesim.recordings.thresholds import FROZEN, MOTION, ROUNDING
+from lathesim.recordings.recording_thresholds import FROZEN, MOTION, ROUNDING
 
 _BEFORE = 10
 """Samples before a step in which a motion, differentiated, shows nothing of it yet."""

@@ -19,7 +19,7 @@ import numpy as np
 from lathesim.record import FloatArray
 from lathesim.recordings.number_rows import NUMBER, STAMP, NumberRows, RowFormat, chunks, count_lines, head_lines, read_rows
 from lathesim.recordings.raw_table import RawTable, Reader, as_table, counted, is_unit, plain_unit, refuse_size, split_unit, unique_names
-from lathesim.recordings.thresholds import EQUAL, READING
+from lathesim.recordings.recording_thresholds import EQUAL, READING
 
 _NUMBER = re.compile(NUMBER)
 _VALUE = re.compile(r"[+-]?[\d.,]+([-:/.]\d+)*$|\d+([-:/.]\d+)+([ T]|$)")

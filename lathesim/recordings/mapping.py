@@ -15,8 +15,8 @@ import numpy.typing as npt
 from lathesim.errors import RecordingError
 from lathesim.record import Channel, FloatArray, Meta, Record
 from lathesim.recordings.raw_table import Finding, RawTable, counted, is_unit
+from lathesim.recordings.recording_thresholds import EQUAL, SPIKES
 from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, Threshold, even_grid, regular_grid, switched
-from lathesim.recordings.thresholds import EQUAL, SPIKES
 from lathesim.units import conversion, convertible, same_dimension, si_factor
 
 __all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]

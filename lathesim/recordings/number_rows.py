@@ -14,7 +14,7 @@ import numpy as np
 
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import refuse_size
-from lathesim.recordings.thresholds import READING
+from lathesim.recordings.recording_thresholds import READING
 
 CHUNK = 1 << 23
 """Bytes of text that are parsed at a time."""

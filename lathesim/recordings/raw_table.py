@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.errors import RecordingError, nearest, visible
 from lathesim.record import FloatArray
-from lathesim.recordings.thresholds import READING
+from lathesim.recordings.recording_thresholds import READING
 
 
 def counted(number: int, noun: str, one: str = "", several: str = "") -> str:

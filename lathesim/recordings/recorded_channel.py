@@ -13,7 +13,7 @@ from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
 from lathesim.recordings.mapping import RecordingMapping
 from lathesim.recordings.raw_table import Finding
-from lathesim.recordings.thresholds import MOTION, ROUNDING
+from lathesim.recordings.recording_thresholds import MOTION, ROUNDING
 
 _SECOND_DIFFERENCE = np.sqrt(6.0)
 """Standard deviation of the second difference of white noise of standard deviation one."""

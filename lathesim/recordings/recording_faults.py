@@ -24,7 +24,7 @@ from lathesim.recordings.recorded_channel import (
     swapped_columns,
     wrong_factors,
 )
-from lathesim.recordings.thresholds import FROZEN, JUMPS, MOTION
+from lathesim.recordings.recording_thresholds import FROZEN, JUMPS, MOTION
 
 _SPECIFIC = (5e7, 2e10)
 """Specific cutting force of anything that is turned [N/m^2], from plastics to hardened steel at small feeds. Range assumed."""

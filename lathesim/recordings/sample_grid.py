@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import Finding, counted
-from lathesim.recordings.thresholds import CLOCK
+from lathesim.recordings.recording_thresholds import CLOCK
 from lathesim.units import in_unit
 
 

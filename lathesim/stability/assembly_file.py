@@ -21,7 +21,7 @@ from lathesim.lessons.yaml_source import read_source
 from lathesim.limit import Limit
 from lathesim.record import FloatArray
 from lathesim.stability.beams import MODELS, Beam, Complex, Material, assembly_tip, base_from_tip, cylinder, prism
-from lathesim.stability.thresholds import ROUNDING
+from lathesim.stability.stability_thresholds import ROUNDING
 from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.units import in_unit
 

@@ -34,7 +34,7 @@ import numpy as np
 
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.record import FloatArray
-from lathesim.stability.thresholds import MAP
+from lathesim.stability.stability_thresholds import MAP
 from lathesim.units import in_unit, quantity
 
 _RPM = 9.549296585513721

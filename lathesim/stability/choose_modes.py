@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
 from lathesim.stability.modal_fit import ModalModel, NoiseWeights, begin_modes, fit_modes, weights_of_mean, weights_of_residual
-from lathesim.stability.thresholds import SHORT
+from lathesim.stability.stability_thresholds import SHORT
 from lathesim.stability.tool_point import Complex, FrequencyResponse, Mode
 
 MOST_MODES = 12

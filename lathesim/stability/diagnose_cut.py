@@ -26,7 +26,7 @@ from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import RawTable
 from lathesim.stability.judge import Judged, judge, judge_line
 from lathesim.stability.signal_lines import Vibration, vibration, within_band
-from lathesim.stability.thresholds import GROWTH, LINES, RECORDED, SIGN
+from lathesim.stability.stability_thresholds import GROWTH, LINES, RECORDED, SIGN
 
 _TIME = ("time", "t", "x_value", "time_s")
 _TURNING = ("taco", "tacho", "speed", "rpm", "angle", "index", "pulse", "spindle")

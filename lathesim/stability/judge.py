@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from lathesim.record import FloatArray
 from lathesim.stability.signal_lines import TurnMemory, Vibration, VibrationLine, turn_memory, turn_shares, vibration
-from lathesim.stability.thresholds import GROWTH, LINES, REPEATS, SHARES, SHORT
+from lathesim.stability.stability_thresholds import GROWTH, LINES, REPEATS, SHARES, SHORT
 from lathesim.units import in_unit
 
 KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")

@@ -21,7 +21,7 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.record import FloatArray
 from lathesim.stability.belief import MISLABELLED, Belief, TriedCut, learn_all, log_likelihood
 from lathesim.stability.next_cut import CutRange, Proposal, next_cuts
-from lathesim.stability.thresholds import MAP, ROUNDING
+from lathesim.stability.stability_thresholds import MAP, ROUNDING
 from lathesim.stability.uncertain_cut import carried_over, lesson_prior
 from lathesim.units import in_unit
 

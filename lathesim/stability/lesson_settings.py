@@ -17,8 +17,8 @@ from lathesim.errors import LessonError, RecordingError
 from lathesim.lessons.case import Given
 from lathesim.lessons.part_values import si_value
 from lathesim.record import FloatArray
+from lathesim.stability.stability_thresholds import ROUNDING, TAP
 from lathesim.stability.tap import TapEstimate, TapRecord, TapSettings, estimate_response, judged_hits, tap
-from lathesim.stability.thresholds import ROUNDING, TAP
 from lathesim.stability.tool_point import Mode, Quantity, ToolPoint
 from lathesim.units import in_unit, quantity
 

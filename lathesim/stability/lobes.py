@@ -27,7 +27,7 @@ from lathesim.record import FloatArray
 from lathesim.stability.frequency_limit import WidthLimit, between_lines, limit_at, limit_of_response, limits_of_lines, smallest_limit
 from lathesim.stability.lesson_settings import Cut, Milling, with_modes
 from lathesim.stability.periodic_delay import DelayEquation, chatter_frequency, kind_of, milling, smallest_unstable, turning
-from lathesim.stability.thresholds import MAP, ROUNDING
+from lathesim.stability.stability_thresholds import MAP, ROUNDING
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 from lathesim.units import in_unit
 

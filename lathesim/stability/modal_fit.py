@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.record import FloatArray
-from lathesim.stability.thresholds import TAP
+from lathesim.stability.stability_thresholds import TAP
 from lathesim.stability.tool_point import Complex, FrequencyResponse
 
 BAND = 0.25

@@ -21,7 +21,7 @@ import scipy.linalg
 
 from lathesim.errors import LessonError
 from lathesim.record import FloatArray
-from lathesim.stability.thresholds import MAP
+from lathesim.stability.stability_thresholds import MAP
 from lathesim.stability.tool_point import Mode, ToolPoint
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]

@@ -36,7 +36,7 @@ from scipy.ndimage import median_filter
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
-from lathesim.stability.thresholds import LINES, REPEATS, SHORT
+from lathesim.stability.stability_thresholds import LINES, REPEATS, SHORT
 
 _TURNS = 2.0
 """Distance in turns over which the memory of a band is judged: whole and half orders both come back to themselves in two."""

@@ -24,7 +24,7 @@ from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, RecordingError
 from lathesim.record import FloatArray
-from lathesim.stability.thresholds import ROUNDING, TAP
+from lathesim.stability.stability_thresholds import ROUNDING, TAP
 from lathesim.stability.tool_point import Complex, FrequencyResponse, Quantity, ToolPoint, to_receptance
 from lathesim.units import in_unit
 

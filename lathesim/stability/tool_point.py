@@ -11,7 +11,7 @@ import numpy as np
 
 from lathesim.errors import LessonError, RecordingError, nearest
 from lathesim.record import FloatArray
-from lathesim.stability.thresholds import MAP, ROUNDING_OF_A_FILE
+from lathesim.stability.stability_thresholds import MAP, ROUNDING_OF_A_FILE
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 

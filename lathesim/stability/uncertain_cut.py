@@ -18,7 +18,7 @@ from lathesim.record import FloatArray
 from lathesim.stability.belief import Prior
 from lathesim.stability.frequency_limit import between_lines, widths_of_lines
 from lathesim.stability.lesson_settings import Cut, cut_of, with_modes
-from lathesim.stability.thresholds import MAP
+from lathesim.stability.stability_thresholds import MAP
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
 from lathesim.units import in_unit, split_quantity
 

@@ -10,7 +10,7 @@ from lathesim.analysis.export import csv_header, export, mat_names
 from lathesim.errors import LatheSimError
 from lathesim.record import Channel, Record
 from lathesim.recordings.raw_table import read_recording
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 from tests.analysis.small_record import shoulder
 
 

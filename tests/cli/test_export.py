@@ -7,7 +7,7 @@ import pytest
 
 from lathesim.record_writer import save
 from lathesim.recordings.raw_table import read_recording
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 from tests.analysis.small_record import shoulder
 from tests.cli.command import call
 

@@ -14,7 +14,7 @@ from lathesim.live.recording_run import RecordBlocks
 from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
 from lathesim.recordings.raw_table import read_recording
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 from lathesim.stability.response_files import read_response
 from tests.cli.command import call
 

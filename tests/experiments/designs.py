@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
+from lathesim.experiments.design_experiment import DesignWish, design_experiment
 from lathesim.experiments.discrimination import Ablation, refitted_worth
-from lathesim.experiments.experiment import DesignWish, design_experiment
 from lathesim.experiments.families import CandidateProgram
 from lathesim.experiments.free_values import free_values
 from lathesim.experiments.precision import PrecisionBench, design_for_precision, information

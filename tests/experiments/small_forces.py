@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.experiments.experiment import Designed, DesignWish, design_experiment
+from lathesim.experiments.design_experiment import Designed, DesignWish, design_experiment
 from lathesim.experiments.experiment_files import write_program_and_lesson
 from lathesim.experiments.rivals import NamedRival
 from lathesim.lessons.lesson import load_lesson

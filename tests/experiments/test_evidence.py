@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.diagnosis.records.diagnosis import Diagnosis, Evidence, FoundEffect, Verdict
 from lathesim.experiments import sequence
-from lathesim.experiments.experiment import DesignWish
+from lathesim.experiments.design_experiment import DesignWish
 from lathesim.experiments.sequence import joined
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import load_registry

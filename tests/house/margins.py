@@ -63,11 +63,11 @@ def by_cuts() -> int:
 READ = "faults", "channel_offsets", "text", "mapping", "reader", "labview"
 ROOMS: dict[str, tuple[str, dict[str, Judge]]] = {
     "recordings": (
-        "lathesim.recordings.thresholds",
+        "lathesim.recordings.recording_thresholds",
         {"": by_tests(*(f"tests/recordings/test_{name}.py" for name in READ))},
     ),
     "stability": (
-        "lathesim.stability.thresholds",
+        "lathesim.stability.stability_thresholds",
         {
             "TAP": by_tests("tests/stability/test_tap.py", "tests/stability/test_tap_to_cut.py"),
             "MAP": by_tests("tests/stability/test_learning.py", "tests/stability/test_limits.py", "tests/stability/test_band.py"),

@@ -26,6 +26,8 @@ ON_TEXT = {"experiments": 9, "live": 18, "program": 12, "recordings": 14, "stabi
 """Decisions of each folder on how a text begins or ends, or on a name; of these folders most read files: numbers that only fall."""
 SHARED = {"Part", "Prepared", "RecordedSignal"}
 """Class names of these folders that have another meaning elsewhere: a set that only shrinks."""
+REPEATED = {"search"}
+"""File names that several folders have: a set that only shrinks."""
 VAGUE = re.compile(r"(\w+_)?(utils?|helpers?|managers?)|common|base|misc|tools|stuff")
 LAW = re.compile(r"(derivative|output|update)(_\w+)?")
 """The laws of a part: their equation stands in the docstring of the class."""
@@ -104,6 +106,11 @@ def test_no_class_of_these_folders_shares_its_name() -> None:
                 classes.setdefault(node.name, []).append(path.relative_to(PACKAGE).parts[0])
     shared = {name for name, folders in classes.items() if len(folders) > 1 and set(folders) & set(MOST_FILES)}
     assert shared <= SHARED
+
+
+def test_no_file_shares_its_name() -> None:
+    names = [path.stem for path in MODULES if path.stem not in ("__init__", "__main__")]
+    assert {name for name in names if names.count(name) > 1} <= REPEATED
 
 
 def test_no_name_is_vague() -> None:

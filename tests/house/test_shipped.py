@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.lessons.lesson import find_program, load_lesson, load_machine
-from lathesim.program.loading import load_program
+from lathesim.program.program_file import load_program
 from lathesim.shipped import FOLDERS, shipped_files, shipped_folder
 from tests.cli.command import ROOT
 

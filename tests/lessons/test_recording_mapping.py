@@ -16,8 +16,8 @@ from lathesim.plugins import load_registry
 from lathesim.record_writer import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import read_recording
-from lathesim.recordings.register import stock_readers
 from lathesim.recordings.sample_grid import Threshold
+from lathesim.recordings.stock_readers import stock_readers
 from tests.lessons.small_machine import small_registry, write_lesson
 
 RECORDINGS = """\

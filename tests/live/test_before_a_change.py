@@ -12,7 +12,7 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.live.watching.usual import expected_values
-from lathesim.live.watching.verdict import Verdict, known_before, told_verdict
+from lathesim.live.watching.watch_verdict import Verdict, known_before, told_verdict
 from lathesim.plugins import load_registry
 from tests.live.servo import prepared as lesson_machine
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lathesim.live.sample_clock import Stretch
+from lathesim.live.even_clock import Stretch
 from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.watch import Watch
 from tests.live.campaign.cases import channels, prepared

@@ -15,9 +15,9 @@ from lathesim.live.watching.forecast import Following, Growth, GrowthCourse, ben
 from lathesim.live.watching.known_effects import KnownEffects
 from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.usual import CoursePoint
-from lathesim.live.watching.verdict import Verdict, WatchEvent
 from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
+from lathesim.live.watching.watch_verdict import Verdict, WatchEvent
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 from tests.live.other_axis import PERIOD, stream

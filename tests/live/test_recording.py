@@ -13,9 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lathesim.live.channel_names import map_from
+from lathesim.live.even_clock import RowAssembly
 from lathesim.live.publishing import Faults, PublishedRun, Publisher
 from lathesim.live.recording_run import Recorder, record
-from lathesim.live.sample_clock import RowAssembly
 from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.record import load
 

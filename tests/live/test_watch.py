@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.live.sample_clock import SampleClock
+from lathesim.live.even_clock import SampleClock
 from lathesim.live.samples import SampleBlock, Signal
 from lathesim.live.watching.change_test import Cusum
 from lathesim.live.watching.forecast import forecast
 from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.states import ReportedChange
-from lathesim.live.watching.verdict import Verdict, WatchEvent
 from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
+from lathesim.live.watching.watch_verdict import Verdict, WatchEvent
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save

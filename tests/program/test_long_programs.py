@@ -15,8 +15,8 @@ from lathesim.analysis.path_figures import program_figure
 from lathesim.cli.part_program import _points
 from lathesim.program.canonical_moves import canon, canon_text
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import detect_dialect
 from lathesim.program.moves import Moves
+from lathesim.program.program_file import detect_dialect
 from lathesim.program.words import read_program
 from tests.cli.command import call
 

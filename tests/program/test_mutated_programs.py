@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from lathesim.errors import ProgramError, SeveralFaultsError
-from lathesim.program.checks import checked
 from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import detect_dialect, load_program
 from lathesim.program.path import lay_path
+from lathesim.program.program_checks import checked
+from lathesim.program.program_file import detect_dialect, load_program
 from lathesim.program.words import read_program
 from lathesim.shipped import shipped_folder
 from tests.shared_data import SHARED

@@ -9,8 +9,8 @@ import pytest
 from lathesim import path_columns as columns
 from lathesim.errors import ProgramError
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import load_program
 from lathesim.program.path import Limits, Path, lay_path
+from lathesim.program.program_file import load_program
 from lathesim.program.words import read_program
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from lathesim.errors import ProgramError
-from lathesim.program.checks import checked
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import detect_dialect, load_program
 from lathesim.program.moves import Program
+from lathesim.program.program_checks import checked
+from lathesim.program.program_file import detect_dialect, load_program
 from lathesim.program.words import read_program, read_program_file
 from tests.cli.command import call
 from tests.shared_data import SHARED, needs_shared

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from lathesim.errors import ProgramError
-from lathesim.program.checks import Bar, checked, meets_stock
 from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import detect_dialect, load_program
 from lathesim.program.moves import Tool
+from lathesim.program.program_checks import Bar, checked, meets_stock
+from lathesim.program.program_file import detect_dialect, load_program
 from lathesim.program.words import read_program
 from lathesim.shipped import shipped_folder
 from tests.cli.command import call

@@ -11,8 +11,8 @@ import pytest
 from lathesim.errors import ProgramError
 from lathesim.program.canonical_moves import canon
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import load_program
 from lathesim.program.path import lay_path
+from lathesim.program.program_file import load_program
 from lathesim.program.words import read_program_file
 from tests.shared_data import SHARED, needs_shared
 

@@ -13,9 +13,9 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.program.canonical_moves import linuxcnc_text
-from lathesim.program.checks import checked
-from lathesim.program.loading import load_program
 from lathesim.program.moves import Move, Program
+from lathesim.program.program_checks import checked
+from lathesim.program.program_file import load_program
 from lathesim.record import FloatArray
 from lathesim.shipped import shipped_folder
 from lathesim.tui.drawing.lathe_picture import CarvedStock

@@ -8,12 +8,12 @@ import pytest
 from lathesim.errors import ProgramError
 from lathesim.path_columns import FEED_MODE, KIND, LINE_MOVE, START_ANGLE, TAP_OUT, THREAD, THREAD_ON
 from lathesim.program.canonical_moves import linuxcnc_text
-from lathesim.program.checks import checked
 from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import detect_dialect, load_program
 from lathesim.program.moves import Program, Tool
 from lathesim.program.path import lay_path
+from lathesim.program.program_checks import checked
+from lathesim.program.program_file import detect_dialect, load_program
 from lathesim.program.words import read_program
 from tests.shared_data import SHARED, needs_shared
 

@@ -6,8 +6,8 @@ import pytest
 
 from lathesim.errors import ProgramError
 from lathesim.program.interpreter import interpret
-from lathesim.program.loading import detect_dialect
 from lathesim.program.moves import Move, Program, Tool
+from lathesim.program.program_file import detect_dialect
 from lathesim.program.words import read_program
 
 HEAD = "G21 G99 G97 S500 M3\nT0101\n"

@@ -12,7 +12,7 @@ from lathesim.record import Channel, Record
 from lathesim.record_writer import save
 from lathesim.recordings import raw_table
 from lathesim.recordings.raw_table import RawTable, read_recording
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 from tests.shared_data import SHARED, needs_shared
 
 TIME = np.linspace(0.0, 1.0, 11)

@@ -16,7 +16,7 @@ from lathesim.record_writer import save
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable, read_recording
 from lathesim.recordings.recording_faults import recording_faults
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 
 TIME = np.arange(60) * 1e-3
 PLACE, VOLTAGE = np.sin(9.0 * TIME), np.cos(9.0 * TIME)

@@ -10,7 +10,7 @@ from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_rec
 from lathesim.recordings.raw_table import Finding, RawTable, read_recording
 from lathesim.recordings.recorded_channel import known_factor
 from lathesim.recordings.recording_faults import recording_faults
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 from tests.shared_data import SHARED, needs_shared
 
 PERIOD = 1e-3

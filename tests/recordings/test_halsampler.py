@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.recordings.raw_table import RawTable, read_recording
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 
 
 def read(tmp_path: Path, text: str) -> RawTable:

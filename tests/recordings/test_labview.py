@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lathesim.recordings.raw_table import RawTable, read_recording
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 from tests.shared_data import SHARED, needs_shared
 
 HEADER = """LabVIEW Measurement\t

@@ -7,7 +7,7 @@ import pytest
 from lathesim.errors import LatheSimError
 from lathesim.plugins import load_registry
 from lathesim.recordings.raw_table import read_recording
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 
 SUFFIXES = ".h5, .mat, .hdf5, .hdf, .lvm, .csv, .txt, .log, .hal, .halsampler, .sampler, .tsv, .dat, .asc"
 

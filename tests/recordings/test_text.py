@@ -8,7 +8,7 @@ import pytest
 from lathesim.errors import LatheSimError
 from lathesim.recordings import raw_table
 from lathesim.recordings.raw_table import RawTable, read_recording, split_unit
-from lathesim.recordings.register import stock_readers
+from lathesim.recordings.stock_readers import stock_readers
 from tests.shared_data import SHARED, needs_shared
 
 TIME = [0.0, 0.5, 1.0]

@@ -15,7 +15,7 @@ from lathesim.cli.writing import CommandResult, write
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lathesim.experiments.experiment import DesignWish
+    from lathesim.experiments.design_experiment import DesignWish
     from lathesim.experiments.experiment_files import Foretold
     from lathesim.experiments.rivals import NamedRival
 
@@ -109,8 +109,8 @@ def experiment(
 def _wish(aim: AimOptions, means: MeansOptions) -> DesignWish:
     """Return what is wished for; raises what cannot be met."""
     from lathesim.errors import LatheSimError, UnitError
+    from lathesim.experiments.design_experiment import DesignWish
     from lathesim.experiments.discrimination import Ablation
-    from lathesim.experiments.experiment import DesignWish
     from lathesim.units import quantity
 
     try:
@@ -177,7 +177,7 @@ def _for_rivals(
     """Design the program that tells rivals apart, and try it on simulated recordings of each."""
     import contextlib
 
-    from lathesim.experiments.experiment import design_experiment
+    from lathesim.experiments.design_experiment import design_experiment
     from lathesim.experiments.experiment_files import as_json as as_json_of
     from lathesim.experiments.experiment_files import told_lines, tried_design, write_experiment, write_program_and_lesson
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
     from lathesim.live.samples import Source
     from lathesim.live.twin import Twin, TwinLine
-    from lathesim.live.watching.verdict import WatchEvent
+    from lathesim.live.watching.watch_verdict import WatchEvent
 
 
 _BAR = 21

@@ -11,8 +11,8 @@ from lathesim.live.watching.known_effects import FollowedSize, KnownEffects
 from lathesim.live.watching.states import Moved
 from lathesim.live.watching.thresholds import ERRORS, FOLLOWING
 from lathesim.live.watching.usual import SEGMENT, CoursePoint
-from lathesim.live.watching.verdict import WatchEvent
 from lathesim.live.watching.watch import Watch
+from lathesim.live.watching.watch_verdict import WatchEvent
 from lathesim.record import FloatArray
 
 LEAST_POINTS = 5

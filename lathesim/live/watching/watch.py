@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.live.sample_clock import Stretch
+from lathesim.live.even_clock import Stretch
 from lathesim.live.watching.residual_stream import LIKE, ResidualStream, averaged, averaged_others
 from lathesim.live.watching.states import (
     REMEMBERED,

@@ -14,15 +14,16 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
+from lathesim.live.even_clock import Stretch
 from lathesim.live.opening import FileSource
-from lathesim.live.sample_clock import Stretch
 from lathesim.live.samples import SampleBlock, Source
 from lathesim.live.session_start import BegunStream, begun_blocks, driven_and_compared
 from lathesim.live.watching.forecast import Following
 from lathesim.live.watching.known_effects import KnownEffects, followed_sizes, scales, with_named
 from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.live.watching.states import ReportedChange
-from lathesim.live.watching.verdict import (
+from lathesim.live.watching.watch import Watch
+from lathesim.live.watching.watch_verdict import (
     NAMING,
     BeforeChange,
     Verdict,
@@ -34,7 +35,6 @@ from lathesim.live.watching.verdict import (
     known_before,
     told_verdict,
 )
-from lathesim.live.watching.watch import Watch
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray
 

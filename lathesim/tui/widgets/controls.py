@@ -18,7 +18,7 @@ from textual.widgets.option_list import OptionDoesNotExist
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, find_channel
-from lathesim.record import Record
+from lathesim.record import Place, Record
 
 
 class Slider(Widget, can_focus=True):
@@ -171,7 +171,7 @@ def readings(record: Record, sample: int, *, as_diameter: bool = False, first: S
     if not own:
         return lines
     values = _At(record, sample)
-    shown = [ReadOutLine(name.partition(".")[2].replace("_", " ").capitalize(), values.shown(record.unit(name), name)) for name in own]
+    shown = [ReadOutLine(Place.of(name).port.replace("_", " ").capitalize(), values.shown(record.unit(name), name)) for name in own]
     return [lines[0], *shown, *(line for line in lines[1:] if line.actual != NONE)][: len(lines)]
 
 

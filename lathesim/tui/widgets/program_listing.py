@@ -17,9 +17,9 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from lathesim.errors import LatheSimError
-from lathesim.program.checks import checked
 from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
+from lathesim.program.program_checks import checked
 from lathesim.program.words import read_program_file
 from lathesim.units import in_unit
 

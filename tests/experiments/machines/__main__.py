@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.experiments.design_experiment import DesignWish
 from lathesim.experiments.emulation import EmulationQuestion, emulate
 from lathesim.experiments.emulation_report import as_json, write_emulation
-from lathesim.experiments.experiment import DesignWish
 from lathesim.experiments.precision import before_design, design_for_precision, write_precision
 from lathesim.lessons.lesson import Lesson, find_program, load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared

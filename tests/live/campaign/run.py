@@ -15,8 +15,8 @@ import numpy as np
 
 from lathesim.live.opening import lesson_signals
 from lathesim.live.samples import SampleBlock, Signal
-from lathesim.live.watching.verdict import WatchEvent
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
+from lathesim.live.watching.watch_verdict import WatchEvent
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
 from tests.live.campaign.cases import Case, channels, floor, prepared, stream_of
