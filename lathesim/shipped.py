@@ -10,7 +10,7 @@ from pathlib import Path
 from lathesim.errors import LatheSimError
 
 FOLDERS = ("lesson_configs", "part_programs", "plugins")
-SOLUTIONS = ("*_solution.md", "*_search.py", "*_designed.nc")
+SOLUTIONS = ("teacher/*", "*_solution.md", "*_search.py", "*_designed.nc")
 """Names of shipped files with solutions of lessons, for teachers."""
 
 

@@ -128,3 +128,18 @@ def progress_lines(
     finally:
         done.set()
         writer.join()
+
+
+@contextmanager
+def count_bar(name: str, total: int, there: int = 0) -> Iterator[Callable[[], None]]:
+    """Yield what takes notice of each of ``total`` things that is done; a bar on the error stream where a person looks at it."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=total, completed=there)
+        yield lambda: bar.advance(task)

@@ -16,7 +16,7 @@ import numpy as np
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError, RecordingError
-from lathesim.exercises.conceal import DRAWS, Concealed, NotSeenError, Situation, conceal
+from lathesim.exercises.conceal import DRAWS, Concealed, Difficulty, NotSeenError, Situation, conceal
 from lathesim.exercises.hidden_effect import HiddenWish, random_wishes, read_wish
 from lathesim.exercises.logger import TIME, LoggedColumn, logged_columns, recordings_entry
 from lathesim.exercises.sealed_answer import answer_of, seal_of
@@ -55,9 +55,21 @@ def answer_place(folder: Path, wanted: Path | None) -> Path:
     return place
 
 
-def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Path, *, seed: int, noise: float) -> Published:
+def publish(
+    lesson: Lesson,
+    concealed: Concealed,
+    folder: Path,
+    answer_file: Path,
+    *,
+    seed: int,
+    noise: float,
+    further: Mapping[str, Any] | None = None,
+    with_tasks: bool = False,
+) -> Published:
     """Write the folder for the class and the answer, all files or none. Raises :class:`WriteError` if one cannot be written.
 
+    The answer holds ``further`` entries too. With ``with_tasks`` the lesson for the class keeps its variants, goals and questions, and
+    a copy stays beside the answer.
     Nothing that is there is replaced (:class:`RecordingError`), also if another process makes a case in the same folder.
     """
     make_folder(folder)
@@ -66,10 +78,11 @@ def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Pat
     time_unit = lesson.settings.recordings.time.unit if lesson.settings.recordings is not None else "s"
     for name, time, table in zip(RECORDINGS, concealed.times, concealed.tables, strict=False):
         contents[folder / name] = csv_text(time, _time_name(lesson), time_unit, concealed.columns, table).encode()
-    contents[folder / "lesson.yaml"] = class_lesson(lesson, recordings_entry(lesson, list(concealed.columns))).encode()
-    contents |= {folder / path.name: path.read_bytes() for path in files_beside(lesson)}
+    entry = recordings_entry(lesson, list(concealed.columns)) if concealed.columns else {}
+    contents[folder / "lesson.yaml"] = class_lesson(lesson, entry, with_tasks=with_tasks).encode()
+    contents |= {folder / path.name: path.read_bytes() for path in files_beside(lesson, with_tasks=with_tasks)}
     digests = {file.name: hashlib.sha256(content).hexdigest() for file, content in contents.items()}
-    answer = answer_of(concealed, lesson.name, digests, seed=seed, noise=noise)
+    answer = {**answer_of(concealed, lesson.name, digests, seed=seed, noise=noise), **(further or {})}
     with folder_lock(folder), folder_lock(answer_file.parent), WholeFiles() as whole:
         answer_place(folder, answer_file)  # once more: another process may have made a case since then
         for file, content in contents.items():
@@ -78,6 +91,8 @@ def publish(lesson: Lesson, concealed: Concealed, folder: Path, answer_file: Pat
                     "this file is there already, and it is not replaced.", place=str(file), remedy="Choose another folder."
                 )
         whole.write_text(answer_file, json.dumps(answer, indent=2) + "\n")  # first: a sealed case without its answer is lost
+        if with_tasks:
+            whole.place(answer_file.with_suffix(".yaml")).write_bytes(contents[folder / "lesson.yaml"])
         for file, content in contents.items():
             whole.place(file).write_bytes(content)
         whole.write_text(folder / "seal.json", json.dumps(seal_of(answer), indent=2) + "\n")
@@ -122,11 +137,14 @@ def conceal_case(
     noise: float = 1.0,
     seed: int | None = None,
     tell: Progress = lambda sentence: None,
+    wanted: Difficulty | None = None,
+    further: Callable[[Concealed], Mapping[str, Any]] = lambda concealed: {},
 ) -> tuple[Concealed, Published]:
     """Hide what is ``asked`` for (or what is drawn) in the machine of a lesson, record it, and return it with what was written.
 
     ``asked`` is as ``lathesim conceal --effect`` takes it; empty hides nothing. ``noise`` is in steps of each sensor's resolution. Raises
-    :class:`RecordingError` and :class:`LessonError` where the case cannot be made or written.
+    :class:`RecordingError` and :class:`LessonError` where the case cannot be made or written. With ``wanted`` the case is that of a
+    student: one effect that is as hard to find, the lesson with its tasks, and ``further`` entries in the answer (:func:`publish`).
     """
     place = answer_place(folder, answer)
     for file in (folder / "seal.json", folder / RECORDINGS[0], place):
@@ -141,9 +159,12 @@ def conceal_case(
     if validate:
         second = VALIDATION if VALIDATION in lesson.variants and not signals else None
         situations.append(_situation(prepare(lesson, registry, second), signals))
-    made = partial(conceal, situations, columns, uncertain=_uncertain(lesson, prepared, tell), seed=seed, noise=noise)
-    concealed = _drawn(made, prepared, effects, columns, seed, tell) if at_random else made([read_wish(text, effects) for text in asked])
-    return concealed, publish(lesson, concealed, folder, place, seed=seed, noise=noise)
+    made = partial(conceal, situations, columns, uncertain=_uncertain(lesson, prepared, tell), seed=seed, noise=noise, wanted=wanted)
+    count = None if wanted is None else 1
+    drawn = partial(_drawn, made, prepared, effects, columns, seed, tell, count)
+    concealed = drawn() if at_random else made([read_wish(text, effects) for text in asked])
+    more = further(concealed)
+    return concealed, publish(lesson, concealed, folder, place, seed=seed, noise=noise, further=more, with_tasks=wanted is not None)
 
 
 def _drawn(
@@ -153,11 +174,12 @@ def _drawn(
     columns: list[LoggedColumn],
     seed: int,
     tell: Progress,
+    count: int | None,
 ) -> Concealed:
     """Draw what is hidden, again where what was drawn cannot be seen."""
     compared = [column.target for column in columns if column.role == "compare"]
     for attempt in range(DRAWS):
-        wishes = random_wishes(prepared.machinery, effects.values(), compared, np.random.default_rng([seed, 0, attempt]))
+        wishes = random_wishes(prepared.machinery, effects.values(), compared, np.random.default_rng([seed, 0, attempt]), count)
         try:
             return made(wishes)
         except NotSeenError as error:

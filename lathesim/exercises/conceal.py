@@ -69,6 +69,22 @@ class NotSeenError(LessonError):
 
 
 @dataclass(frozen=True)
+class Difficulty:
+    """How well a drawn effect is to be seen: ``floors`` by which it moves the channel that shows it best, ``within`` a share of these.
+
+    An effect is drawn ``draws`` times, and each time ``sizes`` are tried, from ``least`` of the drawn one to the end of the usual range,
+    each at most ``stride`` times the last one.
+    """
+
+    floors: float
+    within: float = 0.1
+    draws: int = 3
+    sizes: int = 8
+    least: float = 0.02
+    stride: float = 10.0
+
+
+@dataclass(frozen=True)
 class Situation:
     """One run of the machine: its assembly, how long it lasts [s] (none: until it ends itself), and recorded drive signals [SI]."""
 
@@ -110,18 +126,20 @@ def conceal(
     *,
     seed: int,
     noise: float = 1.0,
+    wanted: Difficulty | None = None,
 ) -> Concealed:
     """Hide the wishes in a machine and record it in each situation.
 
     ``uncertain`` gives one standard deviation [SI] by name, ``noise`` that of each sensor in steps of its resolution. Sizes that were not
-    given are drawn until the effect is seen; raises :class:`NotSeenError` where none is.
+    given are drawn until the effect is seen; raises :class:`NotSeenError` where none is. With ``wanted`` a drawn effect is as hard to find
+    as that says.
     """
     rng = np.random.default_rng([seed, 1])
     machines = [TrueMachine(situation, columns, wishes, noise) for situation in situations]
     true_values = {name: _drawn(machines[0].plan, name, deviation, rng) for name, deviation in uncertain.items()}
     baseline = {name: item.true for name, item in true_values.items()}
     columns = machines[0].with_resolution(columns, baseline)
-    hidden, moves = _sized(machines[0], columns, baseline, rng, noise)
+    hidden, moves = _sized(machines[0], columns, baseline, rng, noise, wanted)
     overrides = {**baseline, **_overrides(hidden)}
     records = [machine.run(overrides, seed + position) for position, machine in enumerate(machines)]
     tables = []
@@ -184,7 +202,12 @@ def _neutral(hidden: Sequence[HiddenEffect]) -> dict[str, float]:
 
 
 def _sized(
-    machine: TrueMachine, columns: Sequence[LoggedColumn], baseline: Mapping[str, float], rng: np.random.Generator, noise: float
+    machine: TrueMachine,
+    columns: Sequence[LoggedColumn],
+    baseline: Mapping[str, float],
+    rng: np.random.Generator,
+    noise: float,
+    wanted: Difficulty | None,
 ) -> tuple[tuple[HiddenEffect, ...], dict[str, float]]:
     """Return the hidden effects with their values, and by how many floors they move each compared channel together."""
     if not machine.hidden:
@@ -195,16 +218,21 @@ def _sized(
         column.target: max(column.floor(noise), channel_floor(without[channel], column.resolution))
         for column, channel in zip(columns, machine.channels, strict=True)
     }
+
+    def moved(tried: HiddenEffect) -> float:
+        """Return by how many floors an effect alone moves the channel that shows it best; infinity where it breaks the machine."""
+        try:
+            record = machine.run({**baseline, **neutral, **tried.overrides}, 0)
+        except SimulationError:
+            return math.inf
+        found = max(_moves(machine, columns, without, record, floors).values())
+        return math.inf if tried.size_is_drawn and _is_broken(machine, columns, without, record) else found
+
     sized: list[HiddenEffect] = []
     for item in machine.hidden:
-        for _ in range(DRAWS if item.drawn else 1):
-            tried = drawn_values(item, rng)
-            try:
-                record = machine.run({**baseline, **neutral, **tried.overrides}, 0)
-            except SimulationError:
-                continue
-            moved = _moves(machine, columns, without, record, floors)
-            if not item.size_is_drawn or (max(moved.values()) >= SEEN and not _is_broken(machine, columns, without, record)):
+        for _ in range((DRAWS if wanted is None else wanted.draws) if item.drawn else 1):
+            tried = _of_size(drawn_values(item, rng), moved, wanted)
+            if tried is not None:
                 sized.append(tried)
                 break
         else:
@@ -212,6 +240,41 @@ def _sized(
             raise NotSeenError(fact, remedy="Give its values, or hide another effect.")
     together = machine.run({**baseline, **_overrides(sized)}, 0)
     return tuple(sized), _moves(machine, columns, without, together, floors)
+
+
+def _of_size(drawn: HiddenEffect, moved: Callable[[HiddenEffect], float], wanted: Difficulty | None) -> HiddenEffect | None:
+    """Return a drawn effect if it is seen, or of the size that is as hard to find as ``wanted``; none where there is no such size.
+
+    The motion is nearly proportional to a power of the size: between a size that is too small and one that is too large the next one is
+    on the line through both, in logarithms.
+    """
+    found = moved(drawn)
+    if not drawn.size_is_drawn:
+        return drawn if math.isfinite(found) else None
+    if wanted is None:
+        return drawn if SEEN <= found < math.inf else None
+    share, below, above = 1.0, (0.0, 0.0), (math.inf, math.inf)
+    for _ in range(wanted.sizes):
+        if abs(found / wanted.floors - 1.0) <= wanted.within:
+            return drawn.scaled(share)
+        below, above = ((share, found), above) if found < wanted.floors else (below, (share, found))
+        share = _next_share(below, above, wanted)
+        if not wanted.least <= share <= drawn.largest_share:
+            return None
+        found = moved(drawn.scaled(share))
+    return None
+
+
+def _next_share(below: tuple[float, float], above: tuple[float, float], wanted: Difficulty) -> float:
+    """Return the next share to try; ``below`` and ``above`` are the nearest shares with their motions, 0 or infinity where unknown."""
+    if above[0] == math.inf:
+        return below[0] * (min(wanted.stride, wanted.floors / below[1]) if below[1] > 0.0 else wanted.stride)
+    if below[0] == 0.0:
+        return above[0] * max(1.0 / wanted.stride, wanted.floors / above[1])
+    if below[1] == 0.0 or above[1] == math.inf or above[0] <= below[0]:
+        return math.sqrt(below[0] * above[0])
+    power = math.log(above[1] / below[1]) / math.log(above[0] / below[0])
+    return float(below[0] * (wanted.floors / below[1]) ** (1.0 / power))
 
 
 def _moves(

@@ -60,9 +60,16 @@ def read_guess(path: Path) -> dict[str, Any]:
     """Read the JSON of a diagnosis; :class:`RecordingError` where it is none."""
     guess = read_json(path, SCHEMA, "diagnosis", "verdict")
     effects = guess.get("effects", [])
-    if not isinstance(effects, list) or not all(isinstance(item, dict) and isinstance(item.get("effect"), str) for item in effects):
+    if not isinstance(effects, list) or not all(_is_effect(item) for item in effects):
         raise RecordingError("the effects of the diagnosis are no list of effects with a name.", place=str(path))
     return {**guess, "effects": effects}
+
+
+def _is_effect(item: object) -> bool:
+    if not isinstance(item, dict) or not isinstance(item.get("effect"), str):
+        return False
+    tied = item.get("tied_with") or []
+    return isinstance(item.get("parameters") or {}, dict) and isinstance(tied, list) and all(isinstance(name, str) for name in tied)
 
 
 def grade(answer: Mapping[str, Any], guess: Mapping[str, Any], within: float = WITHIN) -> GradedDiagnosis:

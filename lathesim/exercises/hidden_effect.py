@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -48,6 +48,26 @@ class HiddenEffect:
     def size_is_drawn(self) -> bool:
         """Whether a size was not given: one that is has not to be seen."""
         return any(name in self.effect.neutral for name in self.drawn)
+
+    @property
+    def _sizes(self) -> dict[str, float]:
+        """The drawn sizes with the values at which each vanishes."""
+        return {name: float(value) for name, value in self.effect.neutral.items() if name in self.drawn and math.isfinite(value)}
+
+    @property
+    def largest_share(self) -> float:
+        """The share of the drawn sizes at which one of them leaves its usual range."""
+        shares = [
+            max(abs(end - none) for end in self.drawn[name]) / abs(self.values[name] - none)
+            for name, none in self._sizes.items()
+            if self.values[name] != none
+        ]
+        return min(shares, default=1.0)
+
+    def scaled(self, share: float) -> HiddenEffect:
+        """Return the effect with a share of its drawn sizes."""
+        sizes = {name: _rounded(none + share * (self.values[name] - none)) for name, none in self._sizes.items()}
+        return replace(self, values={**self.values, **sizes})
 
     @property
     def overrides(self) -> dict[str, float]:
@@ -101,9 +121,10 @@ def place_wishes(assembly: Assembly, wishes: Sequence[HiddenWish], compared: Col
 
 def _candidate(assembly: Assembly, wish: HiddenWish, compared: Collection[str]) -> Candidate | None:
     """Return the candidate that a wish means, none where its host is a place only the wish names."""
-    _, candidates = insert_candidates(assembly, [wish.effect], None if wish.at else compared)
+    _, candidates = insert_candidates(assembly, [wish.effect], compared)
     if wish.at:
-        return next((candidate for candidate in candidates if candidate.at == wish.at), None)
+        everywhere = [*candidates, *insert_candidates(assembly, [wish.effect], None)[1]]
+        return next((candidate for candidate in everywhere if candidate.at == wish.at), None)
     hosts = [candidate.at for candidate in candidates]
     name = wish.effect.__name__
     if len(hosts) > 1:
@@ -154,7 +175,7 @@ def drawn_values(hidden: HiddenEffect, rng: np.random.Generator) -> HiddenEffect
             values[name] = _rounded(low * (high / low) ** share)
         else:
             values[name] = _rounded(low + (high - low) * share)
-    return HiddenEffect(hidden.effect, hidden.at, hidden.part, values, hidden.units, hidden.drawn)
+    return replace(hidden, values=values)
 
 
 def _rounded(value: float) -> float:
@@ -165,13 +186,13 @@ def _rounded(value: float) -> float:
 
 
 def random_wishes(
-    machinery: Machinery, effects: Iterable[type[Effect]], compared: Collection[str], rng: np.random.Generator
+    machinery: Machinery, effects: Iterable[type[Effect]], compared: Collection[str], rng: np.random.Generator, count: int | None = None
 ) -> list[HiddenWish]:
-    """Draw what is hidden: nothing (1 in 5), one effect (3 in 5) or two of different families (1 in 5).
+    """Draw what is hidden: ``count`` effects of different families; without it nothing (1 in 5), one (3 in 5) or two (1 in 5).
 
     Left out are effects that only refine another or stand on top of one.
     """
-    count = int(rng.choice([0, 1, 2], p=[0.2, 0.6, 0.2]))
+    count = int(rng.choice([0, 1, 2], p=[0.2, 0.6, 0.2])) if count is None else count
     _, candidates = insert_candidates(
         machinery,
         [effect for effect in effects if not effect.identification.prerequisites and not effect.identification.generalises],

@@ -113,6 +113,22 @@ _KEPT = (
     "units", "set", "replace", "wires", "every", "side", "tables", "start_point", "insert", "record", "recordings", "uncertain",
 )  # fmt: skip
 """Keys that a class lesson has, in this order; variants, goals and published values stay behind."""
+_TASKS = (
+    "unit",
+    "after",
+    "minutes",
+    "level",
+    "learn",
+    "seed",
+    "plot",
+    "read_outs",
+    "variants",
+    "goals",
+    "questions",
+    "tool_point",
+    "alarms",
+)
+"""Further keys of the lesson of a student, who runs its cases too."""
 
 
 class _Writer(yaml.SafeDumper):
@@ -130,26 +146,31 @@ def _text(writer: yaml.SafeDumper, value: str) -> yaml.ScalarNode:
 _Writer.add_representer(str, _text)
 
 
-def class_lesson(lesson: Lesson, recordings: Mapping[str, Any]) -> str:
-    """Return the YAML text of a lesson for a folder of its own, with ``recordings`` as its mapping.
+def class_lesson(lesson: Lesson, recordings: Mapping[str, Any], *, with_tasks: bool = False) -> str:
+    """Return the YAML text of a lesson for a folder of its own, with ``recordings`` as its mapping; ``with_tasks`` also its tasks.
 
     A machine template or part program is named by its file alone: it has come with the program or lies beside (:func:`files_beside`).
     """
-    data = {**lesson.source.data, "recordings": dict(recordings)}
-    data["machine"] = lesson.machine.name
-    program = case_of(lesson).program
-    if program is not None:
-        data["program"] = program.name
-    if "tables" in data:
-        data["tables"] = {name: Path(file).name for name, file in data["tables"].items()}
-    kept = {name: data[name] for name in _KEPT if name in data}
+    data: dict[str, Any] = _plain(lesson.source.data)
+    data["recordings"], data["machine"] = dict(recordings), lesson.machine.name
+    for changes in (data, *data.get("variants", {}).values()):
+        if "program" in changes:
+            changes["program"] = Path(changes["program"]).name
+        if "tables" in changes:
+            changes["tables"] = {name: Path(file).name for name, file in changes["tables"].items()}
+    keys = (*_KEPT, *_TASKS) if with_tasks else _KEPT
+    kept = {name: data[name] for name in keys if data.get(name) not in (None, {})}
     return str(yaml.dump(kept, Dumper=_Writer, sort_keys=False, allow_unicode=True, width=120))
 
 
-def files_beside(lesson: Lesson) -> list[Path]:
-    """Return the files that must lie beside a class lesson: its machine template and part program where they did not come with lathesim."""
+def files_beside(lesson: Lesson, *, with_tasks: bool = False) -> list[Path]:
+    """Return the files that must lie beside a class lesson: its machine template, part programs and tables that did not come with lathesim.
+
+    Those of its variants are among them if the lesson is written ``with_tasks``.
+    """
     shipped = {path.resolve() for path in (*shipped_files("lesson_configs", "machines/*.yaml"), *shipped_files("part_programs", "*"))}
-    program = case_of(lesson).program
-    tables = [table_file(given.value, lesson.path.parent) for given in case_of(lesson).tables.values()]
-    files = [path for path in (lesson.machine.path, program) if path is not None and path.resolve() not in shipped]
+    cases = [case_of(lesson, variant) for variant in (None, *(lesson.variants if with_tasks else ()))]
+    tables = [table_file(given.value, lesson.path.parent) for case in cases for given in case.tables.values()]
+    paths = dict.fromkeys((lesson.machine.path, *(case.program for case in cases)))
+    files = [path for path in paths if path is not None and path.resolve() not in shipped]
     return files + list(dict.fromkeys(file for file in tables if file is not None))

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -292,10 +292,16 @@ def yardstick_of_record(record: Record, beside: Path, registry: Registry) -> Yar
     return _yardstick(name or beside.stem, source_of(text, f"the lesson in {beside}"), registry)
 
 
-def grade_file(path: Path, registry: Registry, given: Yardstick | None = None) -> Grade:
-    """Grade the record in a file; what cannot be read becomes a grade that says why, so that a class is graded to the end."""
+def grade_file(
+    path: Path, registry: Registry, given: Yardstick | None = None, look: Callable[[Record], object] = lambda record: None
+) -> Grade:
+    """Grade the record in a file, and show it to ``look``.
+
+    What cannot be read becomes a grade that says why, so that a class is graded to the end.
+    """
     try:
         record = load(path)
+        look(record)
         lesson = given or yardstick_of_record(record, path, registry)
         return replace(grade(record, str(path), lesson, registry), questions=results(lesson.settings.questions, read_answers(path)))
     except LatheSimError as error:
@@ -347,11 +353,12 @@ def _is_of(record: Record, lesson: Yardstick) -> bool:
 
 def lesson_title(record: Record) -> str:
     """Return the title of the lesson in a record, or an empty text."""
-    settings = _settings_in(record)
+    settings = lesson_in(record)
     return settings.lesson if settings is not None else ""
 
 
-def _settings_in(record: Record) -> LessonSettings | None:
+def lesson_in(record: Record) -> LessonSettings | None:
+    """Return the lesson that a record holds a copy of; none where it holds none that can be read."""
     try:
         return validated(LessonSettings, source_of(str(record.meta.get("lesson", "")), "record"))
     except LatheSimError:
@@ -367,7 +374,7 @@ def _differences(record: Record, lesson: Yardstick) -> list[str]:
     notes = []
     if record.meta.get("overrides"):
         notes.append(f"Set: {record.meta['overrides']}.")
-    own = _settings_in(record)
+    own = lesson_in(record)
     if own is None:
         return [*notes, "The record holds no copy of its lesson."]
     changed = [
@@ -383,3 +390,12 @@ def _differences(record: Record, lesson: Yardstick) -> list[str]:
     if expected and ran and Path(expected).name != Path(ran).name:
         notes.append(f"Another part program: {Path(ran).name}.")
     return notes
+
+
+def spreadsheet_cell(text: str) -> str:
+    """Return text from a file so that a spreadsheet takes it for text, never for a formula, and a terminal for no command.
+
+    Source: OWASP, CSV Injection.
+    """
+    plain = "".join(character if character.isprintable() else "?" for character in text)
+    return f"'{plain}" if plain.lstrip()[:1] in ("=", "+", "-", "@") else plain

@@ -70,7 +70,7 @@ def read_range(text: str, prepared: Prepared) -> SweptRange:
     texts, logarithmic = _texts(spread.strip(), place)
     remark = ""
     if not any(split_quantity(item)[1] for item in texts) and units[0] not in ("1", ""):
-        unit = _written_unit(names[0], prepared)
+        unit = written_unit(names[0], prepared)
         if not unit:
             raise LessonError(f"the values have no unit, and {units[0]} is wanted.", place=place, remedy=_EXAMPLE)
         remark = f"{names[0]} is varied in {unit}, the unit in which the lesson gives it."
@@ -144,7 +144,7 @@ def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
     return declared
 
 
-def _written_unit(name: str, prepared: Prepared) -> str:
+def written_unit(name: str, prepared: Prepared) -> str:
     """Return the unit in which the lesson, else its machine, writes a parameter; empty where neither does."""
     given = prepared.case.set.get(name)
     if given is not None and isinstance(given.value, str):

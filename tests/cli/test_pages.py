@@ -258,7 +258,7 @@ def test_init_copies_everything_and_never_overwrites(capsys: Capture) -> None:
 
 def test_init_copies_solutions_for_a_teacher_only(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     solutions = {
-        "lesson_configs/course_solution.md",
+        *(f"lesson_configs/teacher/{path.stem}.yaml" for path in (ROOT / "lesson_configs").glob("*.yaml")),
         "lesson_configs/14_lathe_design_solution.md",
         "lesson_configs/14_lathe_design_search.py",
         "part_programs/axis_next_designed.nc",

@@ -98,6 +98,7 @@ def _csv(grades: Sequence[Grade]) -> str:
     import csv
     import io
 
+    from lathesim.lessons.grading import spreadsheet_cell
     from lathesim.units import split_quantity
 
     names = _goal_columns(grades)
@@ -108,8 +109,15 @@ def _csv(grades: Sequence[Grade]) -> str:
     for item in grades:
         found = {(goal.metric, f"{goal.sense} {goal.limit}"): goal for goal in item.goals}
         values = [f"{found[name].value:.6g}" if name in found and found[name].value == found[name].value else "" for name in names]
-        told = [_cell(item.record), _cell(item.lesson), _cell(item.variant), item.result, item.met, len(item.goals)]
-        writer.writerow([*told, *values, _cell(" ".join(item.notes)), item.right, len(item.questions)])
+        told = [
+            spreadsheet_cell(item.record),
+            spreadsheet_cell(item.lesson),
+            spreadsheet_cell(item.variant),
+            item.result,
+            item.met,
+            len(item.goals),
+        ]
+        writer.writerow([*told, *values, spreadsheet_cell(" ".join(item.notes)), item.right, len(item.questions)])
     return text.getvalue()
 
 
@@ -148,9 +156,3 @@ def _goal_columns(grades: Sequence[Grade]) -> list[tuple[str, str]]:
 def _plain(text: str) -> str:
     """Return text from a file without characters that would steer the terminal."""
     return "".join(character if character.isprintable() else "?" for character in text)
-
-
-def _cell(text: str) -> str:
-    """Return text from a file so that a spreadsheet takes it for text, never for a formula."""
-    plain = _plain(text)
-    return f"'{plain}" if plain[:1] in ("=", "+", "-", "@") else plain

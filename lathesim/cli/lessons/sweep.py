@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, program_option, set_option, variant_option
+from lathesim.cli.progress import count_bar
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
@@ -78,7 +78,7 @@ def sweep(
     there = len(done)
     jobs = [(number, _values(ranges, point)) for number, point in enumerate(points) if number not in done]
     try:
-        with _progress(prepared.name, len(points), there) as tell:
+        with count_bar(prepared.name, len(points), there) as tell:
             for member in _runs(members, jobs, threads, executor, chosen):
                 table.add(member)
                 done[member.number] = member
@@ -138,23 +138,6 @@ def _runs(
     from lathesim.lessons.sweep_executors import pack
 
     return run_on_cluster(executor, pack(members, chosen.overrides, chosen.registry.plugins), members.digest, jobs)
-
-
-@contextmanager
-def _progress(name: str, total: int, there: int) -> Iterator[Any]:
-    """Return what is told of each run that ends; a bar on the error stream where a person looks at it."""
-    import sys
-
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=total, completed=there)
-        yield lambda: bar.advance(task)
 
 
 def _extremes(ranges: Sequence[SweptRange], points: Sequence[tuple[int, ...]], members: Members, done: dict[int, Member]) -> Iterator[str]:

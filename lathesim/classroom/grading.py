@@ -1,0 +1,219 @@
+"""What a class handed in, graded: runs against goals, answers, diagnoses, who handed nothing in, and what was copied.
+
+A record counts only if it was made on the student's own machine: its copy of the lesson has the values that were drawn for the student.
+What is read of a student is small and kept beside the class, so that a grading that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from lathesim.classroom.roster import ClassFolder, Student
+from lathesim.classroom.teacher_notes import Weights
+from lathesim.errors import LatheSimError
+from lathesim.exercises.graded_diagnosis import grade, read_guess
+from lathesim.exercises.sealed_answer import ANSWER, file_digest, read_json
+from lathesim.json_text import digest_of, plain
+from lathesim.lessons.grading import Grade, Yardstick, grade_file, lesson_in, ranked, yardstick
+from lathesim.plugins import Registry
+from lathesim.record import Record
+from lathesim.units import split_quantity
+from lathesim.whole_file import write_text
+
+SCHEMA = "lathesim-class-grade/1"
+NOTHING, NO_RECORD, FOREIGN = "nothing handed in", "no record", "another machine"
+"""Results beside those of :mod:`lathesim.lessons.grading`."""
+MOST_FILES = 40
+"""Files of one student that are read."""
+MANY_DIGITS = 4
+"""Digits of an answer from which on two people hardly write the same wrong number by chance."""
+_SAME = 1e-3
+"""Share by which two people round the same number differently."""
+MOST = 100.0
+"""Marks of a work without a fault."""
+RIGHT, PARTLY, WRONG = "right", "partly right", "wrong"
+_SHARES = {RIGHT: 1.0, PARTLY: 0.5}
+"""Shares of the marks for a diagnosis."""
+_RECORDS = (".h5", ".hdf5")
+
+
+@dataclass(frozen=True)
+class StudentGrade:
+    """The work of a student: digests of its ``files``, what it reached, and its ``marks`` of 100.
+
+    ``prints`` tell works apart: by file the samples of a record and the machine it was made on, the diagnosis, and the answers.
+    """
+
+    student: Student
+    files: Mapping[str, str]
+    result: str = NOTHING
+    goals_met: int = 0
+    goals: int = 0
+    answers_right: int = 0
+    questions: int = 0
+    diagnosis: str = ""
+    marks: float = 0.0
+    notes: tuple[str, ...] = ()
+    prints: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+
+def grade_class(folder: Path, registry: Registry, handed_in: Path | None = None) -> Iterator[StudentGrade]:
+    """Yield the grade of each student of a class, whose work lies in the folder of that name in ``handed_in``.
+
+    What was graded before and has not changed since is not read again. Raises :class:`RecordingError` where the folder has no class.
+    """
+    place = ClassFolder(folder)
+    about = place.read()
+    for student in about["students"]:
+        work = (handed_in or place.students) / student.folder
+        files = {file.relative_to(work).as_posix(): file_digest(file) for file in _work(work)}
+        graded = _kept(place.kept(student, "_grade.json"), student, files)
+        if graded is None:
+            graded = StudentGrade(student, files)
+            if files:
+                answer = read_json(place.kept(student, ".json"), ANSWER, "answer", "values")
+                graded = _graded(
+                    graded, work, answer, yardstick(place.kept(student, ".yaml"), registry), registry, Weights(**about["weights"])
+                )
+            write_text(place.kept(student, "_grade.json"), json.dumps({"schema": SCHEMA, "grade": plain(graded)}, indent=2) + "\n")
+        yield graded
+
+
+def _work(folder: Path) -> list[Path]:
+    """Return the records and JSON files of a student, without links: what they lead to may be the work of others."""
+    found = []
+    for top, _, names in os.walk(folder):
+        paths = [Path(top) / name for name in names if name.lower().endswith((*_RECORDS, ".json")) and name != "seal.json"]
+        found += [path for path in paths if path.is_file() and not path.is_symlink()]
+    return sorted(found)[:MOST_FILES]
+
+
+def _kept(file: Path, student: Student, files: Mapping[str, str]) -> StudentGrade | None:
+    """Return the grade that was kept of the same files, none where there is none."""
+    try:
+        data = read_json(file, SCHEMA, "grade", "grade")["grade"]
+        found = StudentGrade(**{**data, "student": Student(**data["student"]), "notes": tuple(data["notes"])})
+    except (LatheSimError, TypeError, KeyError):
+        return None
+    return found if (found.student, found.files) == (student, files) else None
+
+
+def _graded(
+    graded: StudentGrade, work: Path, answer: Mapping[str, Any], lesson: Yardstick, registry: Registry, weights: Weights
+) -> StudentGrade:
+    samples, machines = dict[str, str](), dict[str, str]()
+    grades: dict[str, Grade] = {}
+    for name in (name for name in graded.files if name.lower().endswith(_RECORDS)):
+
+        def look(record: Record, name: str = name) -> None:
+            samples[name], machines[name] = _samples(record), _machine(record, list(answer["values"]))
+
+        grades[name] = grade_file(work / name, registry, lesson, look)
+    own = [item for name, item in grades.items() if machines.get(name) == digest_of(answer["values"])]
+    best = next(iter(ranked(own) or ranked(list(grades.values()))), Grade("", NO_RECORD))
+    questions = max((item.questions for item in grades.values()), key=lambda found: sum(one.right for one in found), default=())
+    diagnosis, numbers, notes = _diagnosis(work, list(graded.files), answer)
+    found = replace(
+        graded,
+        result=best.result if own or not machines else FOREIGN,
+        goals_met=best.met if own else 0,
+        goals=len(best.goals),
+        answers_right=sum(one.right for one in questions),
+        questions=len(lesson.settings.questions),
+        diagnosis=diagnosis,
+        notes=(*best.notes, *notes),
+        prints={
+            "samples": samples,
+            "machines": machines,
+            "diagnosis": {"": numbers} if numbers else {},
+            "right": {one.question: one.answer for one in questions if one.right},
+            "wrong": {one.question: one.answer for one in questions if one.answer and not one.right},
+        },
+    )
+    return replace(found, marks=_marks(found, lesson, weights, "recording.csv" in answer["files"]))
+
+
+def _marks(found: StudentGrade, lesson: Yardstick, weights: Weights, is_recorded: bool) -> float:
+    """Return the marks of 100; a kind of work that the lesson does not have does not count."""
+    shares = (
+        (weights.goals * bool(lesson.settings.goals), found.goals_met / max(1, found.goals)),
+        (weights.questions * bool(lesson.settings.questions), found.answers_right / max(1, found.questions)),
+        (weights.diagnosis * is_recorded, _SHARES.get(found.diagnosis, 0.0)),
+    )
+    return round(MOST * sum(weight * share for weight, share in shares) / (sum(weight for weight, _ in shares) or 1.0), 2)
+
+
+def _samples(record: Record) -> str:
+    """Return the digest of what a record measured, whatever its file is called and says besides."""
+    text = hashlib.sha256(record.time.tobytes())
+    for name in sorted(record.channels):
+        text.update(name.encode() + record[name].tobytes())
+    return text.hexdigest()
+
+
+def _machine(record: Record, names: Sequence[str]) -> str:
+    """Return the digest of the values with which a record was made; empty where the command line changed one."""
+    lesson = lesson_in(record)
+    changed = set(re.findall(r"([\w.]+)=", str(record.meta.get("overrides", ""))))
+    return "" if lesson is None or changed & set(names) else digest_of({name: lesson.set.get(name, "") for name in names})
+
+
+def _diagnosis(work: Path, files: Sequence[str], answer: Mapping[str, Any]) -> tuple[str, str, list[str]]:
+    """Return how right a diagnosis is, the digest of its numbers, and what is to be said of it."""
+    found = []
+    for name in files:
+        try:
+            found += [(name, read_guess(work / name))] if name.endswith(".json") and not name.endswith(".answers.json") else []
+        except LatheSimError:
+            continue
+    if not found:
+        return "", "", []
+    name, guess = found[0]
+    graded = grade(answer, guess)
+    verdict = RIGHT if graded.right else PARTLY if any(item.named or item.tied for item in graded.effects) else WRONG
+    numbers = [[item["effect"], item.get("parameters")] for item in guess["effects"] if item.get("parameters")]
+    several = [f"{len(found)} diagnoses were handed in, and {name} counts."] if len(found) > 1 else []
+    return verdict, digest_of(numbers) if numbers else "", [*several, graded.sentence]
+
+
+def copies(folder: Path, grades: Sequence[StudentGrade]) -> dict[str, list[str]]:
+    """Return what looks copied, in sentences by the student's id: equal records and diagnoses, and the answers of another machine."""
+    place = ClassFolder(folder)
+    book = [split_quantity(text)[0] for text in place.read()["answers"] if re.match(r"[-+.\d]", text)]
+    owners = {
+        digest_of(read_json(place.kept(item.student, ".json"), ANSWER, "answer", "values")["values"]): item.student.id for item in grades
+    }
+    found: dict[str, list[str]] = {item.student.id: [] for item in grades}
+    for kind, what in (("samples", "record"), ("diagnosis", "diagnosis")):
+        together: dict[str, list[str]] = {}
+        for item in grades:
+            for digest in set(item.prints.get(kind, {}).values()):
+                together.setdefault(digest, []).append(item.student.id)
+        for members in together.values():
+            for one in members if len(members) > 1 else ():
+                found[one].append(f"The same {what} as that of {', '.join(other for other in members if other != one)}.")
+    for item in grades:
+        own = item.student.id
+        theirs = {name: owners.get(digest, own) for name, digest in item.prints.get("machines", {}).items()}
+        found[own] += [f"{name} was made on the machine of {owner}." for name, owner in theirs.items() if owner != own]
+        found[own] += _borrowed(item, grades, book)
+    return found
+
+
+def _borrowed(item: StudentGrade, grades: Sequence[StudentGrade], book: Sequence[float]) -> Iterator[str]:
+    """Yield wrong answers that are right for one other student, who wrote the same; not the answers for the lesson's own machine."""
+    for question, text in item.prints.get("wrong", {}).items():
+        others = [other.student.id for other in grades if other.prints.get("right", {}).get(question) == text]
+        if len(others) != 1 or sum(letter.isdigit() for letter in text.partition(" ")[0]) < MANY_DIGITS:
+            continue
+        number = split_quantity(text)[0]
+        if not any(math.isclose(number, known, rel_tol=_SAME) for known in book):
+            yield f"The answer {text} is right for {others[0]} alone."

@@ -1,0 +1,69 @@
+"""What a teacher keeps of a lesson in ``teacher/LESSON.yaml`` beside it: answers, a solution, marking weights, and what differs in a class.
+
+Nothing of it goes to the folder of a student. A lesson without notes has none of them, and the usual weights.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.schema import PartItem, Quantity, Text
+from lathesim.lessons.validation import validated
+from lathesim.lessons.yaml_source import read_source
+
+FOLDER = "teacher"
+
+
+class AnswerNote(BaseModel):
+    """The answer to a question. In a class it ``follows`` values of the machine: it is proportional to each to the power given here."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    answer: Quantity
+    follows: dict[PartItem, float] = Field(default_factory=dict)
+
+
+class SolutionNote(BaseModel):
+    """A run that meets the goals: a case of the lesson with values, or with a part program, of one's own."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    variant: Text | None = None
+    set: dict[PartItem, Quantity] = Field(default_factory=dict)
+    program: Text = ""
+
+
+class Weights(BaseModel):
+    """Marks for each kind of work; a kind that the lesson does not have drops out, and the others make up all marks."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    goals: float = Field(default=60.0, ge=0.0)
+    questions: float = Field(default=20.0, ge=0.0)
+    diagnosis: float = Field(default=20.0, ge=0.0)
+
+
+class TeacherNotes(BaseModel):
+    """The notes of a lesson: answers in the order of its questions, and values that ``vary`` in a class, each by a share of itself."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    answers: list[AnswerNote] = Field(default_factory=list)
+    solution: SolutionNote | None = None
+    weights: Weights = Weights()
+    vary: dict[PartItem, Quantity] = Field(default_factory=dict)
+    notes: Text = ""
+
+
+def notes_file(lesson: Lesson) -> Path:
+    """Return where the notes of a lesson are kept."""
+    return lesson.path.parent / FOLDER / f"{lesson.name}.yaml"
+
+
+def teacher_notes(lesson: Lesson) -> TeacherNotes:
+    """Return the notes of a lesson, empty ones where it has none; :class:`LessonError` where they are faulty."""
+    file = notes_file(lesson)
+    return validated(TeacherNotes, read_source(file, what="teacher's notes")) if file.is_file() else TeacherNotes()

@@ -1,0 +1,15 @@
+"""Commands: exercises for a class."""
+
+from __future__ import annotations
+
+from lathesim.hookspecs import CommandEntry, hookimpl
+
+HEADING = "For teachers"
+
+
+@hookimpl
+def register_commands() -> list[CommandEntry]:
+    """Return the commands of this room."""
+    return [
+        CommandEntry("class", f"{__name__}.class_commands:class_", "Make machines for a class, and grade what it hands in.", HEADING),
+    ]

@@ -1,0 +1,91 @@
+"""``lathesim class new`` and ``class grade``: a machine of their own for each student, and the grades of all in one table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from lathesim.cli.options import STOPPED, OutputPath, open_registry, plugins_option
+from lathesim.cli.progress import count_bar
+
+_GO_ON = "the same command goes on from there."
+
+
+@click.group("class")
+def class_() -> None:
+    """Make a machine of their own for each student of a class, and grade what the class hands in."""
+
+
+@class_.command()
+@click.argument("lesson")
+@click.option("--students", "file", type=click.Path(path_type=Path), required=True, metavar="FILE.csv", help="The list of the class.")
+@click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="The folder of the class.")
+@click.option("--effect", "asked", multiple=True, metavar="NAME[:PARAMETER=VALUE,...][@PART]", help="Hide this; of several, each gets one.")
+@click.option("--seed", type=click.IntRange(min=0), help="Draw the same machines again [default: drawn, and kept in DIR].")
+@plugins_option
+def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | None, plugin_folders: tuple[Path, ...]) -> int:
+    """Make a machine for each student of FILE.csv: LESSON with other values, and a hidden effect where it has recordings.
+
+    DIR/students has a folder for each student, to be handed out. All else in DIR stays with the teacher: the sealed answers and the seed.
+    FILE.csv has headings: id, last_name, first_name, email, or those of Moodle, nbgrader and Gradescope. All machines are equally hard, to
+    10 %. Stopped and started again, the command goes on where it was; students added to FILE.csv get theirs.
+    """
+    from lathesim.classroom.making import make_class
+    from lathesim.classroom.roster import read_students
+    from lathesim.lessons.lesson import load_lesson
+
+    students = read_students(file)
+    made = []
+    try:
+        with count_bar("machines", len(students)) as tell:
+            for machine in make_class(load_lesson(lesson), open_registry(plugin_folders), students, out, asked=asked, seed=seed):
+                made.append(machine)
+                tell()
+    except KeyboardInterrupt:
+        click.echo(f"Stopped after {len(made)} of {len(students)} machines; {_GO_ON}", err=True)
+        return STOPPED
+    hard = sorted(machine.difficulty for machine in made)
+    click.echo(f"{len(made)} machines, {sum(not machine.before for machine in made)} of them made now, in {out / 'students'}")
+    click.echo(f"Difficulty: {hard[0]:.4g} to {hard[-1]:.4g}, half of them below {hard[len(hard) // 2]:.4g}")
+    click.echo(f"To be kept from the class: {out / 'teacher'} and {out / 'class.json'}")
+    return 0
+
+
+@class_.command()
+@click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
+@click.option("--handed-in", type=click.Path(path_type=Path), metavar="FOLDER", help="Where the work is [default: DIR/students].")
+@click.option("--out", type=OutputPath(folder=True), metavar="FOLDER", help="Where the tables go [default: DIR/grades].")
+@plugins_option
+def grade(folder: Path, handed_in: Path | None, out: Path | None, plugin_folders: tuple[Path, ...]) -> int:
+    """Grade the work of the class in DIR: records, answers and diagnoses, in one table.
+
+    Each student hands in the records (RUN.h5), their RUN.answers.json, and the diagnosis as JSON, in a folder of the same name as the one
+    that was handed out. The tables are grades.csv, moodle.csv, nbgrader.csv and gradescope/STUDENT/results.json. A copy is named and still
+    gets its marks: look at it. Stopped and started again, the command goes on where it was.
+    """
+    from lathesim.classroom.forms import write_forms
+    from lathesim.classroom.grading import copies, grade_class
+    from lathesim.classroom.roster import ClassFolder
+
+    about = ClassFolder(folder).read()
+    grades = []
+    try:
+        with count_bar("students", len(about["students"])) as tell:
+            for graded in grade_class(folder, open_registry(plugin_folders), handed_in):
+                grades.append(graded)
+                tell()
+    except KeyboardInterrupt:
+        click.echo(f"Stopped after {len(grades)} of {len(about['students'])} students; {_GO_ON}", err=True)
+        return STOPPED
+    copied = copies(folder, grades)
+    missing = [item.student.id for item in grades if not item.files]
+    click.echo(f"{len(grades) - len(missing)} of {len(grades)} students handed something in.")
+    if missing:
+        click.echo(f"Nothing from: {', '.join(missing)}")
+    for name, sentences in copied.items():
+        for sentence in sentences:
+            click.echo(f"{name}: {sentence}")
+    for path in write_forms(out or folder / "grades", about["lesson"], grades, copied):
+        click.echo(f"See {path}")
+    return 0
