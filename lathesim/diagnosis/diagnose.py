@@ -141,7 +141,8 @@ def _with_the_motion(prepared: Prepared, study: Study, found: Found) -> tuple[Pr
     simulated = prepared.by_output_error()
     study_of_simulated = _study(simulated, study.progress)
     other = explain(study_of_simulated)
-    if not explains_the_motion(study_of_simulated, other.model):
+    if not other.model.candidates or not explains_the_motion(study_of_simulated, other.model):
+        # without an effect the two errors differ only by which noise they believe
         return prepared, study, found
     why = "what was named under the noise of unmeasured forces does not explain the motion"
     fitted, predicted = over(study_of_simulated, other.model, other.baseline)
