@@ -17,7 +17,7 @@ from lathesim.diagnosis.explaining.trial import settled_trial, tried
 from lathesim.diagnosis.records.search import Screened, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution import together
-from lathesim.identification.records import Candidate, CandidateStanding, Model, Standing
+from lathesim.identification.records import Candidate, CandidateStanding, Model, Standing, is_full_band
 
 
 @dataclass
@@ -52,13 +52,16 @@ def _round(study: Study, model: Model) -> list[Tried]:
         good = [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
         if good:
             break
-    # what no machine does is no yardstick: a first fit of what is right may be far behind it
-    most = max((made.predicted.nats for made in good or trials), default=0.0)
-    least = max(study.method.explaining.near * most, due(study.method))
+    # what no machine does is no yardstick: a first fit of what is right may be far behind it. Nor is what is judged on other frequencies
+    most: dict[bool, float] = {}
+    for made in good or trials:
+        all_frequencies = is_full_band(made.model.candidates)
+        most[all_frequencies] = max(most.get(all_frequencies, 0.0), made.predicted.nats)
 
     def fine(made: Tried) -> Tried:
         """Return a trial fitted further where it may be the best."""
-        if made.predicted.nats > least:
+        near = study.method.explaining.near * most.get(is_full_band(made.model.candidates), 0.0)
+        if made.predicted.nats > max(near, due(study.method)):
             made = settled_trial(study, model, made)
         text = f"{made.name} gains {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"
         study.progress(Standing.told(text, [CandidateStanding(made.name, made.fitted.nats, made.predicted.nats, made.predicted.share)]))
