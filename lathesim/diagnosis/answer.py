@@ -38,6 +38,7 @@ from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, rep
 from lathesim.diagnosis.reporting.evidence import gather, located
 from lathesim.diagnosis.reporting.explanations import explanations_of, faults_as_explanations
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
+from lathesim.diagnosis.reporting.number_text import percent
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import without_name
 from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, ranked, removed_share
@@ -125,7 +126,7 @@ def describe(study: Study, prepared: Prepared, found: Found, values: Estimates, 
         side=_sides_found(found),
         left=_left(outcome),
         not_told=(*not_determined(effects), *_sides(outcome, effects_found)) if outcome.names else (),
-        discovered=f"{formula.formula}, which explains {formula.share:.0%} of what is left at {formula.at}" if formula else "",
+        discovered=f"{formula.formula}, which explains {percent(formula.share)} of what is left at {formula.at}" if formula else "",
         plugin=plugin_text(formula) if formula else "",
         evidence=evidence,
         rule=rule.reason,

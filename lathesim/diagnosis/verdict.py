@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lathesim.component import Output
-from lathesim.diagnosis.explaining.chance import is_clear, is_clear_as_one_block, unresolved
+from lathesim.diagnosis.explaining.chance import is_clear, size_error, unresolved
 from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -67,8 +67,8 @@ def ranked(study: Study, found: Found) -> list[RankedEffect]:
         probability = 1.0 / (1.0 + sum(math.exp(-one / scale) for one in behind))
         tied = tuple(one.candidate for one in rivals)
         tied += tuple(one for one in study.estimation.one_sided if one.at == candidate.at and is_told_by_direction(candidate, one))
-        clear = all(is_clear_as_one_block(one, study.method) for one in (worth.fitted, worth.predicted))
-        result.append(RankedEffect(candidate, float(probability), tied, worth.predicted.share, clear))
+        of_size = max(size_error(one, study.method) for one in (worth.fitted, worth.predicted))
+        result.append(RankedEffect(candidate, float(probability), tied, worth.predicted.share, of_size))
     return sorted(result, key=lambda one: -found.worth[one.candidate.part].predicted.nats if one.candidate.part in found.worth else np.inf)
 
 

@@ -29,6 +29,14 @@ def is_clear_as_one_block(gain: Gain, method: Method) -> bool:
     return gain.nats > method.errors * math.sqrt(BLOCKS) * gain.error
 
 
+def size_error(gain: Gain, method: Method) -> float:
+    """Return one standard error of the size with which an effect gains, as a share; infinite where the gain may be chance.
+
+    All blocks of the recording are taken for one. A gain grows with the square of the size: d gain / gain = 2 d size / size.
+    """
+    return 0.5 * math.sqrt(BLOCKS) * gain.error / gain.nats if is_clear_as_one_block(gain, method) else math.inf
+
+
 def unresolved(difference: Gain, explained: float, method: Method) -> float:
     """Return the difference of two explanations that cannot be told, where the better one gains so much (``explained``) [nats]."""
     share = method.material * abs(explained)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -157,11 +158,14 @@ class Found:
 
 @dataclass(frozen=True)
 class RankedEffect:
-    """How sure an effect is: its probability among its rivals, those that predict as well, and the share of the error it takes away;
-    ``clear`` where what it gains is more than chance even with all blocks of a recording taken for one."""
+    """How sure an effect is: its probability among its rivals, those that predict as well, and the share of the error it takes away.
+
+    ``size_error`` is one standard error of its size by what it gains, as a share, with all blocks of a recording taken for one; infinite
+    where such a gain may be chance.
+    """
 
     candidate: Candidate
     probability: float
     tied: tuple[Candidate, ...]
     share: float
-    clear: bool = False
+    size_error: float = math.inf

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,7 @@ from lathesim.units import product_unit
 def reported(item: RankedEffect, values: Estimates, experiment: Experiment, channel: str = "") -> FoundEffect:
     """Return what is told of an effect; a parameter is not determined where its error is large beside itself and its usual size. Where it
     is tied, a sentence on the ``channel`` that would tell stands before the motion that would."""
-    candidate = item.candidate
+    candidate, values = item.candidate, _as_sure_as_its_gain(item, values)
     parameters, undetermined = {}, []
     for name, scale in zip(candidate.parameters, np.abs(candidate.points).max(axis=0, initial=0.0), strict=True):
         short = Place.of(name).port
@@ -53,9 +54,24 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         item.share,
         _first_line(candidate),
         tuple(undetermined),
-        may_be_zero=interval_includes_neutral(candidate, values) and not item.clear,
+        may_be_zero=interval_includes_neutral(candidate, values),
         products=_products(candidate, values, experiment),
     )
+
+
+def _as_sure_as_its_gain(item: RankedEffect, values: Estimates) -> Estimates:
+    """Return estimates in which the interval of an effect does not hold zero where its gain excludes that.
+
+    One block of frequencies shows nearly all of a size such as that of a wave. The others then are no measure of its error.
+    """
+    candidate = item.candidate
+    if math.isinf(item.size_error) or not interval_includes_neutral(candidate, values):
+        return values
+    neutral = dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True))
+    sizes = [name for name in candidate.named(candidate.effect.neutral) if name in values.by_name]
+    most = item.size_error * max((abs(values.by_name[name].value - neutral[name]) for name in sizes), default=math.inf)
+    surer = {name: replace(values.by_name[name], error=min(values.by_name[name].error, most)) for name in sizes}
+    return replace(values, by_name={**values.by_name, **surer})
 
 
 def _products(candidate: Candidate, values: Estimates, experiment: Experiment) -> dict[str, Interval]:
