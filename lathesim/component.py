@@ -197,9 +197,9 @@ class Component:
     name plays the role of its own name too. Roles of effects: ``effort`` (input that takes a disturbance), ``flow``, ``displacement``
     (outputs), ``drive`` (command input), ``inertia`` (parameter), ``reading`` (output of a sensor), ``rate`` (output: what it makes of its
     counts), ``resolution``, ``bits`` (parameters: how finely it reads), ``gain`` (parameter: by what a reading is divided to be what is
-    measured), and of a controller ``loop_gain``, ``inner_gain``, ``integral_gain`` (parameters, above zero in a loop that holds) and
-    ``error`` (output: by how much what it measures falls short of its command) ... Roles of
-    metrics: ``in_contact``, ``feed_per_revolution``, ``cutting_force``, ``cutting_torque``, ``cutting_power``, ``spindle_speed`` ..."""
+    measured), ``dry_friction`` (parameter of a part that has its own), and of a controller ``loop_gain``, ``inner_gain``, ``integral_gain``
+    (parameters, above zero in a loop that holds) and ``error`` (output: by how much what it measures falls short of its command) ... Roles
+    of metrics: ``in_contact``, ``feed_per_revolution``, ``cutting_force``, ``cutting_torque``, ``cutting_power``, ``spindle_speed`` ..."""
 
     group: ClassVar[str] = ""
     """Where a person looks for the part: one of :data:`GROUPS`; empty for one that stands among "further parts"."""

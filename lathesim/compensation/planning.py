@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,17 +17,15 @@ from lathesim.identification.position_loops import Loop
 from lathesim.lessons.insertion import effect_part_name
 from lathesim.plugins import Registry
 
-DEAD_ZONE_SHARE = 0.9
-"""Share of a dead zone that is stepped over: the whole of it swings about rest."""
-_SPREADS = (0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
-"""Lags over which the shift of a play is tried to turn over."""
-_ANYWHERE_IN_GAP = (-1.0, 1.0)
-_POINTS_PER_PERIOD = 24
-_FEWEST_POINTS = 33
-_MOST_POINTS = 4000
-_BEYOND_TRAVEL = 0.02
 _PROBE_VOLTAGE, _PROBE_FORCE = 1e-3, 0.1
 """Sizes of the two small disturbances [V, N] by which a force is told as a voltage."""
+TIMES = ("lead", "spread")
+"""What is tuned by steps of one size."""
+FIRST_CHANGES = {
+    "velocity_gain": 1e-2, "acceleration_gain": 1e-3, "jerk_gain": 1e-5, "per_speed": 1e-6, "per_acceleration": 1e-7, "drag": 0.2,
+    "gain": 1e-2, "level": 1e-3, "bias": 1e-4, "excess": 1e-3, "amplitude": 1e-4, "width": 1e-7, "distance": 1e-7,
+}  # fmt: skip
+"""First change of a value that may begin at zero [its SI unit]."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +124,7 @@ def remedies_for(sized: Sized, registry: Registry) -> list[InsertedRemedy]:
     """
     effect = sized.named.effect
     answering = sorted((kind for kind in _remedies(registry) if effect in kind.answers), key=lambda kind: len(kind.answers))
-    found = [SIZINGS[kind.__name__](sized) if kind.__name__ in SIZINGS else _as_declared(sized, kind) for kind in answering]
+    found = [_line(sized, kind) for kind in answering]
     return [line for line in found if line is not None]
 
 
@@ -140,212 +137,26 @@ def _remedies(registry: Registry) -> list[type[Remedy]]:
     return [kind for kind in registry.remedies.values() if issubclass(kind, Remedy)]
 
 
-def _as_declared(sized: Sized, kind: type[Remedy]) -> InsertedRemedy | None:
+def _line(sized: Sized, kind: type[Remedy]) -> InsertedRemedy | None:
     """Return a remedy with the sizes that its class declares."""
-    axis = sized.axis
-    sizes = kind.sized_for(
-        EffectAtLoop(sized.named.effect, sized.values, axis.lag, axis.inner, axis.per_force, (axis.low, axis.high), sized.closes)
-    )
+    axis, loop, effect = sized.axis, sized.axis.loop, sized.named.effect
+    across = next((other for other in sized.axes if other.loop.axis != loop.axis), None)
+    other = (across.loop.reference, (across.low, across.high)) if across is not None else ("", (0.0, 0.0))
+    travel = (axis.low, axis.high)
+    sizes = kind.sized_for(EffectAtLoop(effect, sized.values, axis.lag, axis.inner, axis.per_force, travel, sized.closes, *other))
     if sizes is None:
         return None
     unknown = [name for name in (*sizes.values, *sizes.tuned, *sizes.one_sided) if name not in kind.declared(Parameter)]
     if unknown:
         raise PluginError(f"the remedy '{kind.__name__}' sizes '{unknown[0]}', which is no parameter of it.", remedy="Give one of its own.")
-    if not all(sizes.values.get(name) for name in sizes.tuned):
+    if not all(sizes.values.get(name) or name in FIRST_CHANGES or name in TIMES for name in sizes.tuned):
         raise PluginError(f"the remedy '{kind.__name__}' lets zero be tuned.", remedy="Give what is tuned a start that is not zero.")
-    values = {**(_modelled(sized) if issubclass(kind, ModelledRemedy) else {}), **sizes.values}
-    return _line(sized, kind.__name__, values, tuned=tuple(sizes.tuned), one_sided=tuple(sizes.one_sided), tables=dict(sizes.tables))
-
-
-def _line(sized: Sized, remedy: str, values: Mapping[str, float], **further: object) -> InsertedRemedy:
-    loop = sized.axis.loop
-    name = f"{loop.controller}_{effect_part_name('', remedy).strip('_')}"
-    return InsertedRemedy(remedy, loop.controller, name, dict(values), answers=(sized.named.effect,), **further)  # type: ignore[arg-type]
-
-
-def _modelled(sized: Sized) -> dict[str, float]:
-    return {"lag": sized.axis.lag, "inner": sized.axis.inner}
-
-
-def _friction(sized: Sized) -> InsertedRemedy | None:
-    p, volts = sized.values, sized.axis.per_force
-    if volts == 0.0:
-        return None
-    effect = sized.named.effect
-    values, tuned, sided = _modelled(sized), ["lead"], []
-    if "level" in p and p["level"] != 0.0:
-        values["level"] = volts * p["level"]
-        tuned.append("level")
-        sided.append("level")
-    if effect == "AsymmetricFriction":
-        values |= {"asymmetry": p["asymmetry"], "difference": volts * p["viscous_difference"]}
-    if p.get("excess"):
-        values |= {"excess": volts * p["excess"], "stribeck_velocity": p["stribeck_velocity"], "shape": p.get("shape", 1.0)}
-        tuned.append("excess")
-        sided.append("excess")
-    if effect == "PositionDependentFriction":
-        values |= {name: p[name] for name in ("period", "phase", "second_sine", "second_cosine", "third_sine", "third_cosine")}
-        values |= {"amplitude": volts * p["amplitude"]}
-    if effect == "PreslidingFriction":
-        values |= {"distance": p["distance"]}
-        tuned.append("distance")
-    return _line(sized, "FrictionFeedforward", values, tuned=tuple(tuned), one_sided=tuple(sided))
-
-
-def _bias(sized: Sized) -> InsertedRemedy:
-    if sized.named.effect == "ForceOffset":
-        return _line(sized, "CommandBias", {"bias": sized.axis.per_force * sized.values["offset"]}, tuned=("bias",))
-    return _line(sized, "CommandBias", {"bias": -sized.values["offset"]})
-
-
-def _gain(sized: Sized) -> InsertedRemedy:
-    return _line(sized, "CommandGain", {name: sized.values[name] for name in ("error", "sag")})
-
-
-def _dead_zone(sized: Sized) -> InsertedRemedy:
-    values = {"half_width": sized.values["half_width"], "soft": max(1e-3, 0.02 * sized.values["half_width"])}
-    return _line(sized, "InverseDeadZone", values, one_sided=("half_width",), share=DEAD_ZONE_SHARE)
-
-
-def _in_gap(sized: Sized) -> dict[str, tuple[float, float]]:
-    """Return on which side of its play an axis was left: nobody knows that at the start."""
-    return {f"{sized.part}.start_in_gap": _ANYWHERE_IN_GAP}
-
-
-def _play_of_reading(sized: Sized) -> InsertedRemedy | None:
-    if not sized.closes:
-        return None
-    values = {**_modelled(sized), "width": sized.values["width"]}
-    return _line(sized, "PlayReading", values, one_sided=("width",), free=_in_gap(sized))
-
-
-def _play(sized: Sized) -> InsertedRemedy | None:
-    if sized.closes:
-        return None
-    values = {**_modelled(sized), "width": sized.values["width"], "spread": max(0.3 * sized.axis.lag, 1e-3)}
-    begins = {"spread": tuple(times * max(sized.axis.lag, 1e-3) for times in _SPREADS)}
-    return _line(sized, "BacklashShift", values, tuned=("spread", "width"), one_sided=("width",), begins=begins, free=_in_gap(sized))
-
-
-def _errors(sized: Sized) -> FloatArray:
-    """Return places over the travel and the error at each, (points, 2) [m]."""
-    low, high = sized.axis.low, sized.axis.high
-    margin = max(_BEYOND_TRAVEL * (high - low), 1e-4)
-    period = sized.values.get("lead") or sized.values.get("turn") or sized.values.get("signal_period") or 0.0
-    width = high - low + 2.0 * margin
-    count = _FEWEST_POINTS if period <= 0.0 else int(min(max(_FEWEST_POINTS, width / period * _POINTS_PER_PERIOD), _MOST_POINTS))
-    places = np.linspace(low - margin, high + margin, count)
-    return np.stack([places, _error_law(sized)(places)], axis=1)
-
-
-def _reading_table(sized: Sized) -> InsertedRemedy | None:
-    """The table of the loop's own encoder, of what it reads."""
-    return _line(sized, "ReadingTable", {}, tables={"points": (("position", "error"), _errors(sized))}) if sized.closes else None
-
-
-def _pitch_table(sized: Sized) -> InsertedRemedy | None:
-    """The table of a screw, of where the table is."""
-    if sized.closes:
-        return None
-    tables = {"points": (("position", "forward", "backward"), _errors(sized)[:, [0, 1, 1]])}
-    return _line(sized, "PitchTable", _modelled(sized), tables=tables)
-
-
-def _error_law(sized: Sized) -> Callable[[FloatArray], FloatArray]:
-    p, effect = sized.values, sized.named.effect
-    if effect == "CumulativePitchError":
-        return lambda x: p["slope"] * (x - p["origin"])
-    if effect == "ScaleFactorError":
-        return lambda x: (p["factor"] - 1.0) * x
-    if effect == "EncoderInterpolationError":
-        return lambda x: (
-            p["amplitude"] * np.sin(_turns(x, p["signal_period"]) + p["phase"])
-            + p["second"] * np.sin(2.0 * _turns(x, p["signal_period"]) + p["phase"])
-        )
-    length = p["lead"] if "lead" in p else p["turn"]
-
-    def wave(x: FloatArray) -> FloatArray:
-        angle = _turns(x, length) + p["phase"]
-        second = p["second_sine"] * np.sin(2.0 * angle) + p["second_cosine"] * np.cos(2.0 * angle)
-        third = p["third_sine"] * np.sin(3.0 * angle) + p["third_cosine"] * np.cos(3.0 * angle)
-        return np.asarray(p["amplitude"] * (np.sin(angle) + second + third))
-
-    return wave
-
-
-def _turns(x: FloatArray, length: float) -> FloatArray:
-    return 2.0 * math.pi * x / length
-
-
-def _square(sized: Sized) -> InsertedRemedy | None:
-    others = [axis for axis in sized.axes if axis.loop.axis != sized.axis.loop.axis]
-    if not others:
-        return None
-    other = others[0]
-    places = np.linspace(other.low - 1e-3, other.high + 1e-3, _FEWEST_POINTS)
-    side = -1.0 if sized.closes else 1.0
-    errors = side * (sized.values["slope"] + sized.values["bow"] * places) * places
-    tables = {"points": (("position", "error"), np.stack([places, errors], axis=1))}
-    return _line(sized, "AcrossTable", {}, tables=tables, sources={"other": other.loop.reference})
-
-
-def _growth(sized: Sized) -> InsertedRemedy:
-    side = -1.0 if sized.closes else 1.0
-    values = {name: sized.values[name] for name in ("time_constant", "fixed_end", "warmed_before")}
-    return _line(sized, "GrowthModel", {"strain": side * sized.values["strain"], **values})
-
-
-def _spindle_growth(sized: Sized) -> InsertedRemedy:
-    side = -1.0 if sized.closes else 1.0
-    values = {name: sized.values[name] for name in ("time_constant", "full_speed")}
-    return _line(sized, "SpindleGrowthModel", {"growth": side * sized.values["growth"], **values})
-
-
-def _motion(sized: Sized) -> InsertedRemedy:
-    gains = ("velocity_gain", "acceleration_gain", "jerk_gain")
-    return _line(sized, "MotionFeedforward", {**_modelled(sized), **dict.fromkeys(gains, 0.0)}, tuned=gains)
-
-
-def _swing(sized: Sized) -> InsertedRemedy:
-    values = {**_modelled(sized), "frequency": sized.values["frequency"], "damping": sized.values["damping"], "gain": 0.0, "drag": 0.0}
-    return _line(sized, "SwingModel", values, tuned=("gain", "drag"))
-
-
-def _wind_up(sized: Sized) -> InsertedRemedy:
-    values = {**_modelled(sized), "per_speed": 0.0, "per_acceleration": 0.0}
-    return _line(sized, "ComplianceShift", values, tuned=("per_speed", "per_acceleration"))
-
-
-def _ripple(sized: Sized) -> InsertedRemedy | None:
-    p, volts = sized.values, sized.axis.per_force
-    if volts == 0.0:
-        return None
-    values = {"amplitude": volts * p["amplitude"], "period": p["period"], "phase": p["phase"]}
-    if sized.named.effect == "TorqueRipple":
-        values["amplitude"] = -values["amplitude"]
-    else:
-        values |= {"second": volts * p["second"], "second_phase": p["second_phase"]}
-    return _line(sized, "RippleFeedforward", values, tuned=("amplitude", "lead"))
-
-
-SIZINGS: dict[str, Callable[[Sized], InsertedRemedy | None]] = {
-    "FrictionFeedforward": _friction,
-    "CommandBias": _bias,
-    "CommandGain": _gain,
-    "InverseDeadZone": _dead_zone,
-    "PlayReading": _play_of_reading,
-    "BacklashShift": _play,
-    "ReadingTable": _reading_table,
-    "PitchTable": _pitch_table,
-    "AcrossTable": _square,
-    "GrowthModel": _growth,
-    "SpindleGrowthModel": _spindle_growth,
-    "SwingModel": _swing,
-    "ComplianceShift": _wind_up,
-    "MotionFeedforward": _motion,
-    "RippleFeedforward": _ripple,
-}
-"""Stock remedy -> how it is sized; one of a plug-in has its own :meth:`Remedy.sized_for`."""
+    model = {"lag": axis.lag, "inner": axis.inner} if issubclass(kind, ModelledRemedy) else {}
+    return InsertedRemedy(
+        kind.__name__, loop.controller, f"{loop.controller}_{effect_part_name('', kind.__name__).strip('_')}", {**model, **sizes.values},
+        sizes.sources, sizes.tables, (effect,), sizes.tuned, sizes.one_sided, sizes.begins,
+        {f"{sized.part}.{name}": ends for name, ends in sizes.free.items()}, sizes.share,
+    )  # fmt: skip
 
 
 REPAIRS = {

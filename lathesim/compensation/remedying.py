@@ -13,7 +13,7 @@ import numpy as np
 from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy, bounds, draws_of
 from lathesim.compensation.diagnosis_file import DiagnosedMachine, NamedEffect
 from lathesim.compensation.loop_gains import LoopGain, loop_gains
-from lathesim.compensation.planning import LoopToSize, Sized, axes_of, remedies_for, repair_of, sized_effects
+from lathesim.compensation.planning import FIRST_CHANGES, TIMES, LoopToSize, Sized, axes_of, remedies_for, repair_of, sized_effects
 from lathesim.compensation.promise import DRAWS, PromisedSize, noise_of, promised
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
@@ -333,8 +333,6 @@ _WORTH = 1e-4
 _STEP = 0.03
 _LEAD_STEP = 2e-4
 """Changes by which slopes are taken: a share of a value, and seconds of a time."""
-_TIMES = ("lead", "spread")
-"""Values that are times."""
 
 
 def deviation(bench: Bench, record: FloatArray, sound: FloatArray) -> FloatArray:
@@ -376,27 +374,9 @@ def _cost(bench: Bench, names: Sequence[str], rows: Sequence[FloatArray], sound:
 
 def _step(name: str, value: float) -> float:
     port = Place.of(name).port
-    if port in _TIMES:
+    if port in TIMES:
         return _LEAD_STEP
-    return _STEP * abs(value) if value != 0.0 else _FIRST[port]
-
-
-_FIRST = {
-    "velocity_gain": 1e-2,
-    "acceleration_gain": 1e-3,
-    "jerk_gain": 1e-5,
-    "per_speed": 1e-6,
-    "per_acceleration": 1e-7,
-    "drag": 0.2,
-    "gain": 1e-2,
-    "level": 1e-3,
-    "bias": 1e-4,
-    "excess": 1e-3,
-    "amplitude": 1e-4,
-    "width": 1e-7,
-    "distance": 1e-7,
-}
-"""First change of a value that begins at zero [its SI unit]."""
+    return _STEP * abs(value) if value != 0.0 else FIRST_CHANGES[port]
 
 
 def with_values(line: InsertedRemedy, found: Mapping[str, float]) -> InsertedRemedy:

@@ -81,6 +81,7 @@ class AnalyticalAxis(Component):
     ports = {
         "effort": "force", "flow": "velocity", "displacement": "position", "drive": "voltage", "inertia": "equivalent_mass",
         "resistance": "table_viscous", "back_emf": "back_emf", "current": "current", "applied": "drive_force",
+        "dry_friction": "table_coulomb",
     }  # fmt: skip
 
     voltage = Input("V", doc="voltage to the amplifier")

@@ -62,7 +62,7 @@ class AnalyticalSpindle(Component):
     ports = {
         "effort": "torque", "flow": "speed", "spindle_speed": "speed", "displacement": "angle", "drive": "voltage",
         "inertia": "equivalent_inertia", "resistance": "spindle_viscous", "back_emf": "back_emf", "current": "current",
-        "applied": "drive_torque",
+        "applied": "drive_torque", "dry_friction": "spindle_coulomb",
     }  # fmt: skip
 
     voltage = Input("V", doc="voltage to the amplifier")

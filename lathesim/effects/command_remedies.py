@@ -6,7 +6,10 @@ import math
 
 from lathesim.component import DiscreteState, Input, Parameter
 from lathesim.effects.effect import harmonic_parameters, harmonics
-from lathesim.effects.remedy import ModelledRemedy, Remedy, followed
+from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy, Sizes, followed
+
+DEAD_ZONE_SHARE = 0.9
+"""Share of a dead zone that is stepped over: the whole of it swings about rest."""
 
 
 class CommandBias(Remedy):
@@ -20,6 +23,13 @@ class CommandBias(Remedy):
     cannot = "A load that changes is not constant."
     follows = {"bias": "the offset, as a voltage"}
     bias = Parameter("{signal}", 0.0, doc="what is added")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the offset as a voltage."""
+        if effect.effect == "ForceOffset":
+            return Sizes({"bias": effect.per_force * effect.values["offset"]}, tuned=("bias",))
+        return Sizes({"bias": -effect.values["offset"]})
 
     @staticmethod
     def output(incoming: float, share: float, bias: float) -> float:
@@ -39,6 +49,11 @@ class CommandGain(Remedy):
     follows = {"error": "the error of the gain", "sag": "its sag"}
     error = Parameter("1", 0.0, low=-0.9, high=10.0, doc="share by which the gain is too large")
     sag = Parameter("1/({signal})", 0.0, low=0.0, doc="share lost per unit of command")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the error and the sag of the gain."""
+        return Sizes({name: effect.values[name] for name in ("error", "sag")})
 
     @staticmethod
     def output(incoming: float, share: float, error: float, sag: float) -> float:
@@ -67,6 +82,12 @@ class InverseDeadZone(Remedy):
     follows = {"half_width": "the half width of the zone"}
     half_width = Parameter("{signal}", 0.0, low=0.0, doc="largest command without an answer")
     soft = Parameter("{signal}", 1e-3, low=1e-12, doc="command up to which the step rises evenly")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the width of the zone, of which most is stepped over."""
+        width = effect.values["half_width"]
+        return Sizes({"half_width": width, "soft": max(1e-3, 0.02 * width)}, one_sided=("half_width",), share=DEAD_ZONE_SHARE)
 
     @staticmethod
     def output(incoming: float, share: float, half_width: float, soft: float) -> float:
@@ -112,6 +133,25 @@ class FrictionFeedforward(ModelledRemedy):
     still = Parameter("({drive})/s", 1e-6, low=1e-12, doc="speed below which the axis stands")
     direction = DiscreteState("1", doc="direction in which it moves or last moved, on its way from one sign to the other")
     added = DiscreteState("{signal}", doc="what is added in this sample")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the friction as a voltage; none where no voltage moves the axis as a force does."""
+        p, volts = effect.values, effect.per_force
+        if volts == 0.0:
+            return None
+        sided = tuple(name for name in ("level", "excess") if p.get(name))
+        bends = ("distance",) if "distance" in p else ()
+        values = {"level": volts * p["level"]} if "level" in sided else {}
+        if "asymmetry" in p:
+            values |= {"asymmetry": p["asymmetry"], "difference": volts * p["viscous_difference"]}
+        if "excess" in sided:
+            values |= {"excess": volts * p["excess"], "stribeck_velocity": p["stribeck_velocity"], "shape": p.get("shape", 1.0)}
+        if "amplitude" in p:
+            values |= {name: p[name] for name in ("period", "phase", "second_sine", "second_cosine", "third_sine", "third_cosine")}
+            values |= {"amplitude": volts * p["amplitude"]}
+        values |= {name: p[name] for name in bends}
+        return Sizes(values, tuned=("lead", *sided, *bends), one_sided=sided)
 
     @staticmethod
     def update(
@@ -170,6 +210,12 @@ class MotionFeedforward(ModelledRemedy):
     slope = DiscreteState("({drive})/s**2", doc="acceleration of the model")
     added = DiscreteState("{signal}", doc="what is added in this sample")
 
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return gains that the simulation finds."""
+        gains = ("velocity_gain", "acceleration_gain", "jerk_gain")
+        return Sizes(dict.fromkeys(gains, 0.0), tuned=gains)
+
     @staticmethod
     def update(
         drive: float, lag: float, inner: float, model_position: float, model_rate: float, velocity_gain: float, acceleration_gain: float,
@@ -212,6 +258,19 @@ class RippleFeedforward(Remedy):
     lead = Parameter("s", 0.0, low=-0.1, high=0.1, doc="how far ahead of the reading it is taken")
     place = DiscreteState("{measured}", doc="measured position of this sample")
     added = DiscreteState("{signal}", doc="what is added in this sample")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the ripple as a voltage; none where no voltage moves the axis as a force does."""
+        p, volts = effect.values, effect.per_force
+        if volts == 0.0:
+            return None
+        values = {"amplitude": volts * p["amplitude"], "period": p["period"], "phase": p["phase"]}
+        if "second" in p:
+            values |= {"second": volts * p["second"], "second_phase": p["second_phase"]}
+        else:
+            values["amplitude"] = -values["amplitude"]
+        return Sizes(values, tuned=("amplitude", "lead"))
 
     @staticmethod
     def update(

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import numpy as np
+import numpy.typing as npt
+
 from lathesim.component import DiscreteState, Input, Output, Parameter, Table
-from lathesim.effects.remedy import ModelledRemedy, Remedy, ahead, followed
+from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed
 
 
 def interpolated(table: Any, at: float, column: int) -> float:
@@ -45,6 +49,42 @@ def folds_back(rows: list[list[float]]) -> str:
     return ""
 
 
+_SPREADS = (0.2, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0)
+"""Lags over which the shift of a play is tried to turn over."""
+_IN_GAP = {"start_in_gap": (-1.0, 1.0)}
+"""On which side of its play an axis was left: nobody knows that at the start."""
+_POINTS_PER_PERIOD = 24
+_FEWEST_POINTS = 33
+_MOST_POINTS = 4000
+_BEYOND_TRAVEL = 0.02
+
+
+def error_points(effect: EffectAtLoop) -> npt.NDArray[np.float64]:
+    """Return places over the travel and the error at each, (points, 2) [m]."""
+    low, high = effect.travel
+    margin = max(_BEYOND_TRAVEL * (high - low), 1e-4)
+    period = effect.values.get("lead") or effect.values.get("turn") or effect.values.get("signal_period") or 0.0
+    width = high - low + 2.0 * margin
+    count = _FEWEST_POINTS if period <= 0.0 else int(min(max(_FEWEST_POINTS, width / period * _POINTS_PER_PERIOD), _MOST_POINTS))
+    places = np.linspace(low - margin, high + margin, count)
+    return np.stack([places, _errors_at(places, effect.values, period)], axis=1)
+
+
+def _errors_at(x: npt.NDArray[np.float64], p: Mapping[str, float], period: float) -> npt.NDArray[np.float64]:
+    """Return the errors [m] at places: of a straight line, of a scale, or of a wave that repeats after a ``period`` [m]."""
+    if "slope" in p:
+        return p["slope"] * (x - p["origin"])
+    if "factor" in p:
+        return (p["factor"] - 1.0) * x
+    turned = 2.0 * math.pi * x / period
+    if "signal_period" in p:
+        return np.asarray(p["amplitude"] * np.sin(turned + p["phase"]) + p["second"] * np.sin(2.0 * turned + p["phase"]))
+    angle = turned + p["phase"]
+    second = p["second_sine"] * np.sin(2.0 * angle) + p["second_cosine"] * np.cos(2.0 * angle)
+    third = p["third_sine"] * np.sin(3.0 * angle) + p["third_cosine"] * np.cos(3.0 * angle)
+    return np.asarray(p["amplitude"] * (np.sin(angle) + second + third))
+
+
 class PitchTable(ModelledRemedy):
     """Corrects the reference by a table of the axis, with a column for each direction:  out = in - share e(q, direction).
 
@@ -68,6 +108,13 @@ class PitchTable(ModelledRemedy):
     error = DiscreteState("{signal}", doc="error at the end of this sample")
     before = DiscreteState("{signal}", doc="error at its beginning")
     added = DiscreteState("{signal}", doc="what is taken away in this sample")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the table of a screw, of where the table of the machine is; none for an error of the reading itself."""
+        if effect.closes:
+            return None
+        return Sizes({}, tables={"points": (("position", "forward", "backward"), error_points(effect)[:, [0, 1, 1]])})
 
     @staticmethod
     def table_fault(name: str, rows: list[list[float]]) -> str:
@@ -115,6 +162,11 @@ class ReadingTable(Remedy):
 
     points = Table("m", ("position", "error"), doc="error of the reading at each point")
 
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the table of the loop's own encoder, of what it reads; none for an error behind its back."""
+        return Sizes({}, tables={"points": (("position", "error"), error_points(effect))}) if effect.closes else None
+
     @staticmethod
     def table_fault(name: str, rows: list[list[float]]) -> str:
         """Return what is wrong with a table, or nothing."""
@@ -142,6 +194,17 @@ class AcrossTable(Remedy):
 
     points = Table("m", ("position", "error"), doc="error of this axis over the place of the other one")
     other = Input("m", doc="position asked of the other axis")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the table over the way of the other axis; none without one."""
+        if not effect.other:
+            return None
+        low, high = effect.other_travel
+        places = np.linspace(low - 1e-3, high + 1e-3, _FEWEST_POINTS)
+        side = -1.0 if effect.closes else 1.0
+        errors = side * (effect.values["slope"] + effect.values["bow"] * places) * places
+        return Sizes({}, tables={"points": (("position", "error"), np.stack([places, errors], axis=1))}, sources={"other": effect.other})
 
     @staticmethod
     def table_fault(name: str, rows: list[list[float]]) -> str:
@@ -211,6 +274,15 @@ class BacklashShift(ModelledRemedy):
     before = DiscreteState("{signal}", doc="shift at its beginning")
     added = DiscreteState("{signal}", doc="what is added in this sample")
 
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the play and how fast it turns over; none for a play of the reading itself."""
+        if effect.closes:
+            return None
+        values = {"width": effect.values["width"], "spread": max(0.3 * effect.lag, 1e-3)}
+        begins = {"spread": tuple(times * max(effect.lag, 1e-3) for times in _SPREADS)}
+        return Sizes(values, tuned=("spread", "width"), one_sided=("width",), begins=begins, free=_IN_GAP)
+
     @staticmethod
     def update(
         drive: float, lag: float, inner: float, model_position: float, model_rate: float, width: float, spread: float, still: float,
@@ -263,6 +335,11 @@ class PlayReading(ModelledRemedy):
     width = Parameter("{signal}", 0.0, low=0.0, doc="whole width of the play")
     follower = DiscreteState("{drive}", doc="what is read of the model's position")
     error = DiscreteState("{drive}", doc="error of the reading at this sample")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the play of the reading; none for one behind its back."""
+        return Sizes({"width": effect.values["width"]}, one_sided=("width",), free=_IN_GAP) if effect.closes else None
 
     @staticmethod
     def update(

@@ -27,7 +27,9 @@ class EffectAtLoop:
     """A diagnosed effect with its ``values`` [SI] and the position loop it belongs to.
 
     ``lag`` and ``inner`` are T and T_i [s] of the model, ``per_force`` the command [V] that moves the axis as a newton does, ``travel`` the
-    ends of the way that is asked for [m]. ``closes`` says whether the effect falsifies the reading that closes the loop.
+    ends of the way that is asked for [m]. ``closes`` says whether the effect falsifies the reading that closes the loop, else it moves the
+    table behind its back. ``other`` is the port of another axis that says where it is asked to be, empty without one, and
+    ``other_travel`` the ends of its way [m].
     """
 
     effect: str
@@ -37,19 +39,27 @@ class EffectAtLoop:
     per_force: float
     travel: tuple[float, float]
     closes: bool
+    other: str = ""
+    other_travel: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Values of a remedy [SI], and its tables, name -> (columns, rows).
+    """Values of a remedy [SI], its tables, name -> (columns, rows), and its ``sources``, input -> port.
 
-    The simulation finds those that are ``tuned``, from a start that is not zero. Of ``one_sided`` ones too much is worse than too little.
+    The simulation finds those that are ``tuned``, from a start that is not zero, or from the best of those that it ``begins`` with. Of
+    ``one_sided`` ones too much is worse than too little. ``free`` are values of the effect that no control knows, with their ranges.
+    ``share`` is how much of the remedy acts.
     """
 
     values: Mapping[str, float]
     tuned: tuple[str, ...] = ()
     one_sided: tuple[str, ...] = ()
     tables: Mapping[str, tuple[tuple[str, ...], Any]] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+    begins: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    free: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    share: float = 1.0
 
 
 class Remedy(Effect):

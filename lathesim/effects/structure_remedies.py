@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Input, Memory, Parameter, State
-from lathesim.effects.remedy import SHORTEST, ModelledRemedy, Remedy, ahead, followed
+from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed
 
 _TWO_HALVES = 1.5
 """Number of the kind of shaper below which it spreads over one half period, and above which over two."""
@@ -31,6 +31,12 @@ class ComplianceShift(ModelledRemedy):
     shift = DiscreteState("{drive}", doc="shift at the end of this sample")
     before = DiscreteState("{drive}", doc="shift at its beginning")
     added = DiscreteState("{signal}", doc="what is added in this sample")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return shifts that the simulation finds."""
+        shifts = ("per_speed", "per_acceleration")
+        return Sizes(dict.fromkeys(shifts, 0.0), tuned=shifts)
 
     @staticmethod
     def update(
@@ -78,6 +84,12 @@ class SwingModel(ModelledRemedy):
     swing_rate = DiscreteState("({drive})/s", doc="its rate")
     before = DiscreteState("{drive}", doc="s at the beginning of this sample")
     added = DiscreteState("{signal}", doc="what is taken away in this sample")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the resonance, with gains that the simulation finds."""
+        values = {name: effect.values[name] for name in ("frequency", "damping")}
+        return Sizes({**values, "gain": 0.0, "drag": 0.0}, tuned=("gain", "drag"))
 
     @staticmethod
     def update(
@@ -196,6 +208,13 @@ class GrowthModel(Remedy):
     fixed_end = Parameter("{signal}", 0.0, doc="position of the fixed bearing")
     warmed_before = Parameter("s", 0.0, low=0.0, doc="how long it has been warming up")
 
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return how the screw grows."""
+        side = -1.0 if effect.closes else 1.0
+        values = {name: effect.values[name] for name in ("time_constant", "fixed_end", "warmed_before")}
+        return Sizes({"strain": side * effect.values["strain"], **values})
+
     @staticmethod
     def output(
         incoming: float, time: float, share: float, strain: float, time_constant: float, fixed_end: float, warmed_before: float
@@ -223,6 +242,13 @@ class SpindleGrowthModel(Remedy):
     growth = Parameter("{signal}", 0.0, doc="growth after long running at full speed")
     time_constant = Parameter("s", 1800.0, low=1e-3, doc="time to 63 % of the growth")
     full_speed = Parameter("rad/s", 300.0, low=1e-3, doc="speed the growth is given for")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return how the spindle grows."""
+        side = -1.0 if effect.closes else 1.0
+        values = {name: effect.values[name] for name in ("time_constant", "full_speed")}
+        return Sizes({"growth": side * effect.values["growth"], **values})
 
     @staticmethod
     def derivative(spindle_speed: float, warmth: float, time_constant: float, full_speed: float) -> float:

@@ -48,7 +48,7 @@ def commands(assembly: Assembly) -> dict[str, str]:
 
 def has_dry_friction(component: type[Component]) -> bool:
     """Return whether a part has a dry friction of its own, as a parameter."""
-    return any("coulomb" in item for item in component.declared(Parameter))
+    return "dry_friction" in component.ports
 
 
 SENSED = "sensed_"
