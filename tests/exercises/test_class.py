@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.classroom import grading as class_grading
-from lathesim.classroom.forms import GRADES, NBGRADER, write_forms
-from lathesim.classroom.grading import StudentGrade, copies, grade_class
+from lathesim.classroom import class_grades
+from lathesim.classroom.class_grades import StudentGrade, copies, grade_class
+from lathesim.classroom.grade_forms import GRADES, NBGRADER, write_forms
 from lathesim.classroom.making import HIDDEN, MadeMachine, make_class
 from lathesim.classroom.roster import ClassFolder, Student, read_students
 from lathesim.errors import LessonError, RecordingError
@@ -203,7 +203,7 @@ def test_copies_are_named_and_nobody_else(handed_in: Path, grades: dict[str, Stu
 def test_what_was_graded_is_not_read_again(
     handed_in: Path, grades: dict[str, StudentGrade], registry: Registry, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(class_grading, "grade_file", lambda *given: pytest.fail("it was graded before"))
+    monkeypatch.setattr(class_grades, "grade_file", lambda *given: pytest.fail("it was graded before"))
     assert list(grade_class(handed_in, registry)) == list(grades.values())
 
 

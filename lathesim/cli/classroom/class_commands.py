@@ -1,4 +1,4 @@
-"""``lathesim class new`` and ``class grade``: a machine of their own for each student, and the grades of all in one table."""
+"""``lathesim class`` and ``sheet``: a machine of their own for each student, the grades of all in one table, and a lesson on paper."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import STOPPED, OutputPath, open_registry, plugins_option
+from lathesim.cli.options import STOPPED, OutputPath, open_registry, plugins_option, variant_option
 from lathesim.cli.progress import count_bar
 
 _GO_ON = "the same command goes on from there."
@@ -64,8 +64,8 @@ def grade(folder: Path, handed_in: Path | None, out: Path | None, plugin_folders
     that was handed out. The tables are grades.csv, moodle.csv, nbgrader.csv and gradescope/STUDENT/results.json. A copy is named and still
     gets its marks: look at it. Stopped and started again, the command goes on where it was.
     """
-    from lathesim.classroom.forms import write_forms
-    from lathesim.classroom.grading import copies, grade_class
+    from lathesim.classroom.class_grades import copies, grade_class
+    from lathesim.classroom.grade_forms import write_forms
     from lathesim.classroom.roster import ClassFolder
 
     about = ClassFolder(folder).read()
@@ -87,5 +87,41 @@ def grade(folder: Path, handed_in: Path | None, out: Path | None, plugin_folders
         for sentence in sentences:
             click.echo(f"{name}: {sentence}")
     for path in write_forms(out or folder / "grades", about["lesson"], grades, copied):
+        click.echo(f"See {path}")
+    return 0
+
+
+@click.command()
+@click.argument("lesson")
+@click.option(
+    "--out", type=OutputPath(makes_folder=True), metavar="F.html|F.pdf", help="Write this file [default: LESSON_sheet.html and .pdf]."
+)
+@click.option("--solutions", is_flag=True, help="Add answers, solution and marks, for the teacher only.")
+@variant_option
+@plugins_option
+def sheet(lesson: str, out: Path | None, solutions: bool, variant: str | None, plugin_folders: tuple[Path, ...]) -> int:
+    """Write LESSON as a sheet to print: what it says, tasks and questions with room for answers, and the plot of a run.
+
+    The plot is that of --variant, else of the lesson's first case. Answers and solution come from the teacher's notes beside the lesson.
+    """
+    from lathesim.classroom.sheet import FORMS, sheet_blocks, sheet_figure, write_sheet
+    from lathesim.classroom.teacher_notes import notes_file, teacher_notes
+    from lathesim.errors import LatheSimError, LessonError
+    from lathesim.lessons.lesson import load_lesson
+
+    loaded = load_lesson(lesson)
+    if solutions and not notes_file(loaded).is_file():
+        raise LessonError("the lesson has no notes for teachers.", place=str(notes_file(loaded)), remedy="Leave --solutions out.")
+    blocks = sheet_blocks(loaded, teacher_notes(loaded) if solutions else None)
+    try:
+        figure = sheet_figure(loaded, open_registry(plugin_folders), variant)
+    except LatheSimError as error:
+        if variant is not None:
+            raise
+        figure = None
+        click.echo(f"The sheet has no plot: {error}", err=True)
+    name = f"{loaded.name}_{'solutions' if solutions else 'sheet'}"
+    for path in [out] if out is not None else [Path(f"{name}{form}") for form in FORMS]:
+        write_sheet(path, blocks, figure)
         click.echo(f"See {path}")
     return 0

@@ -12,7 +12,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from lathesim.classroom.grading import MOST, StudentGrade
+from lathesim.classroom.class_grades import MOST, StudentGrade
 from lathesim.lessons.grading import spreadsheet_cell
 from lathesim.whole_file import make_folder, write_text
 
