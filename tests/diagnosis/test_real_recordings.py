@@ -3,7 +3,9 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.io import loadmat
 
 from tests.cli.command import call
 from tests.shared_data import SHARED, needs_shared
@@ -43,6 +45,36 @@ def test_the_friction_left_out_of_the_emps_axis_is_found_with_its_asymmetry(caps
     force = next(item for item in answer["missing"] if item["at"] == "x_axis.disturbance")
     assert force["share_before"] > 0.16
     assert force["share_after"] < 0.02
+
+
+LATE = """\
+lesson: EMPS axis with its friction, the position logged late
+machine: force_axis
+sample_period: 1 ms
+step: 0.5 ms
+set: {x_axis.mass: 95.1 kg, x_axis.viscous: 203.5 N*s/m}
+insert:
+  - {effect: AsymmetricFriction, at: x_axis, level: 20.27 N, asymmetry: 0, viscous_difference: -36 N*s/m}
+recordings:
+  time: {column: t, unit: s}
+  drive: {x_axis.force: {column: f, unit: N}}
+  compare: {x_encoder.position: {column: q, unit: m, resolution: 5e-8 m}}
+uncertain: {x_axis.mass: 2 %, x_axis.viscous: 10 %}
+"""
+
+
+def test_a_position_that_is_logged_late_is_tied_with_a_late_force(capsys, tmp_path):
+    """Half real: 3 ms put into the recording. The tie stands also after a further effect has come in."""
+    data = loadmat(DATA / "emps" / "DATA_EMPS.mat")
+    place = data["qm"].ravel()
+    time = 1e-3 * np.arange(len(place))
+    rows = np.column_stack([time, data["vir"].ravel() * data["gtau"].item(), np.interp(time - 3e-3, time, place)])
+    np.savetxt(tmp_path / "late.csv", rows, delimiter=",", header="t,f,q", comments="", fmt="%.9g")
+    (tmp_path / "late.yaml").write_text(LATE, encoding="utf-8")
+    answer = diagnosed(capsys, tmp_path, tmp_path / "late.yaml", tmp_path / "late.csv")
+    delay = by_name(answer)["TransportDelay"]
+    assert delay["tied_with"] == ["ChannelTimeShift"]
+    assert delay["parameters"]["delay"]["low"] < 3e-3 < delay["parameters"]["delay"]["high"]
 
 
 def test_dry_friction_of_a_spin_up_is_named_and_what_one_direction_cannot_tell_is_said(capsys, tmp_path):

@@ -22,20 +22,24 @@ from lathesim.identification.records import Candidate, CandidateStanding, Model,
 
 @dataclass
 class Rounds:
-    """The rounds of a search; one on top of the same model is not made twice: the same values free, between the same bounds."""
+    """The rounds of a search; one on top of the same model is not made twice: the same values free, between the same bounds.
+
+    ``rivals`` are the parts of effects that predicted as well as one that came in: they are fitted in each later round.
+    """
 
     study: Study
+    rivals: set[str] = field(default_factory=set)
     _made: dict[frozenset[tuple[str, float, float]], list[Tried]] = field(default_factory=dict)
 
     def on(self, model: Model) -> list[Tried]:
         """Return the most promising candidates, each fitted on top of a model, and those that were nothing there."""
         key = frozenset((one.name, one.low, one.high) for one in model.free)
         if key not in self._made:
-            self._made[key] = _round(self.study, model)
+            self._made[key] = _round(self.study, model, self.rivals)
         return self._made[key]
 
 
-def _round(study: Study, model: Model) -> list[Tried]:
+def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     experiment = study.estimation
     candidates = [*may_come(model, experiment), *finer(model, experiment)]
     points = starting_points(experiment, model.fitted, candidates, method=study.method)
@@ -47,7 +51,7 @@ def _round(study: Study, model: Model) -> list[Tried]:
     items = sorted((*screening.ranked, *(wide.ranked if wide else ())), key=lambda item: -item.gain)
     trials: list[Tried] = []
     good: list[Tried] = []
-    for batch in _promising(items, study):
+    for batch in _promising(items, study, rivals):
         trials += together(lambda item: tried(study, model, item, _read_off(points, item.candidate)), batch)
         good = [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
         if good:
@@ -76,16 +80,17 @@ def _read_off(points: Mapping[str, FloatArray], candidate: Candidate) -> FloatAr
     return read_off if read_off is not None and read_off.shape[-1:] == (len(candidate.parameters),) else None
 
 
-def _promising(ranked: Sequence[Screened], study: Study) -> list[list[Screened]]:
-    """Return the candidates that are worth a fit, in batches: the best by their screening gain, with the simpler forms of each and what
-    leaves a like trace."""
+def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str]) -> list[list[Screened]]:
+    """Return the candidates that are worth a fit, in batches: the best by their screening gain, with the simpler forms of each, what leaves
+    a like trace, and ``rivals``."""
     worth = [item for item in ranked if item.gain > max(due(study.method), study.method.explaining.hopeless * ranked[0].gain)]
     near = [item for item in worth if item.gain > study.method.explaining.rival * worth[0].gain][: study.method.explaining.fitted_at_once]
     simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
     alike = {(item.candidate.family, item.candidate.at) for item in near[:2]}
 
     def belongs(candidate: Candidate) -> bool:
-        return (candidate.name, candidate.at) in simpler or (candidate.family, candidate.at) in alike
+        like = (candidate.name, candidate.at) in simpler or (candidate.family, candidate.at) in alike
+        return like or candidate.part in rivals
 
     first = near + [item for item in worth if not any(item is one for one in near) and belongs(item.candidate)]
     rest = [item for item in worth if not any(item is one for one in first)]

@@ -102,6 +102,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             if found.model is model:
                 break
             continue
+        rounds.rivals |= {one.candidate.part for one in trials if significant(one, study) and as_good(one.model, best, study)}
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
         study.progress(f"{best.name} predicts better, by a gain of {best.predicted.nats:.0f}")
