@@ -6,7 +6,6 @@ anything else that escapes is a fault of the program (exit code 3).
 
 from __future__ import annotations
 
-import difflib
 import unicodedata
 from collections.abc import Iterable, Sequence
 
@@ -114,5 +113,7 @@ def visible(text: str, keep: str = "") -> str:
 
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return ``"Did you mean 'x'?"`` for the name most like ``name``, or an empty text where none is near."""
+    import difflib
+
     found = difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
     return f"Did you mean '{found[0]}'?" if found else ""

@@ -11,12 +11,13 @@ A plug-in is a Python file with functions of these names, each marked ``@hookimp
 
 from __future__ import annotations
 
+import functools
 import importlib
-from collections.abc import Sequence
+import os
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-import pluggy
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 from lathesim.errors import PluginError
 
@@ -24,8 +25,30 @@ if TYPE_CHECKING:
     from lathesim.component import Component
 
 PROJECT = "lathesim"
-hookspec = pluggy.HookspecMarker(PROJECT)
-hookimpl = pluggy.HookimplMarker(PROJECT)
+ENTRY_POINTS = "lathesim.plugins"
+"""The group of entry points by which an installed package announces a plug-in."""
+MARK = f"{PROJECT}_impl"
+"""The attribute of a hook by which pluggy knows it."""
+Hook = TypeVar("Hook", bound=Callable[..., Any])
+
+
+class _Marker:
+    """Marks a function as a hook, with options of pluggy, as its own marker does, but without the time that it takes to import pluggy."""
+
+    @overload
+    def __call__(self, function: Hook) -> Hook: ...
+
+    @overload
+    def __call__(self, **options: bool) -> Callable[[Hook], Hook]: ...
+
+    def __call__(self, function: Any = None, **options: bool) -> Any:
+        if function is None:
+            return functools.partial(self, **options)
+        setattr(function, MARK, options)
+        return function
+
+
+hookimpl = _Marker()
 
 
 @dataclass(frozen=True)
@@ -67,37 +90,30 @@ class ScreenEntry(DoorEntry):
     about: str = ""
 
 
-@hookspec
 def register_components() -> Sequence[type[Component]]:  # type: ignore[empty-body]
     """Return component classes; a machine names each by its class name."""
 
 
-@hookspec
 def register_effects() -> Sequence[type[Component]]:  # type: ignore[empty-body]
     """Return effect classes; a lesson inserts each by its class name."""
 
 
-@hookspec
 def register_remedies() -> Sequence[type[Component]]:  # type: ignore[empty-body]
     """Return remedy classes: effects that compensate another one; a lesson inserts each by its class name."""
 
 
-@hookspec
 def register_metrics() -> Sequence[Any]:  # type: ignore[empty-body]
     """Return metrics: what a number is called, its unit, how it is measured on a Record, and whether it is one ``of_cutting``."""
 
 
-@hookspec
 def register_recording_readers() -> Sequence[Any]:  # type: ignore[empty-body]
     """Return readers: which files each reads, and how it makes a Record of one."""
 
 
-@hookspec
 def register_commands() -> Sequence[CommandEntry]:  # type: ignore[empty-body]
     """Return commands; a command line calls each by its name."""
 
 
-@hookspec
 def register_screens() -> Sequence[ScreenEntry]:  # type: ignore[empty-body]
     """Return screens of the app; those of plug-ins come in when the app is opened."""
 
@@ -106,3 +122,30 @@ HOOKS = (
     "register_components", "register_effects", "register_remedies", "register_metrics", "register_recording_readers", "register_commands",
     "register_screens",
 )  # fmt: skip
+
+
+def no_package_has_plugins() -> bool:
+    """Return whether no installed package announces plug-ins for certain, at a tenth of what the library takes that reads packages."""
+    for folder in dict.fromkeys(sys.path):
+        if os.path.isfile(folder):  # noqa: PTH113 - in a third of the time
+            return False  # an archive, which the library can read
+        if any(_announces(package) for package in _packages_in(folder or ".")):
+            return False
+    return True
+
+
+def _packages_in(folder: str) -> list[str]:
+    """Return the folders that describe the installed packages of a folder."""
+    try:
+        with os.scandir(folder) as entries:
+            return [entry.path for entry in entries if entry.name.endswith((".dist-info", ".egg-info"))]
+    except OSError:
+        return []
+
+
+def _announces(package: str) -> bool:
+    try:
+        with open(f"{package}/entry_points.txt", "rb") as file:  # noqa: PTH123 - in a third of the time
+            return f"[{ENTRY_POINTS}]".encode() in file.read()
+    except OSError:
+        return False

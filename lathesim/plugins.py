@@ -8,27 +8,24 @@ from __future__ import annotations
 
 import functools
 import importlib
-import importlib.util
 import inspect
 import sys
-import zlib
 from collections.abc import Callable, Iterable, Mapping
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import TYPE_CHECKING, Any
 
-import pluggy
-
 from lathesim import hookspecs
 from lathesim.errors import LatheSimError, PluginError, nearest
-from lathesim.hookspecs import HOOKS, PROJECT, CommandEntry, DoorEntry, ScreenEntry, hookimpl
+from lathesim.hookspecs import ENTRY_POINTS, HOOKS, MARK, PROJECT, CommandEntry, DoorEntry, ScreenEntry, hookimpl, no_package_has_plugins
 from lathesim.shipped import shipped_files
 
 if TYPE_CHECKING:
+    import pluggy
+
     from lathesim.component import Component
 
-ENTRY_POINTS = "lathesim.plugins"
 KINDS = ("components", "effects", "remedies", "metrics", "readers", "commands", "screens")
 """What is registered: attributes of a :class:`Registry`."""
 ROOMS = (
@@ -87,10 +84,17 @@ class Registry:
         self.plugins: list[str] = []
         """The plug-ins that were loaded."""
         self._lost: dict[str, str] = {}
-        self._manager = pluggy.PluginManager(PROJECT)
-        self._manager.add_hookspecs(hookspecs)
-        self._manager.register(StockParts(), name="stock")
-        self._stock = {"stock"}
+        self._stock: dict[str, Any] = {"stock": StockParts()}
+
+    @functools.cached_property
+    def _guests(self) -> pluggy.PluginManager:
+        import pluggy
+
+        manager = pluggy.PluginManager(PROJECT)
+        for name in HOOKS:
+            pluggy.HookspecMarker(PROJECT)(getattr(hookspecs, name))
+        manager.add_hookspecs(hookspecs)
+        return manager
 
     @functools.cached_property
     def components(self) -> dict[str, type[Component]]:
@@ -133,8 +137,7 @@ class Registry:
         """Let the stock rooms in; only a command line and the app need them."""
         for room in ROOMS:
             if room not in self._stock:
-                self._stock.add(room)
-                self._manager.register(importlib.import_module(room), name=room)
+                self._stock[room] = importlib.import_module(room)
 
     def component(self, name: str) -> type[Component]:
         """Return the component of a name; :class:`PluginError` with the nearest name where there is none."""
@@ -171,7 +174,7 @@ class Registry:
 
     def add_installed(self) -> None:
         """Load the plug-ins that installed packages announce as entry points ``lathesim.plugins``."""
-        if _no_package_has_plugins():
+        if no_package_has_plugins():
             return
         from importlib.metadata import entry_points
 
@@ -203,7 +206,7 @@ class Registry:
             value = getattr(plugin, item, None)
             if not callable(value) or (inspect.ismodule(plugin) and getattr(value, "__module__", None) != plugin.__name__):
                 continue
-            marked = self._manager.parse_hookimpl_opts(plugin, item) is not None
+            marked = isinstance(getattr(value, MARK, None), dict)
             if marked and item not in HOOKS:
                 self.problems.append(
                     f"{_line_of(value, name)}: there is no hook '{item}'. {nearest(item, HOOKS) or 'Hooks: ' + ', '.join(HOOKS) + '.'}"
@@ -217,8 +220,10 @@ class Registry:
             remedy = f"Write a function {HOOKS[0]} marked @hookimpl that gives a list."
             self.problems.append(f"{name}: the plug-in registers nothing. {remedy}")
             return None
+        import pluggy
+
         try:
-            self._manager.register(plugin, name=name)
+            self._guests.register(plugin, name=name)
         except (pluggy.PluginValidationError, ValueError) as error:
             self.problems.append(f"{name}: {str(error).splitlines()[-1].strip()}.")
             return None
@@ -232,14 +237,15 @@ class Registry:
 
     def _collected(self, hook: str) -> dict[str, Any]:
         found: dict[str, Any] = {}
-        found_hooks = getattr(self._manager.hook, hook).get_hookimpls()
-        for implementation in sorted(found_hooks, key=lambda item: item.plugin_name not in self._stock):
-            stock = implementation.plugin_name in self._stock
+        for source in self._stock.values():
+            for item in _listed(getattr(source, hook)()) if hasattr(source, hook) else ():
+                found[_name_of(item)] = item
+                entry = isinstance(item, DoorEntry)
+                self.origins[_name_of(item)] = item.target.partition(":")[0] if entry else str(getattr(item, "__module__", "lathesim"))
+        for implementation in getattr(self._guests.hook, hook).get_hookimpls() if self.plugins else ():
             try:
                 items = _listed(implementation.function())
             except Exception as error:
-                if stock:
-                    raise
                 place = _line_of(implementation.function, implementation.plugin_name)
                 self.problems.append(f"{place}: {hook} fails: {_told(error)}")
                 self._lost_names(implementation.function)
@@ -249,12 +255,7 @@ class Registry:
         return found
 
     def _take(self, item: Any, found: dict[str, Any], hook: str, implementation: pluggy.HookImpl) -> None:
-        name = str(getattr(item, "name", None) or getattr(item, "__name__", None) or type(item).__name__)
-        is_entry = isinstance(item, DoorEntry)
-        if implementation.plugin_name in self._stock:
-            found[name] = item
-            self.origins[name] = item.target.partition(":")[0] if is_entry else str(getattr(item, "__module__", "lathesim"))
-            return
+        name, is_entry = _name_of(item), isinstance(item, DoorEntry)
         place = _line_of(implementation.function if is_entry else item, str(implementation.plugin_name))
         problem = _with_place(place, _fault(hook, item, found))
         if not problem and name in found:
@@ -297,6 +298,10 @@ class Registry:
         return name in self.components
 
 
+def _name_of(item: Any) -> str:
+    return str(getattr(item, "name", None) or getattr(item, "__name__", None) or type(item).__name__)
+
+
 def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True, hook: str = "") -> Registry:
     """Return the registry of stock parts, installed plug-ins and the files of plug-in folders, of which a ``hook`` leaves out others."""
     registry = Registry()
@@ -305,17 +310,6 @@ def load_registry(plugin_folders: Iterable[Path] = (), *, installed: bool = True
     for folder in plugin_folders:
         registry.add_folder(Path(folder), hook)
     return registry
-
-
-def _no_package_has_plugins() -> bool:
-    """Return whether no installed package announces plug-ins for certain, at a tenth of what the library takes that reads packages."""
-    for folder in map(Path, dict.fromkeys(sys.path)):
-        if folder.is_file():
-            return False  # an archive, which the library can read
-        for pattern in ("*.dist-info/entry_points.txt", "*.egg-info/entry_points.txt"):
-            if any(f"[{ENTRY_POINTS}]" in _text(path) for path in folder.glob(pattern)):
-                return False
-    return True
 
 
 class _FromSource(SourceFileLoader):
@@ -327,6 +321,9 @@ class _FromSource(SourceFileLoader):
 
 
 def _imported(path: Path) -> ModuleType:
+    import importlib.util
+    import zlib
+
     name = f"lathesim_plugin_{path.stem}"
     if getattr(sys.modules.get(name), "__file__", str(path.absolute())) != str(path.absolute()):
         name = f"{name}_{zlib.crc32(str(path.absolute()).encode()):08x}"  # a file of this name lies in another folder too

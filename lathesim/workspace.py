@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lathesim.whole_file import write_text
-
 MARKER = ".lathesim-workspace"
 
 
@@ -18,6 +16,8 @@ def mark_workspace(folder: Path) -> None:
     text = (
         f"{folder.resolve()}\nThe file lets lathesim load the plug-ins in plugins/ here. 'lathesim init .' writes it anew after a move.\n"
     )
+    from lathesim.whole_file import write_text
+
     write_text(folder / MARKER, text)
 
 

@@ -104,13 +104,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _start_lightly() -> None:
     """Print in any encoding, and spare the start what it does not need: together a tenth of a second."""
-    import gc
     import os
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # characters outside the terminal's encoding are replaced
-    gc.set_threshold(50_000, 20, 20)  # what is imported stays; searching it for garbage again and again finds none
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else all installed packages are searched for them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are too small to be shared among cores, which wait for each other
 
