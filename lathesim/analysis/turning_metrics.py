@@ -244,7 +244,19 @@ def _of_axis(axis: str) -> Metric:
     return Metric(f"{axis}_reversals", "1", f"how often the reference of the {axis} axis turns round", counted)
 
 
-MOTION_METRICS: tuple[Metric, ...] = (_of_axis("x"), _of_axis("z"))
+def alarm_time(record: Record) -> float:
+    """Return when a guard first alarms [s]; :class:`NoValueError` where it never does."""
+    alarmed = np.flatnonzero(signal(record, ".alarm") > 0.5)
+    if not len(alarmed):
+        raise NoValueError("the guard never alarms")
+    return float(record.time[alarmed[0]])
+
+
+MOTION_METRICS: tuple[Metric, ...] = (
+    _of_axis("x"),
+    _of_axis("z"),
+    Metric("alarm_time", "s", "when the guard of a sensor first alarms", alarm_time),
+)
 
 
 _LAST = 0.25

@@ -26,7 +26,7 @@ import numpy as np
 
 from lathesim.analysis.metric import Measured
 from lathesim.classroom.roster import ClassFolder, Student
-from lathesim.classroom.teacher_notes import AnswerNote, TeacherNotes, notes_file, teacher_notes
+from lathesim.classroom.teacher_notes import AnswerNote, TeacherNotes, notes_file, teacher_notes, with_tables
 from lathesim.component import Parameter
 from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.class_folder import VALIDATION, conceal_case, publish
@@ -215,7 +215,8 @@ def _as_hard(desk: _Desk, students: Mapping[int, Student]) -> Iterator[tuple[int
         case = solved = Members(prepare(desk.lesson, desk.registry, variant), names, metrics)
         if solution is not None:
             program = write_text(Path(folder) / "solution.nc", solution.program) if solution.program else None
-            solved = Members(prepare(desk.lesson, desk.registry, variant, dict(solution.set), program=program), names, metrics)
+            lesson = with_tables(desk.lesson, solution)
+            solved = Members(prepare(lesson, desk.registry, variant, dict(solution.set), program=program), names, metrics)
         wanted = difficulty(case.run(0, [item.given for item in desk.spreads]))
         left = dict(students)
         for attempt in range(DRAWS):

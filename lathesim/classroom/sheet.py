@@ -103,7 +103,7 @@ def _solution(notes: TeacherNotes) -> Iterator[SheetBlock]:
     yield SheetBlock("heading", "Solution and marks")
     if notes.solution is not None:
         case = f"Case {notes.solution.variant}" if notes.solution.variant else "The lesson itself"
-        values = ", ".join(f"{name} = {value}" for name, value in notes.solution.set.items())
+        values = ", ".join(f"{name} = {value}" for name, value in {**notes.solution.set, **notes.solution.tables}.items())
         yield SheetBlock("answer", f"{case}{' with ' + values if values else ''}{' with this program:' if notes.solution.program else ''}")
         yield SheetBlock("code", notes.solution.program)
     yield SheetBlock("answer", notes.notes)

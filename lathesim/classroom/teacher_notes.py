@@ -9,7 +9,8 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.lesson import Lesson, lesson_from_text
 from lathesim.lessons.schema import PartItem, Quantity, Text
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import read_source
@@ -27,12 +28,13 @@ class AnswerNote(BaseModel):
 
 
 class SolutionNote(BaseModel):
-    """A run that meets the goals: a case of the lesson with values, or with a part program, of one's own."""
+    """A run that meets the goals: a case of the lesson with values, tables, or a part program, of one's own."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     variant: Text | None = None
     set: dict[PartItem, Quantity] = Field(default_factory=dict)
+    tables: dict[PartItem, Text] = Field(default_factory=dict)
     program: Text = ""
 
 
@@ -67,3 +69,11 @@ def teacher_notes(lesson: Lesson) -> TeacherNotes:
     """Return the notes of a lesson, empty ones where it has none; :class:`LessonError` where they are faulty."""
     file = notes_file(lesson)
     return validated(TeacherNotes, read_source(file, what="teacher's notes")) if file.is_file() else TeacherNotes()
+
+
+def with_tables(lesson: Lesson, solution: SolutionNote) -> Lesson:
+    """Return the lesson with the tables of a solution."""
+    if not solution.tables:
+        return lesson
+    tables = {**lesson.settings.tables, **solution.tables}
+    return lesson_from_text(changed_lesson(lesson, [], {}, lesson.path.parent, further={"tables": tables}), lesson.path)

@@ -36,13 +36,13 @@ def test_unequal_gains_make_an_ellipse(variant: str, spread: float) -> None:
 
 def test_friction_feedforward_takes_the_spikes_and_twice_of_it_brings_them_back() -> None:
     spread = {}
-    for variant in ("friction", "friction_compensated", "12_bits", "8_bits", "twice_too_strong"):
-        record = simulate(load_lesson("07_circular_test"), load_registry(), variant)
-        spread[variant] = 1e3 * float(np.ptp(circles(record)[-1].radial))
+    for name, (feedforward, bits, _) in ROWS.items():
+        record = simulate(load_lesson("07_circular_test"), load_registry(), "friction", compensated(feedforward, bits))
+        spread[name] = 1e3 * float(np.ptp(circles(record)[-1].radial))
     assert spread["friction"] == pytest.approx(0.0730, rel=0.05)
     assert spread["twice_too_strong"] == pytest.approx(0.0734, rel=0.05)
-    assert spread["friction_compensated"] < 0.0020
-    assert spread["friction_compensated"] < spread["12_bits"] < spread["8_bits"] < spread["friction"]
+    assert spread["compensated"] < 0.0020
+    assert spread["compensated"] < spread["12_bits"] < spread["8_bits"] < spread["friction"]
 
 
 def of(radial: np.ndarray, direction: float = 1.0) -> Circle:
@@ -112,12 +112,18 @@ GAIN, LAG, PROPORTIONAL, PERIOD, RADIUS, SPEED, FRICTION = 18.78, 0.0243, 0.2245
 """The axis of the reference numbers [mm, s, V]; dry friction as a speed."""
 ROWS = {
     "friction": (0.0, 0, 0.0730),
-    "friction_compensated": (13.3e-3, 0, 0.0014),
+    "compensated": (13.3e-3, 0, 0.0014),
     "12_bits": (13.3e-3, 12, 0.0056),
     "8_bits": (13.3e-3, 8, 0.0233),
     "twice_too_strong": (26.6e-3, 0, 0.0734),
 }
-"""Variant -> friction feedforward [V], bits of the converter (0: none), radial peak to peak of the prototype [mm]."""
+"""Case -> friction feedforward [V], bits of the converter (0: none), radial peak to peak of the prototype [mm]."""
+
+
+def compensated(feedforward: float, bits: int) -> dict[str, str]:
+    """Return the values of a case with friction for the controllers and converters of both axes."""
+    values = {"controller.friction_feedforward": f"{feedforward} V", "dac.bits": str(bits or 32)}
+    return {f"{axis}_{name}": value for axis in "xz" for name, value in values.items()}
 
 
 def held(speed: float, place: float, voltage: float) -> tuple[float, float]:
@@ -159,20 +165,20 @@ def turns(feedforward: float, bits: int, start: float = 0.0, count: int = 3) -> 
     return tuple(float(np.ptp(radial[turn * each : (turn + 1) * each])) for turn in range(count))
 
 
-@pytest.mark.parametrize("variant", ROWS)
-def test_a_turn_with_friction_is_the_exact_one(variant: str) -> None:
-    feedforward, bits, _ = ROWS[variant]
+@pytest.mark.parametrize("case", ROWS)
+def test_a_turn_with_friction_is_the_exact_one(case: str) -> None:
+    feedforward, bits, _ = ROWS[case]
     lesson = load_lesson("07_circular_test")
     finely = replace(lesson, settings=lesson.settings.model_copy(update={"step": 1e-4}))
-    record = simulate(finely, load_registry(), variant)
+    record = simulate(finely, load_registry(), "friction", compensated(feedforward, bits))
     spread = 1e3 * float(np.ptp(circles(record)[-1].radial))
     # friction turns round between two steps: the lesson's own step of 0.5 ms is off by up to 5.6 %
     assert spread == pytest.approx(turns(feedforward, bits)[-1], rel=0.006)
 
 
-@pytest.mark.parametrize("variant", ROWS)
-def test_the_prototype_is_one_turn_of_several(variant: str) -> None:
+@pytest.mark.parametrize("case", ROWS)
+def test_the_prototype_is_one_turn_of_several(case: str) -> None:
     """A turn is no whole number of samples, so each turn meets the reversal, and the converter, at another phase."""
-    feedforward, bits, printed = ROWS[variant]
+    feedforward, bits, printed = ROWS[case]
     found = [value for start in (0.0, 0.25 * math.pi, 1.0, 2.0) for value in turns(feedforward, bits, start, 4)[1:]]
     assert min(found) * 0.97 <= printed <= max(found) * 1.03

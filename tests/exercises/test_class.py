@@ -14,6 +14,7 @@ from lathesim.classroom.class_grades import StudentGrade, copies, grade_class
 from lathesim.classroom.grade_forms import GRADES, NBGRADER, write_forms
 from lathesim.classroom.making import HIDDEN, MadeMachine, make_class
 from lathesim.classroom.roster import ClassFolder, Student, read_students
+from lathesim.classroom.teacher_notes import teacher_notes
 from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.sealed_answer import opened
 from lathesim.lessons.lesson import load_lesson
@@ -21,6 +22,7 @@ from lathesim.lessons.questions import keep_answer
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import Registry, load_registry
 from lathesim.record_writer import save
+from lathesim.shipped import shipped_files
 from tests.cli.command import call
 from tests.diagnosis.small_case import write_lesson
 
@@ -138,6 +140,17 @@ def test_a_lesson_in_which_nothing_varies_is_refused(registry: Registry, student
     path.write_text(path.read_text().partition("uncertain:")[0], encoding="utf-8")
     with pytest.raises(LessonError, match=r"nothing says which values differ in a class\. Write them in .*teacher/small\.yaml"):
         list(make_class(load_lesson(path), registry, students, tmp_path / "class"))
+
+
+VARIED = [path for path in shipped_files("lesson_configs", "*.yaml") if teacher_notes(load_lesson(path)).vary]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", VARIED, ids=lambda path: path.stem)
+def test_a_lesson_in_which_values_vary_makes_a_class(path: Path, students: list[Student], registry: Registry, tmp_path: Path) -> None:
+    hard = [machine.difficulty for machine in make_class(load_lesson(path), registry, students, tmp_path / "class", seed=1)]
+    assert len(hard) == len(students)
+    assert max(hard) <= (1.0 + HIDDEN.within) / (1.0 - HIDDEN.within) * min(hard)
 
 
 # ---- the grades ------------------------------------------------------------------------------------------------------------------

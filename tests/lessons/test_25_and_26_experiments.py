@@ -9,14 +9,14 @@ from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
 
 MET = {
-    ("25_which_program_next", "one_way"): [False, True],
-    ("25_which_program_next", "exercise"): [True, False],
-    ("25_which_program_next", "designed"): [True, False],
-    ("26_two_suspects_one_run", "yours"): [True, False],
-    ("26_two_suspects_one_run", "exercise"): [True, False],
-    ("26_two_suspects_one_run", "theirs"): [True, False],
+    ("25_which_program_next", "one_way"): [False, False, False],
+    ("25_which_program_next", "exercise"): [True, True, False],
+    ("25_which_program_next", "designed"): [True, False, False],
+    ("26_two_suspects_one_run", "yours"): [False, False, False],
+    ("26_two_suspects_one_run", "exercise"): [True, True, False],
+    ("26_two_suspects_one_run", "theirs"): [True, True, False],
 }
-"""Case -> whether it turns round often enough, and is short enough."""
+"""Case -> whether it turns round often enough, is fast enough, and is short enough."""
 
 
 @pytest.mark.parametrize("case", MET, ids=" ".join)
