@@ -121,6 +121,7 @@ def _graded(
     best = next(iter(ranked(own) or ranked(list(grades.values()))), Grade("", NO_RECORD))
     questions = max((item.questions for item in grades.values()), key=lambda found: sum(one.right for one in found), default=())
     diagnosis, numbers, notes = _diagnosis(work, list(graded.files), answer)
+    notes += [f"Only the first {MOST_FILES} files were read."] if len(graded.files) == MOST_FILES else []
     found = replace(
         graded,
         result=best.result if own or not machines else FOREIGN,

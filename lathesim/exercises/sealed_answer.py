@@ -61,7 +61,8 @@ def seal_of(answer: Mapping[str, Any]) -> dict[str, Any]:
 
 def file_digest(path: Path) -> str:
     """Return the SHA-256 of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def opened(seal_path: Path, answer_path: Path) -> dict[str, Any]:

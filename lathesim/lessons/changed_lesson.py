@@ -154,6 +154,7 @@ def class_lesson(lesson: Lesson, recordings: Mapping[str, Any], *, with_tasks: b
     data: dict[str, Any] = _plain(lesson.source.data)
     data["recordings"], data["machine"] = dict(recordings), lesson.machine.name
     for changes in (data, *data.get("variants", {}).values()):
+        changes.pop("published", None)
         if "program" in changes:
             changes["program"] = Path(changes["program"]).name
         if "tables" in changes:

@@ -13,6 +13,7 @@ TOPICS = (
     "commands",
     "lessons",
     "writing_lessons",
+    "classes",
     "programs",
     "stability",
     "live",

@@ -116,6 +116,7 @@ def test_the_folder_of_a_student_holds_the_tasks_and_no_answer(made: tuple[Path,
         lesson = load_lesson(own / "lesson.yaml")
         assert lesson.settings.goals == load_lesson(LESSON).settings.goals
         assert dict(lesson.settings.set) == answer["values"]
+        assert not any(variant.published for variant in lesson.settings.variants.values())
         assert all(question.answer is None for question in lesson.settings.questions)
 
 
