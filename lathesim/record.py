@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -89,7 +89,7 @@ class Channel:
         return place.port or place.part
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Record:
     """What was simulated or measured: ``time`` [s], (samples,), and channels by name, each as long as ``time``.
 
@@ -119,6 +119,10 @@ class Record:
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.channels)
+
+    def __repr__(self) -> str:
+        length = float(np.ptp(self.time)) if len(self) else 0.0
+        return f"<Record: {len(self.channels)} channels, {len(self)} samples in {length:.4g} s, {self.status}>"
 
     def channel(self, name: str) -> Channel:
         """Return a channel with its unit; :class:`RecordError` with the nearest name where there is none."""
@@ -178,6 +182,48 @@ class Record:
     def ending_with(self, *suffixes: str) -> list[str]:
         """Return the names of the channels that end with one of ``suffixes``, in the order of the suffixes."""
         return [name for suffix in suffixes for name in self.channels if name.endswith(suffix)]
+
+    def to_pandas(self) -> Any:
+        """Return the channels as a ``pandas.DataFrame`` over the time [s], with their SI units in ``attrs["units"]``."""
+        units = {name: channel.unit for name, channel in self.channels.items()}
+        return frame({name: channel.values for name, channel in self.channels.items()}, units, self.time)
+
+    def to_xarray(self) -> Any:
+        """Return the channels as an ``xarray.Dataset`` over ``time``; each has the attributes ``units`` and ``long_name``."""
+        try:
+            import xarray
+        except ImportError:
+            raise _missing("xarray") from None
+        data = {
+            name: ("time", channel.values, {"units": channel.unit, "long_name": channel.description or name})
+            for name, channel in self.channels.items()
+        }
+        return xarray.Dataset(data, {"time": ("time", self.time, {"units": "s"})}, dict(self.meta))
+
+    def plot(self, *names: str, title: str = "") -> Any:
+        """Return a matplotlib figure of some channels over time, or of what matters in the run where none is named.
+
+        A notebook shows the figure; ``figure.savefig("run.png")`` writes it.
+        """
+        from lathesim.analysis.plots import channels_figure, overview_figure
+
+        return channels_figure(self, names, title) if names else overview_figure(self, title)
+
+
+def frame(columns: Mapping[str, Any], units: Mapping[str, str], time: FloatArray | None = None) -> Any:
+    """Return columns as a ``pandas.DataFrame``, with their units in ``attrs["units"]`` and the time [s] as its index."""
+    try:
+        import pandas
+    except ImportError:
+        raise _missing("pandas") from None
+    made = pandas.DataFrame(dict(columns), index=None if time is None else pandas.Index(time, name="time"))
+    made.attrs["units"] = dict(units)
+    return made
+
+
+def _missing(package: str) -> RecordError:
+    remedy = "Install it with: python -m pip install 'lathesim[tables]'"
+    return RecordError(f"the package '{package}' is not installed.", remedy=remedy)
 
 
 def load(path: str | Path) -> Record:

@@ -6,7 +6,12 @@ says so and names the folder itself, so a copied or downloaded one does not coun
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lathesim.plugins import Registry
 
 MARKER = ".lathesim-workspace"
 
@@ -29,3 +34,17 @@ def workspace_plugins(folder: Path) -> Path | None:
         return None
     plugins = folder / "plugins"
     return plugins if marked and marked[0] == str(folder.resolve()) and plugins.is_dir() else None
+
+
+def load_with_workspace(plugin_folders: Sequence[Path] = (), hook: str = "") -> Registry:
+    """Return the registry with the user's plug-in folders and that of the workspace, read anew; with a ``hook`` only what mentions it."""
+    from lathesim.plugins import load_registry
+
+    folders = list(plugin_folders)
+    own = workspace_plugins(Path.cwd())
+    if own is not None and own.resolve() not in [folder.resolve() for folder in folders]:
+        folders.append(own.relative_to(Path.cwd()))
+    registry = load_registry(folders, hook=hook)
+    if folders and not hook:
+        registry.ask("components", "effects", "metrics")
+    return registry

@@ -16,10 +16,11 @@ from typing import Any
 import click
 
 import lathesim
-from lathesim.cli.options import STOPPED, load_with_workspace, tell_problems
+from lathesim.cli.options import STOPPED, tell_problems
 from lathesim.errors import LatheSimError, PluginError, nearest
 from lathesim.hookspecs import CommandEntry
 from lathesim.plugins import load_registry
+from lathesim.workspace import load_with_workspace
 
 INPUT_FAULT, USAGE, PROGRAM_FAULT = 1, 2, 3
 

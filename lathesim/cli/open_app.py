@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import load_with_workspace, plugins_option
+from lathesim.cli.options import plugins_option
+from lathesim.workspace import load_with_workspace
 
 if TYPE_CHECKING:
     from lathesim.tui.app import LathesimApp

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from lathesim.workspace import load_with_workspace
+
 if TYPE_CHECKING:
     from lathesim.lessons.lesson import Lesson
     from lathesim.lessons.simulate import Prepared
@@ -206,21 +208,6 @@ def open_registry(plugin_folders: tuple[Path, ...], *, tell: bool = True) -> Reg
     registry = load_with_workspace(plugin_folders)
     if tell:
         tell_problems(registry)
-    return registry
-
-
-def load_with_workspace(plugin_folders: tuple[Path, ...], hook: str = "") -> Registry:
-    """Return the registry with the user's plug-in folders and that of the workspace, read anew; with a ``hook`` only what mentions it."""
-    from lathesim.plugins import load_registry
-    from lathesim.workspace import workspace_plugins
-
-    folders = list(plugin_folders)
-    own = workspace_plugins(Path.cwd())
-    if own is not None and own.resolve() not in [folder.resolve() for folder in folders]:
-        folders.append(own.relative_to(Path.cwd()))
-    registry = load_registry(folders, hook=hook)
-    if folders and not hook:
-        registry.ask("components", "effects", "metrics")
     return registry
 
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 import csv
 import functools
 import typing
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from lathesim.errors import LessonError, nearest
+from lathesim.errors import LessonError, ProgramError, nearest
 from lathesim.lessons.schema import CourseUnit, LessonSettings, MachineSettings
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import YamlFile, read_source, source_of
 from lathesim.shipped import shipped_files, shipped_folder
+
+if typing.TYPE_CHECKING:
+    from lathesim.record import Record
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,30 @@ class Lesson:
         """The names of its variants, in the order of the file."""
         return tuple(self.settings.variants)
 
+    def run(
+        self,
+        variant: str | None = None,
+        set: Mapping[str, str | float] | None = None,
+        *,
+        program: str | Path | None = None,
+        seed: int | None = None,
+        engine: str | None = None,
+    ) -> Record:
+        """Return the record of one run; nothing is written.
+
+        ``variant`` is one of ``variants``. ``set`` changes values of parts: ``{"x_controller.proportional": "0.3 V/mm"}``. ``program``,
+        ``seed`` and ``engine`` ("compiled" or "plain") take the place of the lesson's. Plug-ins of the workspace take part.
+        Raises :class:`LessonError` where a name or value does not fit, and :class:`lathesim.errors.SimulationError` where the run breaks
+        down, with the data up to then in its ``record``.
+        """
+        from lathesim.lessons.simulate import simulate
+        from lathesim.workspace import load_with_workspace
+
+        file = None if program is None else find_program(program, self.path.parent)
+        if program is not None and file is None:
+            raise ProgramError(f"there is no part program '{program}'.")
+        return simulate(self, load_with_workspace(), variant, set, program=file, engine=engine, seed=seed)
+
 
 def load_lesson(path_or_name: str | Path) -> Lesson:
     """Return the lesson in a file, or the shipped lesson of that name (``01_contour_error``), with its machine template."""
@@ -82,7 +109,7 @@ def load_machine(path: Path) -> MachineTemplate:
 def find_lesson(path_or_name: str | Path) -> Path:
     """Return the file of a lesson: a path, or the name of one in ``./lesson_configs`` or of a shipped one, in this order.
 
-    A former name of a shipped lesson is as good as its present one.
+    A former name of a shipped lesson is as good as its present one, and so is its number alone (``01``).
     """
     given = Path(path_or_name)
     if given.is_file():
@@ -91,7 +118,8 @@ def find_lesson(path_or_name: str | Path) -> Path:
     known = {path.stem: path for path in (*shipped_files("lesson_configs", "*.yaml"), *own)}
     name = given.stem if given.suffix in (".yaml", ".yml") else given.name
     if str(given.parent) in (".", "lesson_configs"):
-        for found in (name, present_name(name)):
+        numbered = [stem for stem in known if name.isdigit() and stem.startswith(f"{name}_")]
+        for found in (name, present_name(name), *(numbered if len(numbered) == 1 else ())):
             if found in known:
                 return known[found]
     if given.suffix in (".yaml", ".yml") and str(given.parent) != ".":

@@ -97,6 +97,18 @@ def grid(ranges: Sequence[SweptRange]) -> list[tuple[int, ...]]:
     return list(itertools.product(*(range(len(item.values)) for item in ranges)))
 
 
+def values_at(ranges: Sequence[SweptRange], point: Sequence[int]) -> tuple[float, ...]:
+    """Return the value [SI] of each varied parameter at a point of the grid."""
+    return tuple(item.values[place] for item, place in zip(ranges, point, strict=True) for _ in item.names)
+
+
+def default_metrics(prepared: Prepared) -> list[str]:
+    """Return the metrics of the lesson's goals, else those it has published values of."""
+    settings = prepared.case.lesson.settings
+    published = [*settings.published, *(name for variant in settings.variants.values() for name in variant.published)]
+    return list(dict.fromkeys([goal.metric for goal in settings.goals] or published))
+
+
 def _texts(spread: str, place: str) -> tuple[list[str], bool]:
     """Return the ends of a range, or the members of a list, each with the unit that was written."""
     if ".." in spread:

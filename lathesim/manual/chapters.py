@@ -22,6 +22,7 @@ TOPICS = (
     "experiments",
     "contour",
     "reliability",
+    "python",
     "plugins",
     "speed",
     "house",

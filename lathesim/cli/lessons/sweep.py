@@ -56,7 +56,7 @@ def sweep(
     from lathesim.errors import LatheSimError
     from lathesim.lessons.lesson import results_folder
     from lathesim.lessons.sweep_runs import Members
-    from lathesim.lessons.sweep_table import grid, read_range
+    from lathesim.lessons.sweep_table import default_metrics, grid, read_range, values_at
 
     if executor is not None and not executor.startswith("dask://"):
         raise click.UsageError(f"--executor {executor}: write it as dask://host:port.")
@@ -68,7 +68,7 @@ def sweep(
             click.echo(item.remark, err=True)
     points = grid(ranges)
     names = tuple(name for item in ranges for name in item.names)
-    wanted = {name: registry.metric(name) for name in metrics or _default_metrics(prepared)}
+    wanted = {name: registry.metric(name) for name in metrics or default_metrics(prepared)}
     if not wanted:
         raise LatheSimError("the lesson has no goals.", place=str(loaded.path), remedy="Say what to measure with --metric.")
     members = Members(prepared, names, wanted)
@@ -76,7 +76,7 @@ def sweep(
     table = _sweep_table(place, prepared, members, ranges, points)
     done = table.open()
     there = len(done)
-    jobs = [(number, _values(ranges, point)) for number, point in enumerate(points) if number not in done]
+    jobs = [(number, values_at(ranges, point)) for number, point in enumerate(points) if number not in done]
     try:
         with count_bar(prepared.name, len(points), there) as tell:
             for member in _runs(members, jobs, threads, executor, chosen):
@@ -96,13 +96,6 @@ def sweep(
     return 0
 
 
-def _default_metrics(prepared: Prepared) -> list[str]:
-    """Return the metrics of the lesson's goals, else those it has published values of."""
-    settings = prepared.case.lesson.settings
-    published = [*settings.published, *(name for variant in settings.variants.values() for name in variant.published)]
-    return list(dict.fromkeys([goal.metric for goal in settings.goals] or published))
-
-
 def _sweep_table(
     path: Path, prepared: Prepared, members: Members, ranges: Sequence[SweptRange], points: Sequence[tuple[int, ...]]
 ) -> SweepTable:
@@ -116,10 +109,6 @@ def _sweep_table(
     shown = [[repr(value) for value in item.shown] for item in ranges]
     given = tuple(tuple(texts[place] for texts, place in zip(shown, point, strict=True)) for point in points)
     return SweepTable(path, tuple(header), (*columns, "status"), given)
-
-
-def _values(ranges: Sequence[SweptRange], point: Sequence[int]) -> tuple[float, ...]:
-    return tuple(item.values[place] for item, place in zip(ranges, point, strict=True) for _ in item.names)
 
 
 def _runs(
