@@ -37,7 +37,6 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.grading import judge
 from lathesim.lessons.lesson import Lesson, lesson_from_text
 from lathesim.lessons.questions import seal
-from lathesim.lessons.schema import LessonQuestion
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.lessons.sweep_executors import run_here
 from lathesim.lessons.sweep_runs import Member, Members
@@ -183,7 +182,7 @@ def _hidden(desk: _Desk, students: Sequence[Student]) -> Iterator[MadeMachine]:
 def _shown(desk: _Desk, students: Sequence[Student]) -> Iterator[MadeMachine]:
     """Make machines whose values stand in the lesson."""
     by_number = dict(enumerate(students))
-    for number, values, difficulty in _as_hard(desk, by_number) if desk.lesson.settings.goals else _anyhow(desk, by_number):
+    for number, values, difficulty in _as_hard(desk, by_number):
         student = by_number[number]
         own, answers = _own_lesson(desk, values)
         nothing = Concealed((), (), (), (), {}, {})
@@ -191,11 +190,6 @@ def _shown(desk: _Desk, students: Sequence[Student]) -> Iterator[MadeMachine]:
         further = _kept(student, values, answers, difficulty)
         publish(own, nothing, place, kept, seed=desk.seed_of(student), noise=0.0, further=further, with_tasks=True)
         yield MadeMachine(student, difficulty)
-
-
-def _anyhow(desk: _Desk, students: Mapping[int, Student]) -> Iterator[tuple[int, dict[str, str], float]]:
-    for number, student in students.items():
-        yield number, desk.values(student, 0), 0.0
 
 
 def _as_hard(desk: _Desk, students: Mapping[int, Student]) -> Iterator[tuple[int, dict[str, str], float]]:
@@ -223,7 +217,8 @@ def _as_hard(desk: _Desk, students: Mapping[int, Student]) -> Iterator[tuple[int
             drawn = {number: desk.values(student, attempt) for number, student in left.items()}
             jobs = [(number, desk.si(values)) for number, values in drawn.items()]
             hard = {member.number: difficulty(member) for member in run_here(case, jobs)}
-            good = [job for job in jobs if abs(hard[job[0]] - wanted) <= HIDDEN.within * wanted]
+            # two that miss a goal by an unknown share are equally hard
+            good = [job for job in jobs if hard[job[0]] == wanted or abs(hard[job[0]] - wanted) <= HIDDEN.within * wanted]
             for member in run_here(solved, good):
                 if solution is None or difficulty(member) == 0.0:
                     yield member.number, drawn[member.number], hard[member.number]
@@ -243,14 +238,10 @@ def _own_lesson(desk: _Desk, values: Mapping[str, str]) -> tuple[Lesson, list[st
         note = note or (AnswerNote(answer=question.answer) if question.answer is not None else None)
         answers.append(_followed(note, given, values) if note is not None else "")
         entry: dict[str, Any] = question.model_dump(exclude_none=True, exclude={"answer", "sealed"})
-        questions.append({**entry, "sealed": _sealed(question, answers[-1])})
+        questions.append({**entry, "sealed": seal(question, answers[-1]) if answers[-1] else question.sealed})
     further = {"questions": questions} if questions else {}
     text = changed_lesson(desk.lesson, [], values, desk.lesson.path.parent, further=further)
     return lesson_from_text(text, desk.lesson.path), answers
-
-
-def _sealed(question: LessonQuestion, answer: str) -> str:
-    return seal(question, answer) if answer else question.sealed or ""
 
 
 def _followed(note: AnswerNote, given: Mapping[str, _Spread], values: Mapping[str, str]) -> str:

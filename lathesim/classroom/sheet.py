@@ -41,8 +41,10 @@ _LOOK: dict[Kind, tuple[float, int, str, dict[str, Any]]] = {
     "answer": (9.5, 96, ALERT, {}),
 }
 """Font size [pt], letters of a line, colour and style of each kind of block in the PDF."""
-_LEAD, _GAP = 1.35, 0.6
-"""Height of a line, and space above a block, in font sizes."""
+_LEAD, _GAP, _NARROW = 1.35, 0.6, 0.1
+"""Height of a line, and space above a block and above one that belongs to the block before, in font sizes."""
+_TOGETHER = 5.0
+"""Lines below a heading or a question that must fit on its page."""
 _LINE = "_" * 80
 _STYLE = """
 body { font: 15px/1.5 sans-serif; max-width: 46em; margin: 2em auto; padding: 0 1em; color: #22262b }
@@ -159,10 +161,10 @@ def _write_pdf(path: Path, blocks: list[SheetBlock], figure: Any) -> None:
         for block in blocks:
             size, letters, color, style = _LOOK[block.kind]
             lines = _lines(block, letters)
-            height, gap = _LEAD * size / 72.0, _GAP * size / 72.0
+            height, gap = _LEAD * size / 72.0, (_NARROW if block.kind in ("choice", "room") else _GAP) * size / 72.0
             for number, line in enumerate(lines):
                 below += height + (gap if number == 0 else 0.0)
-                keep = 3.0 * height if block.kind in ("heading", "item") and number == 0 else 0.0
+                keep = _TOGETHER * height if block.kind in ("heading", "item") and number == 0 else 0.0
                 if below + keep > _PAGE[1] - _MARGIN:
                     pages.savefig(page)
                     page, below = new_figure(*_PAGE), _MARGIN + height

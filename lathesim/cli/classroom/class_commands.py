@@ -21,7 +21,13 @@ def class_() -> None:
 @click.argument("lesson")
 @click.option("--students", "file", type=click.Path(path_type=Path), required=True, metavar="FILE.csv", help="The list of the class.")
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="The folder of the class.")
-@click.option("--effect", "asked", multiple=True, metavar="NAME[:PARAMETER=VALUE,...][@PART]", help="Hide this; of several, each gets one.")
+@click.option(
+    "--effect",
+    "asked",
+    multiple=True,
+    metavar="NAME[:PARAMETER=VALUE,...][@PART]",
+    help="Hide this, or of several one each; sizes are drawn unless given.",
+)
 @click.option("--seed", type=click.IntRange(min=0), help="Draw the same machines again [default: drawn, and kept in DIR].")
 @plugins_option
 def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | None, plugin_folders: tuple[Path, ...]) -> int:
