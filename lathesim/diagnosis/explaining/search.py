@@ -182,8 +182,14 @@ def _refined(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         found = found.having_tried(trials)
         best = chosen(study, trials)
         if best is not None and min(best.predicted.share, best.fitted.share) > study.method.share_of_rest:
-            study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
-            found = found.changed("refine", best, "a finer form predicts better", [candidate])
+            # a finer form may only have found a way to values that the simpler one has not reached
+            again = _in_place(study, best.model, best.candidate, candidate)
+            if as_good(again.model, best, study):
+                gained = Tried(candidate, found.model, again.model, *over(study, again.model, found.model))
+                found = found.changed("refit", gained, f"fitted from where {best.candidate.name} led, which predicts no better")
+            else:
+                study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
+                found = found.changed("refine", best, "a finer form predicts better", [candidate])
             yield found
 
 
