@@ -71,8 +71,7 @@ def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, code
         raise Fault(f"{code} has the radius 0.", "Give R, or the centre with I and K.")
     if chord < SAME_POINT:
         raise Fault(
-            f"{code} with R ends where it starts, so its centre could lie anywhere.",
-            "Give the centre of a full circle with I and K.",
+            f"{code} with R ends where it starts, so its centre could lie anywhere.", "Give the centre of a full circle with I and K."
         )
     size = abs(radius)
     if 0.5 * chord > size + CHORD_TOLERANCE:
@@ -140,8 +139,7 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
     cut = corner.size * math.tan(0.5 * abs(turn)) if corner.rounds else corner.size
     if cut > min(length) + _SAME:
         raise Fault(
-            f"{corner.text} takes {in_unit(cut, 'mm')} off moves of {1e3 * length[0]:.4g} and {1e3 * length[1]:.4g} mm.",
-            "Make it smaller.",
+            f"{corner.text} takes {in_unit(cut, 'mm')} off moves of {1e3 * length[0]:.4g} and {1e3 * length[1]:.4g} mm.", "Make it smaller."
         )
     begin = (before.end_z - cut * u[0], before.end_x - cut * u[1])
     end = (before.end_z + cut * v[0], before.end_x + cut * v[1])

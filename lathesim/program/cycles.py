@@ -98,7 +98,7 @@ def carry_out(
         made.append(
             go(
                 block, modal, step.kind, step.end, feed=feed, per_revolution=per_revolution, seconds=step.seconds, arc=step.arc, cycle=code,
-                compensated=compensated, start_angle=start_angle if is_thread else 0.0, spin_back=is_thread and step.spin < 0.0,
+                compensated=compensated, start_angle=start_angle if is_thread else 0.0, spin_back=is_thread and step.spin < 0.0
             )
         )  # fmt: skip
     return made + _spin(block, modal, 1.0, direction, speed)

@@ -125,7 +125,7 @@ PAPER = Dialect(
         "G70": M.INCH, "G71": M.MILLIMETRE, "G90": M.ABSOLUTE, "G91": M.INCREMENTAL,
         "G94": M.PER_MINUTE, "G95": M.PER_REVOLUTION, "G98": M.PER_MINUTE,
     },
-    letters={**_COMMON_LETTERS, "J": "arc centre along Y"},
+    letters={**_COMMON_LETTERS, "J": "arc centre along Y"}
 )  # fmt: skip
 
 _WORK_OFFSETS = {"G54": 1, "G55": 2, "G56": 3, "G57": 4, "G58": 5, "G59": 6, "G59.1": 7, "G59.2": 8, "G59.3": 9}
@@ -186,7 +186,7 @@ LINUXCNC = Dialect(
     drills_in_xy=True,
     returns_to_plane=True,
     surface_limit="D",
-    end_required=True,
+    end_required=True
 )  # fmt: skip
 
 _LINUXCNC_ONLY = {
@@ -257,7 +257,7 @@ FANUC = Dialect(
     statements=MACROS,
     start_angle=("Q", 1e-3),
     start=(0.1, 0.2),
-    machine_zero=(0.1, 0.2),
+    machine_zero=(0.1, 0.2)
 )  # fmt: skip
 
 FANUC_B = replace(
@@ -273,7 +273,7 @@ FANUC_B = replace(
     },
     letters={**FANUC.letters, "U": "depth or allowance along X", "W": "depth or allowance along Z"},
     incremental={},
-    variant_of="fanuc",
+    variant_of="fanuc"
 )  # fmt: skip
 
 DIALECTS: dict[str, Dialect] = {dialect.name: dialect for dialect in (PAPER, LINUXCNC, FANUC, GRBL, FANUC_B)}

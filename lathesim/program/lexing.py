@@ -149,10 +149,7 @@ def block_of_line(raw: str, line: int, block_delete: bool) -> Block | None:
         return None
     code, spaced, comments = _compact(_DELETE.sub("", raw) if deleted else raw)
     if len(code) > LINE_LIMIT:
-        raise Fault(
-            f"The line is too long: {len(code)} characters of code, and {LINE_LIMIT} are read.",
-            "Write it as several blocks.",
-        )
+        raise Fault(f"The line is too long: {len(code)} characters of code, and {LINE_LIMIT} are read.", "Write it as several blocks.")
     bare = code.replace(_COMMENT_GAP, "") if _COMPUTED.search(code) else ""
     block = _computed_block(line, bare, comments) if bare else None
     if block is not None:

@@ -50,147 +50,113 @@ class Group(StrEnum):
 
 
 class Meaning(StrEnum):
-    """What one code does; the text is how messages name it."""
+    """What one code does, and its modal group; the text is how messages name it."""
 
-    RAPID = "rapid traverse"
-    LINE = "straight feed"
-    ARC_CLOCKWISE = "clockwise arc"
-    ARC_COUNTERCLOCKWISE = "counterclockwise arc"
-    THREAD = "thread move"
-    MOTION_OFF = "motion mode off"
-    THREAD_BY_FEED = "thread cutting with the lead in F"
-    ROUGHING_CYCLE = "the roughing cycle"
-    FACING_CYCLE = "the face roughing cycle"
-    REPEATING_CYCLE = "the pattern repeating cycle"
-    FINISHING_CYCLE = "the finishing cycle"
-    FACE_GROOVING_CYCLE = "the face grooving cycle"
-    GROOVING_CYCLE = "the grooving cycle"
-    THREADING_CYCLE = "the threading cycle"
-    TURNING_CYCLE_SIMPLE = "the simple turning cycle"
-    THREADING_CYCLE_SIMPLE = "the simple threading cycle"
-    FACING_CYCLE_SIMPLE = "the simple facing cycle"
-    DRILLING_WITH_DWELL = "the drilling cycle with a dwell"
-    PECK_DRILLING = "the peck drilling cycle"
-    DRILLING = "the drilling cycle"
-    CHIP_BREAKING = "the drilling cycle that breaks chips"
-    TAPPING = "the tapping cycle"
-    TAPPING_LEFT = "the tapping cycle for left-hand threads"
-    RIGID_TAPPING = "rigid tapping"
-    BORING = "the boring cycle"
-    BORING_STOPPED = "the boring cycle that stops the spindle"
-    BORING_WITH_DWELL = "the boring cycle with a dwell"
-    POCKETS_LATER = "the roughing cycle without pockets"
-    POCKETS_ONLY = "the roughing cycle of pockets only"
-    FACE_POCKETS_LATER = "the face roughing cycle without pockets"
-    FACE_POCKETS_ONLY = "the face roughing cycle of pockets only"
-    PROBE = "probing"
-    PLANE_XZ = "the plane of X and Z"
-    PLANE_XY = "the plane of X and Y, for drilling along Z"
-    PLANE_OTHER = "a plane with Y in it"
-    ABSOLUTE = "absolute positions"
-    INCREMENTAL = "incremental positions"
-    ARC_ABSOLUTE = "absolute arc centres"
-    ARC_INCREMENTAL = "incremental arc centres"
-    PER_MINUTE = "feed per minute"
-    PER_REVOLUTION = "feed per revolution"
-    INVERSE_TIME = "inverse time feed"
-    INCH = "inches"
-    MILLIMETRE = "millimetres"
-    X_DIAMETER = "X as a diameter"
-    X_RADIUS = "X as a radius"
-    SURFACE_SPEED = "constant surface speed"
-    SPINDLE_SPEED = "constant spindle speed"
-    COMPENSATION_OFF = "nose compensation off"
-    COMPENSATION_LEFT = "nose compensation, tool on the left"
-    COMPENSATION_RIGHT = "nose compensation, tool on the right"
-    COMPENSATION_GIVEN_LEFT = "nose compensation with a given nose, tool on the left"
-    COMPENSATION_GIVEN_RIGHT = "nose compensation with a given nose, tool on the right"
-    LENGTH_OFF = "tool length offset off"
-    LENGTH_ON = "a tool length offset"
-    LENGTH_GIVEN = "a tool length offset given in the block"
-    OFFSET_FIRST = "the first work offset"
-    OFFSET_OTHER = "another work offset"
-    OFFSET_FURTHER = "a further work offset"
-    CYCLE_RETURN = "the return level of canned cycles"
-    PATH_EXACT = "exact path"
-    PATH_BLENDED = "path blending"
-    DWELL = "dwell"
-    SET_DATA = "setting offsets"
-    HOME = "return to the reference point"
-    HOME_SECOND = "return to the second reference point"
-    HOME_SET = "setting the reference point"
-    HOME_SET_SECOND = "setting the second reference point"
-    MACHINE_COORDINATES = "machine coordinates"
-    SHIFT = "origin shift"
-    SHIFT_OFF = "origin shift off"
-    SHIFT_SUSPENDED = "suspending the origin shift"
-    SHIFT_RESTORED = "restoring the origin shift"
-    SHIFT_LOCAL = "a local origin shift"
-    SPINDLE_LIMIT = "spindle speed limit"
-    STOP = "program stop"
-    OPTIONAL_STOP = "optional stop"
-    END = "program end"
-    SPINDLE_FORWARD = "spindle on clockwise"
-    SPINDLE_REVERSE = "spindle on counterclockwise"
-    SPINDLE_OFF = "spindle off"
-    SPINDLE_ORIENT = "spindle orientation"
-    MIST = "mist coolant on"
-    FLOOD = "flood coolant on"
-    COOLANT_OFF = "coolant off"
-    TOOL_CHANGE = "tool change"
-    CLAMP_OPEN = "chuck open"
-    CLAMP_CLOSE = "chuck close"
-    CHIP_CONVEYOR = "chip conveyor"
-    SUBPROGRAM = "a subprogram call"
-    LOCAL_SUBPROGRAM = "a call of a subprogram of the same program"
-    MACRO_CALL = "a macro call"
-    SUBPROGRAM_END = "the return from a subprogram"
-    OVERRIDE = "override switches"
-    LOOK_AHEAD = "look-ahead or smoothing of the control"
-    MONITORING_OFF = "monitoring off"
+    group: Group
 
+    def __new__(cls, text: str, group: Group) -> Meaning:
+        """Return the meaning with its text as its value."""
+        own = str.__new__(cls, text)
+        own._value_, own.group = text, group
+        return own
 
-def _groups() -> dict[Meaning, Group]:
-    m, g = Meaning, Group
-    table: dict[Group, tuple[Meaning, ...]] = {
-        g.MOTION: (
-            m.RAPID, m.LINE, m.ARC_CLOCKWISE, m.ARC_COUNTERCLOCKWISE, m.THREAD, m.MOTION_OFF, m.THREAD_BY_FEED, m.ROUGHING_CYCLE,
-            m.FACING_CYCLE, m.REPEATING_CYCLE, m.FINISHING_CYCLE, m.FACE_GROOVING_CYCLE, m.GROOVING_CYCLE, m.THREADING_CYCLE,
-            m.TURNING_CYCLE_SIMPLE, m.THREADING_CYCLE_SIMPLE, m.FACING_CYCLE_SIMPLE, m.DRILLING, m.DRILLING_WITH_DWELL,
-            m.PECK_DRILLING, m.CHIP_BREAKING, m.TAPPING, m.TAPPING_LEFT, m.RIGID_TAPPING, m.BORING, m.BORING_STOPPED, m.BORING_WITH_DWELL,
-            m.PROBE, m.POCKETS_LATER, m.POCKETS_ONLY, m.FACE_POCKETS_LATER, m.FACE_POCKETS_ONLY,
-        ),
-        g.PLANE: (m.PLANE_XZ, m.PLANE_XY, m.PLANE_OTHER),
-        g.DISTANCE: (m.ABSOLUTE, m.INCREMENTAL),
-        g.ARC_DISTANCE: (m.ARC_ABSOLUTE, m.ARC_INCREMENTAL),
-        g.FEED_MODE: (m.PER_MINUTE, m.PER_REVOLUTION, m.INVERSE_TIME),
-        g.UNITS: (m.INCH, m.MILLIMETRE),
-        g.DIAMETER: (m.X_DIAMETER, m.X_RADIUS),
-        g.SPINDLE_MODE: (m.SURFACE_SPEED, m.SPINDLE_SPEED),
-        g.COMPENSATION: (
-            m.COMPENSATION_OFF, m.COMPENSATION_LEFT, m.COMPENSATION_RIGHT, m.COMPENSATION_GIVEN_LEFT, m.COMPENSATION_GIVEN_RIGHT,
-        ),
-        g.LENGTH: (m.LENGTH_OFF, m.LENGTH_ON, m.LENGTH_GIVEN),
-        g.COORDINATES: (m.OFFSET_FIRST, m.OFFSET_OTHER, m.OFFSET_FURTHER),
-        g.CYCLE_RETURN: (m.CYCLE_RETURN,),
-        g.PATH_MODE: (m.PATH_EXACT, m.PATH_BLENDED),
-        g.ONCE: (
-            m.DWELL, m.SET_DATA, m.HOME, m.HOME_SECOND, m.HOME_SET, m.HOME_SET_SECOND, m.MACHINE_COORDINATES, m.SHIFT, m.SHIFT_OFF,
-            m.SHIFT_SUSPENDED, m.SHIFT_RESTORED, m.SHIFT_LOCAL, m.SPINDLE_LIMIT, m.MACRO_CALL,
-        ),
-        g.STOP: (m.STOP, m.OPTIONAL_STOP, m.END),
-        g.SPINDLE: (m.SPINDLE_FORWARD, m.SPINDLE_REVERSE, m.SPINDLE_OFF, m.SPINDLE_ORIENT),
-        g.COOLANT: (m.MIST, m.FLOOD, m.COOLANT_OFF),
-        g.TOOL: (m.TOOL_CHANGE,),
-        g.OTHER: (
-            m.CLAMP_OPEN, m.CLAMP_CLOSE, m.CHIP_CONVEYOR, m.SUBPROGRAM, m.LOCAL_SUBPROGRAM, m.SUBPROGRAM_END, m.OVERRIDE,
-            m.LOOK_AHEAD, m.MONITORING_OFF,
-        ),
-    }  # fmt: skip
-    return {meaning: group for group, meanings in table.items() for meaning in meanings}
+    RAPID = "rapid traverse", Group.MOTION
+    LINE = "straight feed", Group.MOTION
+    ARC_CLOCKWISE = "clockwise arc", Group.MOTION
+    ARC_COUNTERCLOCKWISE = "counterclockwise arc", Group.MOTION
+    THREAD = "thread move", Group.MOTION
+    MOTION_OFF = "motion mode off", Group.MOTION
+    THREAD_BY_FEED = "thread cutting with the lead in F", Group.MOTION
+    ROUGHING_CYCLE = "the roughing cycle", Group.MOTION
+    FACING_CYCLE = "the face roughing cycle", Group.MOTION
+    REPEATING_CYCLE = "the pattern repeating cycle", Group.MOTION
+    FINISHING_CYCLE = "the finishing cycle", Group.MOTION
+    FACE_GROOVING_CYCLE = "the face grooving cycle", Group.MOTION
+    GROOVING_CYCLE = "the grooving cycle", Group.MOTION
+    THREADING_CYCLE = "the threading cycle", Group.MOTION
+    TURNING_CYCLE_SIMPLE = "the simple turning cycle", Group.MOTION
+    THREADING_CYCLE_SIMPLE = "the simple threading cycle", Group.MOTION
+    FACING_CYCLE_SIMPLE = "the simple facing cycle", Group.MOTION
+    DRILLING_WITH_DWELL = "the drilling cycle with a dwell", Group.MOTION
+    PECK_DRILLING = "the peck drilling cycle", Group.MOTION
+    DRILLING = "the drilling cycle", Group.MOTION
+    CHIP_BREAKING = "the drilling cycle that breaks chips", Group.MOTION
+    TAPPING = "the tapping cycle", Group.MOTION
+    TAPPING_LEFT = "the tapping cycle for left-hand threads", Group.MOTION
+    RIGID_TAPPING = "rigid tapping", Group.MOTION
+    BORING = "the boring cycle", Group.MOTION
+    BORING_STOPPED = "the boring cycle that stops the spindle", Group.MOTION
+    BORING_WITH_DWELL = "the boring cycle with a dwell", Group.MOTION
+    POCKETS_LATER = "the roughing cycle without pockets", Group.MOTION
+    POCKETS_ONLY = "the roughing cycle of pockets only", Group.MOTION
+    FACE_POCKETS_LATER = "the face roughing cycle without pockets", Group.MOTION
+    FACE_POCKETS_ONLY = "the face roughing cycle of pockets only", Group.MOTION
+    PROBE = "probing", Group.MOTION
+    PLANE_XZ = "the plane of X and Z", Group.PLANE
+    PLANE_XY = "the plane of X and Y, for drilling along Z", Group.PLANE
+    PLANE_OTHER = "a plane with Y in it", Group.PLANE
+    ABSOLUTE = "absolute positions", Group.DISTANCE
+    INCREMENTAL = "incremental positions", Group.DISTANCE
+    ARC_ABSOLUTE = "absolute arc centres", Group.ARC_DISTANCE
+    ARC_INCREMENTAL = "incremental arc centres", Group.ARC_DISTANCE
+    PER_MINUTE = "feed per minute", Group.FEED_MODE
+    PER_REVOLUTION = "feed per revolution", Group.FEED_MODE
+    INVERSE_TIME = "inverse time feed", Group.FEED_MODE
+    INCH = "inches", Group.UNITS
+    MILLIMETRE = "millimetres", Group.UNITS
+    X_DIAMETER = "X as a diameter", Group.DIAMETER
+    X_RADIUS = "X as a radius", Group.DIAMETER
+    SURFACE_SPEED = "constant surface speed", Group.SPINDLE_MODE
+    SPINDLE_SPEED = "constant spindle speed", Group.SPINDLE_MODE
+    COMPENSATION_OFF = "nose compensation off", Group.COMPENSATION
+    COMPENSATION_LEFT = "nose compensation, tool on the left", Group.COMPENSATION
+    COMPENSATION_RIGHT = "nose compensation, tool on the right", Group.COMPENSATION
+    COMPENSATION_GIVEN_LEFT = "nose compensation with a given nose, tool on the left", Group.COMPENSATION
+    COMPENSATION_GIVEN_RIGHT = "nose compensation with a given nose, tool on the right", Group.COMPENSATION
+    LENGTH_OFF = "tool length offset off", Group.LENGTH
+    LENGTH_ON = "a tool length offset", Group.LENGTH
+    LENGTH_GIVEN = "a tool length offset given in the block", Group.LENGTH
+    OFFSET_FIRST = "the first work offset", Group.COORDINATES
+    OFFSET_OTHER = "another work offset", Group.COORDINATES
+    OFFSET_FURTHER = "a further work offset", Group.COORDINATES
+    CYCLE_RETURN = "the return level of canned cycles", Group.CYCLE_RETURN
+    PATH_EXACT = "exact path", Group.PATH_MODE
+    PATH_BLENDED = "path blending", Group.PATH_MODE
+    DWELL = "dwell", Group.ONCE
+    SET_DATA = "setting offsets", Group.ONCE
+    HOME = "return to the reference point", Group.ONCE
+    HOME_SECOND = "return to the second reference point", Group.ONCE
+    HOME_SET = "setting the reference point", Group.ONCE
+    HOME_SET_SECOND = "setting the second reference point", Group.ONCE
+    MACHINE_COORDINATES = "machine coordinates", Group.ONCE
+    SHIFT = "origin shift", Group.ONCE
+    SHIFT_OFF = "origin shift off", Group.ONCE
+    SHIFT_SUSPENDED = "suspending the origin shift", Group.ONCE
+    SHIFT_RESTORED = "restoring the origin shift", Group.ONCE
+    SHIFT_LOCAL = "a local origin shift", Group.ONCE
+    SPINDLE_LIMIT = "spindle speed limit", Group.ONCE
+    STOP = "program stop", Group.STOP
+    OPTIONAL_STOP = "optional stop", Group.STOP
+    END = "program end", Group.STOP
+    SPINDLE_FORWARD = "spindle on clockwise", Group.SPINDLE
+    SPINDLE_REVERSE = "spindle on counterclockwise", Group.SPINDLE
+    SPINDLE_OFF = "spindle off", Group.SPINDLE
+    SPINDLE_ORIENT = "spindle orientation", Group.SPINDLE
+    MIST = "mist coolant on", Group.COOLANT
+    FLOOD = "flood coolant on", Group.COOLANT
+    COOLANT_OFF = "coolant off", Group.COOLANT
+    TOOL_CHANGE = "tool change", Group.TOOL
+    CLAMP_OPEN = "chuck open", Group.OTHER
+    CLAMP_CLOSE = "chuck close", Group.OTHER
+    CHIP_CONVEYOR = "chip conveyor", Group.OTHER
+    SUBPROGRAM = "a subprogram call", Group.OTHER
+    LOCAL_SUBPROGRAM = "a call of a subprogram of the same program", Group.OTHER
+    MACRO_CALL = "a macro call", Group.ONCE
+    SUBPROGRAM_END = "the return from a subprogram", Group.OTHER
+    OVERRIDE = "override switches", Group.OTHER
+    LOOK_AHEAD = "look-ahead or smoothing of the control", Group.OTHER
+    MONITORING_OFF = "monitoring off", Group.OTHER
 
-
-GROUP_OF: dict[Meaning, Group] = _groups()
 
 HOLES = frozenset({
     Meaning.DRILLING, Meaning.DRILLING_WITH_DWELL, Meaning.PECK_DRILLING, Meaning.CHIP_BREAKING, Meaning.BORING, Meaning.BORING_STOPPED,
@@ -272,11 +238,11 @@ _CONTROLS = (
         re.compile(
             r"\b(CYCLE\d{2,3}|MCALL|DIAM(?:ON|OF|90)|LIMS\s*=|CR\s*=|RND\s*=|CHF\s*=|CHR\s*=|AC\s*\(|IC\s*\(|TRANS\b|ATRANS\b|G500\b|GOTO[BFC]\b|SUPA\b|STOPRE\b|SPOS\s*=|T\s*=\s*\"|^[A-Z_]{2}\w*:|"
             r"SETMS|\bSF\s*=|\b[SM]\d\s*=|WORKPIECE\s*\(|MSG\s*\(|\$[A-Z]+_|R\d+\s*=|[XZ]\d*\s*=\s*[-+.\dA-Z])"
-        ),
+        )
     ),
     _Control(
         "Okuma OSP",
-        re.compile(r"\b(NLAP\d|NOEX|VZOF[XZ]|VC\d+\s*=|V\d+\s*=|G1[34]0?\b(?![.\d])|G8[0-9]\s+N[A-Z]+\d*|CALL\s+O[A-Z]|NAT\d+|RTS\b|SB\s*=|LAP\d)"),
+        re.compile(r"\b(NLAP\d|NOEX|VZOF[XZ]|VC\d+\s*=|V\d+\s*=|G1[34]0?\b(?![.\d])|G8[0-9]\s+N[A-Z]+\d*|CALL\s+O[A-Z]|NAT\d+|RTS\b|SB\s*=|LAP\d)")
     ),
     _Control("Heidenhain", re.compile(r"^\s*\d+\s+(BEGIN PGM|BLK FORM|TOOL CALL|L\s+[XYZ][+-]|CYCL DEF)|\bFMAX\b|\bLBL\s+\d")),
 )  # fmt: skip

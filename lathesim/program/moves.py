@@ -311,7 +311,7 @@ class Moves(Sequence[Move]):
         first = self._arc_numbers[place]
         return Move(
             KINDS[self.kinds[place]], self.lines[place], x, z, end_x, end_z, mode.spindle, None if feed < 0.0 else feed,
-            mode.per_revolution, None if first == _NO_ARC else Arc(*self._arc_values[first : first + _ARC_VALUES]), *mode[2:],
+            mode.per_revolution, None if first == _NO_ARC else Arc(*self._arc_values[first : first + _ARC_VALUES]), *mode[2:]
         )  # fmt: skip
 
     def __eq__(self, other: object) -> bool:

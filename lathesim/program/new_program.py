@@ -94,11 +94,7 @@ def _mm(value: float) -> str:
 def straight_from_form(*, diameter: str, length: str, face: str, clearance: str, feed: str, speed: str) -> str:
     """Return the text of a straight cut; raises :class:`UnitError` and :class:`ProgramError` in words for a person."""
     return straight_cut(
-        diameter=_length(diameter),
-        length=_length(length),
-        face=_length(face),
-        clearance=_length(clearance),
-        process=_process(feed, speed),
+        diameter=_length(diameter), length=_length(length), face=_length(face), clearance=_length(clearance), process=_process(feed, speed)
     )
 
 

@@ -19,40 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lathesim import path_columns as at
 from lathesim.errors import ProgramError
-from lathesim.path_columns import (
-    ARC_MOVE,
-    CENTRE_X,
-    CENTRE_Z,
-    CONSTANT_SPEED,
-    CONSTANT_SURFACE_SPEED,
-    DWELL,
-    DWELL_PAUSE,
-    END_X,
-    END_Z,
-    FEED,
-    FEED_MODE,
-    KIND,
-    LENGTH,
-    LINE,
-    LINE_MOVE,
-    PATH_COLUMNS,
-    PER_MINUTE,
-    PER_REVOLUTION,
-    RADIUS,
-    RAPID,
-    SPINDLE_DIRECTION,
-    SPINDLE_LIMIT,
-    SPINDLE_MODE,
-    SPINDLE_SPEED,
-    START_ANGLE,
-    START_X,
-    START_Z,
-    SWEEP,
-    TAP_OUT,
-    THREAD,
-    THREAD_ON,
-)
 from lathesim.program.moves import Arc, Move, Program
 
 SHORTEST = 1e-12  # [m] shorter moves make no row, assumed: rounding of the arithmetic, no programmed length
@@ -85,13 +53,13 @@ class Path:
     def point(self, row: int, distance: float) -> tuple[float, float]:
         """Return the point (x, z) [m] of a segment at a distance [m] from its start."""
         values = [float(value) for value in self.table[row]]
-        share = min(1.0, max(0.0, distance / values[LENGTH])) if values[LENGTH] > 0.0 else 0.0
-        if values[KIND] == ARC_MOVE:
-            angle = values[START_ANGLE] + values[SWEEP] * share
-            return values[CENTRE_X] + values[RADIUS] * math.sin(angle), values[CENTRE_Z] + values[RADIUS] * math.cos(angle)
+        share = min(1.0, max(0.0, distance / values[at.LENGTH])) if values[at.LENGTH] > 0.0 else 0.0
+        if values[at.KIND] == at.ARC_MOVE:
+            angle = values[at.START_ANGLE] + values[at.SWEEP] * share
+            return values[at.CENTRE_X] + values[at.RADIUS] * math.sin(angle), values[at.CENTRE_Z] + values[at.RADIUS] * math.cos(angle)
         return (
-            values[START_X] + share * (values[END_X] - values[START_X]),
-            values[START_Z] + share * (values[END_Z] - values[START_Z]),
+            values[at.START_X] + share * (values[at.END_X] - values[at.START_X]),
+            values[at.START_Z] + share * (values[at.END_Z] - values[at.START_Z]),
         )
 
 
@@ -108,12 +76,12 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
             _check_limits(move, limits, f"{program.name}:{move.line}")
         made = _rows(move)
         if made and move.kind == "thread":
-            made[0][FEED_MODE] = _thread_mode(move, last)
+            made[0][at.FEED_MODE] = _thread_mode(move, last)
         for last in made:
             values.extend(last)
     if not values:
         raise ProgramError("The program moves nothing.", place=program.name, remedy="Write a G0 or G1 with an end point.")
-    table = np.array(values, dtype=np.float64).reshape(-1, len(PATH_COLUMNS))
+    table = np.array(values, dtype=np.float64).reshape(-1, len(at.PATH_COLUMNS))
     table.setflags(write=False)
     return Path(program.name, table)
 
@@ -121,34 +89,34 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
 def _thread_mode(move: Move, last: list[float]) -> float:
     """Return the feed mode of a thread after the ``last`` row, which is empty at first."""
     if move.spin_back:
-        return TAP_OUT
-    goes_on = last and last[FEED_MODE] in (THREAD, THREAD_ON) and last[SPINDLE_DIRECTION] == float(move.spindle.direction)
-    return THREAD_ON if goes_on else THREAD
+        return at.TAP_OUT
+    goes_on = last and last[at.FEED_MODE] in (at.THREAD, at.THREAD_ON) and last[at.SPINDLE_DIRECTION] == float(move.spindle.direction)
+    return at.THREAD_ON if goes_on else at.THREAD
 
 
 def _rows(move: Move) -> list[list[float]]:
     """The rows of one move: none, one, or for an arc that needs closing two."""
     if move.kind == "dwell":
-        row = _row(move, DWELL_PAUSE, 0.0, (move.start_x, move.start_z), (move.end_x, move.end_z))
-        row[DWELL] = move.seconds
+        row = _row(move, at.DWELL_PAUSE, 0.0, (move.start_x, move.start_z), (move.end_x, move.end_z))
+        row[at.DWELL] = move.seconds
         return [row] if move.seconds > 0.0 else []
     start, end = (move.start_x, move.start_z), (move.end_x, move.end_z)
     if move.arc is None:
         length = math.hypot(end[0] - start[0], end[1] - start[1])
         if length < SHORTEST:
             return []
-        return [_row(move, RAPID if move.kind == "rapid" else LINE_MOVE, length, start, end)]
+        return [_row(move, at.RAPID if move.kind == "rapid" else at.LINE_MOVE, length, start, end)]
     arc = true_circle(move.arc, start, end)
     reached = end
     if arc is None:
         arc = move.arc
         last = arc.start_angle + arc.sweep
         reached = (arc.centre_x + arc.radius * math.sin(last), arc.centre_z + arc.radius * math.cos(last))
-    row = _row(move, ARC_MOVE, abs(arc.sweep) * arc.radius, start, reached)
-    row[CENTRE_X], row[CENTRE_Z], row[RADIUS] = arc.centre_x, arc.centre_z, arc.radius
-    row[START_ANGLE], row[SWEEP] = arc.start_angle, arc.sweep
+    row = _row(move, at.ARC_MOVE, abs(arc.sweep) * arc.radius, start, reached)
+    row[at.CENTRE_X], row[at.CENTRE_Z], row[at.RADIUS] = arc.centre_x, arc.centre_z, arc.radius
+    row[at.START_ANGLE], row[at.SWEEP] = arc.start_angle, arc.sweep
     gap = math.hypot(end[0] - reached[0], end[1] - reached[1])
-    return [row] if gap < SHORTEST else [row, _row(move, LINE_MOVE, gap, reached, end)]
+    return [row] if gap < SHORTEST else [row, _row(move, at.LINE_MOVE, gap, reached, end)]
 
 
 def true_circle(arc: Arc, start: tuple[float, float], end: tuple[float, float]) -> Arc | None:
@@ -178,18 +146,18 @@ def true_circle(arc: Arc, start: tuple[float, float], end: tuple[float, float]) 
 
 
 def _row(move: Move, kind: float, length: float, start: tuple[float, float], end: tuple[float, float]) -> list[float]:
-    row = [0.0] * len(PATH_COLUMNS)
-    row[KIND], row[LENGTH], row[LINE] = kind, length, float(move.line)
-    row[START_X], row[START_Z], row[END_X], row[END_Z] = start[0], start[1], end[0], end[1]
-    row[FEED] = move.feed or 0.0
-    row[START_ANGLE] = move.start_angle
-    row[FEED_MODE] = THREAD if move.kind == "thread" else PER_REVOLUTION if move.per_revolution else PER_MINUTE
+    row = [0.0] * len(at.PATH_COLUMNS)
+    row[at.KIND], row[at.LENGTH], row[at.LINE] = kind, length, float(move.line)
+    row[at.START_X], row[at.START_Z], row[at.END_X], row[at.END_Z] = start[0], start[1], end[0], end[1]
+    row[at.FEED] = move.feed or 0.0
+    row[at.START_ANGLE] = move.start_angle
+    row[at.FEED_MODE] = at.THREAD if move.kind == "thread" else at.PER_REVOLUTION if move.per_revolution else at.PER_MINUTE
     spindle = move.spindle
-    row[SPINDLE_DIRECTION] = float(spindle.direction)
+    row[at.SPINDLE_DIRECTION] = float(spindle.direction)
     if spindle.direction != 0:
-        row[SPINDLE_MODE] = CONSTANT_SURFACE_SPEED if spindle.surface else CONSTANT_SPEED
-        row[SPINDLE_SPEED] = spindle.speed if spindle.surface else spindle.direction * spindle.speed
-        row[SPINDLE_LIMIT] = spindle.limit or 0.0
+        row[at.SPINDLE_MODE] = at.CONSTANT_SURFACE_SPEED if spindle.surface else at.CONSTANT_SPEED
+        row[at.SPINDLE_SPEED] = spindle.speed if spindle.surface else spindle.direction * spindle.speed
+        row[at.SPINDLE_LIMIT] = spindle.limit or 0.0
     return row
 
 

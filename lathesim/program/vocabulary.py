@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from lathesim.errors import Fault
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
-from lathesim.program.meanings import CODES_ELSEWHERE, GROUP_OF, HOLES, NOT_INTERPRETED, SINUMERIK, Group, Meaning, foreign_program
+from lathesim.program.meanings import CODES_ELSEWHERE, HOLES, NOT_INTERPRETED, SINUMERIK, Group, Meaning, foreign_program
 from lathesim.program.words import Block, Blocks, Warned, Word
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def has_shape(block: Block, dialect: Dialect) -> bool:
                 return False
             if meaning in _NAMES_A_PLACE and not any(other.letter in "XZUW" for other in block.words):
                 return False
-            motions += GROUP_OF[meaning] is Group.MOTION and not (dialect.cancels_beside_motion and meaning is Meaning.MOTION_OFF)
+            motions += meaning.group is Group.MOTION and not (dialect.cancels_beside_motion and meaning is Meaning.MOTION_OFF)
     return motions <= 1
 
 
@@ -142,7 +142,7 @@ def _moves_before_a_code(blocks: Blocks, dialect: Dialect) -> bool:
     """Return whether the first axis word of a program comes before any motion code."""
     for block in blocks.blocks:
         meanings = [dialect.codes.get(word.code) for word in block.words if word.letter in "GM"]
-        if block.statement is not None or any(meaning is None or GROUP_OF[meaning] in (Group.MOTION, Group.ONCE) for meaning in meanings):
+        if block.statement is not None or any(meaning is None or meaning.group in (Group.MOTION, Group.ONCE) for meaning in meanings):
             return False
         if any(word.letter in "XZ" for word in block.words):
             return True
@@ -211,19 +211,16 @@ def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect) -> Codes:
         if meaning is None:
             builders.append(word)
             continue
-        group = GROUP_OF[meaning]
+        group = meaning.group
         groups.setdefault(group, meaning)
         for earlier, first in codes.items():
-            if GROUP_OF[earlier] is group and not _may_stand_together(earlier, meaning, dialect):
+            if earlier.group is group and not _may_stand_together(earlier, meaning, dialect):
                 told = _apart(first, word, dialect)
-                raise Fault(
-                    f"{first.text} and {word.text} exclude each other ({group}){told}.",
-                    "Keep one, or write two blocks.",
-                )
+                raise Fault(f"{first.text} and {word.text} exclude each other ({group}){told}.", "Keep one, or write two blocks.")
         codes[meaning] = word
-    if dialect.cancels_beside_motion and sum(GROUP_OF[meaning] is Group.MOTION for meaning in codes) > 1:
+    if dialect.cancels_beside_motion and sum(meaning.group is Group.MOTION for meaning in codes) > 1:
         codes.pop(Meaning.MOTION_OFF, None)
-        groups[Group.MOTION] = next(meaning for meaning in codes if GROUP_OF[meaning] is Group.MOTION)
+        groups[Group.MOTION] = next(meaning for meaning in codes if meaning.group is Group.MOTION)
     return Codes(codes, groups, tuple(builders))
 
 
@@ -245,7 +242,7 @@ def _apart(first: Word, second: Word, dialect: Dialect) -> str:
     """Return the other readings of two codes that exclude each other here and stand together in another dialect."""
     for other in DIALECTS.values():
         one, two = other.codes.get(first.code), other.codes.get(second.code)
-        if one is not None and two is not None and GROUP_OF[one] is not GROUP_OF[two]:
+        if one is not None and two is not None and one.group is not two.group:
             return "".join(f"; {word.text}: {told}" for word in (first, second) if (told := other_readings(word.code, dialect)))
     return ""
 
@@ -255,7 +252,7 @@ def _may_stand_together(first: Meaning, second: Meaning, dialect: Dialect) -> bo
         return False
     if dialect.cancels_beside_motion and Meaning.MOTION_OFF in (first, second):
         return True
-    group = GROUP_OF[first]
+    group = first.group
     return group is Group.OTHER or (group is Group.COOLANT and Meaning.COOLANT_OFF not in (first, second))
 
 
@@ -321,8 +318,7 @@ def _code_elsewhere(word: Word) -> Fault:
     if known is not None:
         return Fault(f"{word.text} is not supported here: {known}.", "Take it out, or write it in other codes.")
     return Fault(
-        f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).",
-        "Look the code up and correct it.",
+        f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).", "Look the code up and correct it."
     )
 
 
@@ -345,8 +341,7 @@ def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect) 
     having = without_variants([other.name for other in DIALECTS.values() if word.letter in other.letters])
     if not having:
         return Fault(
-            f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).",
-            "Take the word out or correct it.",
+            f"{word.text} is in no dialect known here ({', '.join(without_variants(list(DIALECTS)))}).", "Take the word out or correct it."
         )
     carried: dict[str, list[str]] = {}
     for name in having:
