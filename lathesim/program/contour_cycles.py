@@ -27,11 +27,10 @@ from lathesim.program.cycles import (
     without_nose,
 )
 from lathesim.program.dialects import Dialect
-from lathesim.program.flow import Made
 from lathesim.program.meanings import Meaning
 from lathesim.program.modal import Modal, Point
 from lathesim.program.motions import check_feed, check_plane, go, target
-from lathesim.program.moves import LEFT, RIGHT, Event, Move, PlannedMove, planned
+from lathesim.program.moves import LEFT, RIGHT, Event, Made, Move, PlannedMove, planned
 from lathesim.program.nose_compensation import beside
 from lathesim.program.roughing import Cuts, Roughing, air_side, contour_points, shifted
 from lathesim.program.vocabulary import Sorted

@@ -15,11 +15,10 @@ from dataclasses import dataclass
 
 from lathesim.errors import Fault
 from lathesim.program.dialects import Dialect
-from lathesim.program.flow import Made
 from lathesim.program.meanings import HOLES, Group, Meaning
 from lathesim.program.modal import Modal, Point
 from lathesim.program.motions import check_feed, check_thread, go, lead_of, start_angle, target
-from lathesim.program.moves import Arc, Event, Move, MoveKind, PlannedMove
+from lathesim.program.moves import Arc, Event, Made, Move, MoveKind, PlannedMove
 from lathesim.program.vocabulary import AXES, Sorted, other_readings
 from lathesim.program.words import Word
 from lathesim.units import in_unit

@@ -6,17 +6,17 @@ Haas lathe operator's manual (M97).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from lathesim.errors import Fault, nearest
-from lathesim.program.arcs_and_corners import broken
 from lathesim.program.dialects import Dialect
 from lathesim.program.expressions import Assignment, Expression, Value, Variables
 from lathesim.program.meanings import Meaning
 from lathesim.program.modal import Modal, system_value
-from lathesim.program.moves import Corner, Event, Move, Moves, PlannedMove
+from lathesim.program.motions import broken
+from lathesim.program.moves import Corner, Event, Made, Move, Moves, PlannedMove
 from lathesim.program.statements import Keyword, Statement, Structure, structure
 from lathesim.program.vocabulary import Codes, Sorted, check_statement, sort_block
 from lathesim.program.words import Block, Blocks, Word
@@ -34,8 +34,6 @@ _RETURN = -1
 _CODE_DIGITS = 4
 """Decimals of a computed number of a code: rounding errors are taken off."""
 
-Made = Sequence[PlannedMove | Event]
-"""What a step makes: moves, and events between them."""
 Step = Callable[[Sorted, Modal, Dialect], Made]
 """One step of a block: it changes what is in force and returns what it makes."""
 

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from lathesim.errors import Fault
 from lathesim.program.cycles import EPSILON, CycleStep, begun, carry_out, check_count, feeds, ignored_word, length, rapids
 from lathesim.program.dialects import Dialect
-from lathesim.program.flow import Made
 from lathesim.program.meanings import HOLES, Meaning
 from lathesim.program.modal import Modal, Point
 from lathesim.program.motions import check_feed, lead_along, target
-from lathesim.program.moves import Event
+from lathesim.program.moves import Event, Made
 from lathesim.program.vocabulary import Sorted
 from lathesim.units import in_unit
 

@@ -19,12 +19,12 @@ from lathesim.errors import Fault
 from lathesim.program.contour_cycles import CONTOURED, contour_cycle
 from lathesim.program.cycles import PECKING, REPEATED, SINGLE, peck_grooves, single_pass, thread_by_feed
 from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
-from lathesim.program.flow import Flow, Made, Step, subprogram
+from lathesim.program.flow import Flow, Step, subprogram
 from lathesim.program.hole_cycles import hole, rigid_tapping
 from lathesim.program.meanings import HOLES, Group, Meaning
 from lathesim.program.modal import FeedInForce, Modal, Turret
 from lathesim.program.motions import PLAIN, go, plain_motion
-from lathesim.program.moves import CUTTING, KINDS, Event, Moves, Program, Tool
+from lathesim.program.moves import CUTTING, KINDS, Event, Made, Moves, Program, Tool
 from lathesim.program.nose_compensation import compensated
 from lathesim.program.offsets import call_tool, compensation, once, plane
 from lathesim.program.threading_cycles import threading_cycle

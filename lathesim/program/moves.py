@@ -234,6 +234,10 @@ class PlannedMove(NamedTuple):
     corner: Corner | None = None
 
 
+Made = Sequence[PlannedMove | Event]
+"""What a step of a block makes: moves, and events between them."""
+
+
 def planned(move: Move) -> PlannedMove:
     """Return a move in the making."""
     mode = MoveMode(*(getattr(move, name) for name in MoveMode._fields))

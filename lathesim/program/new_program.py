@@ -9,77 +9,56 @@ Left out: several passes, and what the stock's own size asks for; the depth of c
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from lathesim.errors import ProgramError, UnitError
 from lathesim.units import quantity, same_dimension, split_quantity
 
 
-@dataclass(frozen=True)
-class Process:
-    """How to cut: feed [m/s], with ``per_revolution`` [m] per revolution; spindle speed [rad/s], with ``surface`` [m/s]."""
-
-    feed: float
-    speed: float
-    per_revolution: bool = False
-    surface: bool = False
+def straight_from_form(*, diameter: str, length: str, face: str, clearance: str, feed: str, speed: str) -> str:
+    """Return the text of a straight cut: one pass at ``diameter`` over ``length`` behind the face; raises as :func:`taper_from_form`."""
+    return taper_from_form(
+        large_diameter=diameter, small_diameter=diameter, length=length, face=face, clearance=clearance, feed=feed, speed=speed
+    )
 
 
-def straight_cut(*, diameter: float, length: float, face: float, clearance: float, process: Process) -> str:
-    """Return the text of a straight cut: one pass at ``diameter`` over ``length`` behind the face; lengths [m]."""
-    return taper_cut(small_diameter=diameter, large_diameter=diameter, length=length, face=face, clearance=clearance, process=process)
-
-
-def taper_cut(*, small_diameter: float, large_diameter: float, length: float, face: float, clearance: float, process: Process) -> str:
+def taper_from_form(*, large_diameter: str, small_diameter: str, length: str, face: str, clearance: str, feed: str, speed: str) -> str:
     """Return the text of a taper cut: one pass from ``small_diameter`` at the face to ``large_diameter`` at ``length`` behind it.
 
     The tool comes to ``clearance`` in front of the face in rapid traverse, feeds to the face, along the taper, out of the part by
-    ``clearance`` and returns to X0 Z0. Lengths [m]. Raises :class:`ProgramError` where the numbers make no such cut.
+    ``clearance`` and returns to X0 Z0. The unit of the feed, mm/min or mm (mm/rev), and of the speed, rpm or m/min, says which is meant.
+    Raises :class:`UnitError`, and :class:`ProgramError` where the numbers make no such cut.
     """
-    _check(small_diameter, large_diameter, length, face, clearance, process)
-    small, large = 0.5 * small_diameter, 0.5 * large_diameter
-    straight = small_diameter == large_diameter
-    kind = "Straight cut" if straight else "Taper cut"
-    sizes = f"diameter {_mm(large_diameter)} mm" if straight else f"diameters {_mm(small_diameter)} to {_mm(large_diameter)} mm"
-    feed = _number(process.feed * (1e3 if process.per_revolution else 6e4))
-    speed = _number(process.speed * 60.0 / (1.0 if process.surface else 2.0 * math.pi))
-    blocks = [
-        f"G90 {'G95' if process.per_revolution else 'G94'} G71",
-        f"{'G96' if process.surface else 'G97'} S{speed} M03",
-        f"G00 X{_mm(small)} Z{_mm(face - clearance)}",
-        f"G01 Z{_mm(face)} F{feed}",
-        f"{'' if straight else f'X{_mm(large)} '}Z{_mm(face + length)}",
-        f"X{_mm(large + clearance)}",
+    small, large, long = _length(small_diameter), _length(large_diameter), _length(length)
+    begin, gap = _length(face), _length(clearance)
+    per_revolution = same_dimension(split_quantity(_with_unit(feed, "mm/min"))[1], "m")
+    surface = same_dimension(split_quantity(_with_unit(speed, "rpm"))[1], "m/s")
+    fed, turned = quantity(feed, "m" if per_revolution else "m/s"), quantity(speed, "m/s" if surface else "rad/s")
+    for name, value in (("diameter", small), ("length", long), ("clearance", gap), ("feed", fed), ("speed", turned)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise ProgramError(f"The {name} of the cut is {value:g}, and it has to be above 0.", remedy=f"Give a {name} above 0.")
+    if large < small:
+        fact = f"The large diameter {_mm(large)} mm is below the small one, {_mm(small)} mm."
+        raise ProgramError(fact, remedy="The taper widens away from the face; exchange the two.")
+    if not math.isfinite(large) or not math.isfinite(begin):
+        raise ProgramError("A number of the cut is not finite.", remedy="Give lengths in mm.")
+    if begin - gap < 0.0:
+        fact = f"The tool would wait at Z{_mm(begin - gap)}, and it starts from Z0 in front of the part."
+        raise ProgramError(fact, remedy="Put the face further away or the clearance smaller.")
+    straight = small == large
+    cut = f"Straight cut: diameter {_mm(large)} mm" if straight else f"Taper cut: diameters {_mm(small)} to {_mm(large)} mm"
+    blocks = (
+        f"G90 {'G95' if per_revolution else 'G94'} G71",
+        f"{'G96' if surface else 'G97'} S{_number(turned * 60.0 / (1.0 if surface else 2.0 * math.pi))} M03",
+        f"G00 X{_mm(0.5 * small)} Z{_mm(begin - gap)}",
+        f"G01 Z{_mm(begin)} F{_number(fed * (1e3 if per_revolution else 6e4))}",
+        f"{'' if straight else f'X{_mm(0.5 * large)} '}Z{_mm(begin + long)}",
+        f"X{_mm(0.5 * large + gap)}",
         "G00 Z0.0",
         "X0.0 M05",
         "M30",
-    ]
-    title = f"({kind}: {sizes}, length {_mm(length)} mm, face at Z{_mm(face)}; X is a radius)"
+    )
+    title = f"({cut}, length {_mm(long)} mm, face at Z{_mm(begin)}; X is a radius)"
     return "\n".join([title, *(f"N{10 * number} {block}" for number, block in enumerate(blocks, start=1))]) + "\n"
-
-
-def _check(small_diameter: float, large_diameter: float, length: float, face: float, clearance: float, process: Process) -> None:
-    for name, value in (
-        ("diameter", small_diameter),
-        ("length", length),
-        ("clearance", clearance),
-        ("feed", process.feed),
-        ("speed", process.speed),
-    ):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ProgramError(f"The {name} of the cut is {value:g}, and it has to be above 0.", remedy=f"Give a {name} above 0.")
-    if large_diameter < small_diameter:
-        raise ProgramError(
-            f"The large diameter {_mm(large_diameter)} mm is below the small one, {_mm(small_diameter)} mm.",
-            remedy="The taper widens away from the face; exchange the two.",
-        )
-    if not math.isfinite(large_diameter) or not math.isfinite(face):
-        raise ProgramError("A number of the cut is not finite.", remedy="Give lengths in mm.")
-    if face - clearance < 0.0:
-        raise ProgramError(
-            f"The tool would wait at Z{_mm(face - clearance)}, and it starts from Z0 in front of the part.",
-            remedy="Put the face further away or the clearance smaller.",
-        )
 
 
 def _number(value: float) -> str:
@@ -91,25 +70,6 @@ def _mm(value: float) -> str:
     return _number(1e3 * value)
 
 
-def straight_from_form(*, diameter: str, length: str, face: str, clearance: str, feed: str, speed: str) -> str:
-    """Return the text of a straight cut; raises :class:`UnitError` and :class:`ProgramError` in words for a person."""
-    return straight_cut(
-        diameter=_length(diameter), length=_length(length), face=_length(face), clearance=_length(clearance), process=_process(feed, speed)
-    )
-
-
-def taper_from_form(*, large_diameter: str, small_diameter: str, length: str, face: str, clearance: str, feed: str, speed: str) -> str:
-    """Return the text of a taper cut; raises as :func:`straight_from_form`."""
-    return taper_cut(
-        small_diameter=_length(small_diameter),
-        large_diameter=_length(large_diameter),
-        length=_length(length),
-        face=_length(face),
-        clearance=_length(clearance),
-        process=_process(feed, speed),
-    )
-
-
 def _length(text: str) -> float:
     return quantity(_with_unit(text, "mm"), "m")
 
@@ -119,15 +79,3 @@ def _with_unit(text: str, usual: str) -> str:
     if not split_quantity(text)[1]:
         raise UnitError(f"'{text}' has no unit.", remedy=f"Write it with one, for example '{text.strip()} {usual}'.")
     return text
-
-
-def _process(feed: str, speed: str) -> Process:
-    """Return feed and speed by their units: mm/min or mm (mm/rev), rpm or m/min."""
-    per_revolution = same_dimension(split_quantity(_with_unit(feed, "mm/min"))[1], "m")
-    surface = same_dimension(split_quantity(_with_unit(speed, "rpm"))[1], "m/s")
-    return Process(
-        feed=quantity(feed, "m" if per_revolution else "m/s"),
-        speed=quantity(speed, "m/s" if surface else "rad/s"),
-        per_revolution=per_revolution,
-        surface=surface,
-    )

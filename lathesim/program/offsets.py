@@ -10,11 +10,10 @@ from collections.abc import Iterable
 
 from lathesim.errors import Fault
 from lathesim.program.dialects import Dialect
-from lathesim.program.flow import Made
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.modal import Modal, Point
 from lathesim.program.motions import check_plane, go, target
-from lathesim.program.moves import LEFT, ORIENTATIONS, RIGHT, Nose, Tool, nose
+from lathesim.program.moves import LEFT, ORIENTATIONS, RIGHT, Made, Nose, Tool, nose
 from lathesim.program.vocabulary import AXES, Sorted
 from lathesim.units import in_unit
 

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from lathesim.errors import Fault
 from lathesim.program.cycles import EPSILON, CycleStep, carry_out, in_steps, length, rapids, thread_with_run_out
 from lathesim.program.dialects import Dialect
-from lathesim.program.flow import Made
 from lathesim.program.meanings import Meaning
 from lathesim.program.modal import Modal, Point
 from lathesim.program.motions import check_plane, check_thread, lead_of, start_angle, target
+from lathesim.program.moves import Made
 from lathesim.program.vocabulary import AXES, Sorted
 from lathesim.program.words import Word
 
