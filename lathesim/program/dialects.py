@@ -19,6 +19,8 @@ from lathesim.program.meanings import NOT_INTERPRETED, Meaning
 from lathesim.program.statements import MACROS, Keyword
 
 M = Meaning  # the tables name it on every line
+TWO_DIGITS = 100
+"""A T word from here on names a tool, and with its last two digits an offset."""
 
 
 @dataclass(frozen=True)

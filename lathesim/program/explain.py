@@ -111,7 +111,7 @@ def _of(block: Block, table: Mapping[str, str]) -> list[Word]:
 def _number(word: Word, *, steps: bool) -> str:
     """Return the number of a word; without a decimal point P, Q, D, K and I of some cycles count in the least steps of the control."""
     text = word.text[1:]
-    in_steps = steps and word.letter in "PQDKI" and "." not in text and word.expression is None and word.value >= 10.0
+    in_steps = steps and word.letter in "PQDKI" and "." not in text and word.expression is None and word.value >= _STEPS_FROM
     return f"{text} least steps" if in_steps else text.rstrip(".")
 
 
@@ -147,6 +147,8 @@ def _statement(statement: Statement) -> str:
     return _STATEMENTS[statement.kind].format(f"O{statement.label.lower()}", with_values)
 
 
+_STEPS_FROM = 10.0
+"""A number without a decimal point counts in least steps from here on; a smaller one is rather a count."""
 _MOST = 4
 """Moves of one line that are listed within its sentence."""
 _MOTION = {Meaning.RAPID, Meaning.LINE, Meaning.ARC_CLOCKWISE, Meaning.ARC_COUNTERCLOCKWISE, Meaning.DWELL, Meaning.THREAD}

@@ -18,7 +18,7 @@ from dataclasses import replace
 from lathesim.errors import Fault
 from lathesim.program.contour_cycles import CONTOURED, contour_cycle
 from lathesim.program.cycles import PECKING, REPEATED, SINGLE, peck_grooves, single_pass, thread_by_feed
-from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
+from lathesim.program.dialects import DIALECTS, TWO_DIGITS, Dialect, dialect_named
 from lathesim.program.flow import Flow, Step, subprogram
 from lathesim.program.hole_cycles import hole, rigid_tapping
 from lathesim.program.meanings import HOLES, Group, Meaning
@@ -34,7 +34,6 @@ from lathesim.program.words import Blocks, Warned, Word
 TURRET_STATIONS = 12  # assumed: a common turret; a tool number beyond it is a slip
 _REVOLUTION = 2.0 * math.pi
 _FOOT = 0.3048  # [m]
-_TWO_DIGITS = 100  # a T word from here on names a tool and its offset with two digits
 
 
 def interpret(
@@ -224,8 +223,8 @@ def tool(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
         if word.value < 0.0 or word.value != math.floor(word.value):
             raise Fault(f"{word.text} is no tool number.", "Tools count from 1 up.")
         number = offset = int(word.value)
-        if dialect.tool_changes_at_t and number >= _TWO_DIGITS:
-            number, offset = divmod(number, _TWO_DIGITS)
+        if dialect.tool_changes_at_t and number >= TWO_DIGITS:
+            number, offset = divmod(number, TWO_DIGITS)
         if number > turret.stations:
             raise Fault(f"{word.text} asks for tool {number}, and the turret has {turret.stations}.", "Use a tool of the turret.")
         turret.ready = number

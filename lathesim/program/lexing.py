@@ -30,7 +30,7 @@ def no_word(code: str, position: int, before: str) -> Fault:
     if character == ",":
         remedy = "Write numbers with a decimal point, as in X0.5."
         return Fault(f"A comma stands behind {before}." if before else "A comma stands in the block.", remedy)
-    if code[position : position + 7] == "[BILLET":
+    if code.startswith("[BILLET", position):
         fact = "[BILLET is the bar of a training simulator (Denford), and no part of a program."
         return Fault(fact, "Take it out; --stock gives the bar.")
     if character in "[]=<>":
@@ -66,6 +66,7 @@ _SIMPLE = re.compile(
 )
 """A line of words only, like most lines: it is read without a loop over its characters."""
 _REMARK = re.compile(r"\(([^()\x00-\x08\x0a-\x1f\x7f]*)\)|;([^\x00-\x08\x0a-\x1f\x7f]*)")
+_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 _SHAPE = re.compile(r"[GMTgmt][ \t]*[+-]?[0-9.]+|[A-Za-z]")
 _PAIR = re.compile(r"([A-Z])[ \t]*([+-]?[0-9.]+)")
 _CORNER = re.compile(r"(,[CRA])([+-]?(?:[0-9]{1,9}\.?[0-9]*|\.[0-9]+))")
@@ -138,12 +139,10 @@ def block_of_line(raw: str, line: int, block_delete: bool) -> Block | None:
         words = [_new_word(Word, (letter, float(number), letter + number, None)) for letter, number in _PAIR.findall(simple[2].upper())]
         return Block(line, tuple(words), _remarks(raw) if "(" in raw or ";" in raw else (), simple[1] or "")
     raw = raw.rstrip("\r\n")
-    for character in raw:
-        if (ord(character) < 32 and character != "\t") or ord(character) == 127:
-            raise Fault(
-                f"A control character (code {ord(character)}) stands in the line, so this is no plain text.",
-                "Save the program as plain text; it may have been damaged on the way.",
-            )
+    control = _CONTROL.search(raw)
+    if control is not None:
+        fact = f"A control character (code {ord(control.group())}) stands in the line, so this is no plain text."
+        raise Fault(fact, "Save the program as plain text; it may have been damaged on the way.")
     deleted = raw.lstrip().startswith("/")
     if deleted and block_delete:
         return None

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.errors import ProgramError
-from lathesim.program.dialects import DIALECTS, Dialect, dialect_named
+from lathesim.program.dialects import DIALECTS, TWO_DIGITS, Dialect, dialect_named
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Program, Tool
 from lathesim.program.vocabulary import has_shape, without_variants, words_missing
@@ -91,7 +91,7 @@ def _is_sign(block: Block, dialect: Dialect) -> bool:
     letters = {word.letter: word for word in block.words}
     if dialect.tool_changes_at_t:
         moves = not letters.keys().isdisjoint("XZUW")
-        long_tool = "T" in letters and letters["T"].value >= 100
+        long_tool = "T" in letters and letters["T"].value >= TWO_DIGITS
         cycle = bool(codes & {"G70", "G71", "G72", "G73", "G75"}) and bool(letters.keys() & {"P", "U", "R"})
         simple = bool(codes & {"G90", "G92", "G94"}) and moves and "F" in letters and not codes & {"G0", "G1", "G2", "G3"}
         own = bool(letters.keys() & {"U", "W", "O"}) or bool(codes & {"G32", "G50", "G99", "G65", "M97", "M98"})

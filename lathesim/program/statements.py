@@ -99,14 +99,14 @@ def _macro(code: str, word: str, position: int) -> Statement:
         return Statement(Keyword.LOOP if word == "DO" else Keyword.LOOP_END, _loop_label(code, position))
     condition, position = parse_value(code, position)
     if word == "WHILE":
-        if code[position : position + 2] != "DO":
+        if not code.startswith("DO", position):
             raise Fault("WHILE has no DO behind its condition.", "Write it as WHILE [#1 LT 5] DO1, with END1 behind the loop.")
         return Statement(Keyword.LOOP, _loop_label(code, position + 2), condition=condition)
-    if code[position : position + 4] == "GOTO":
+    if code.startswith("GOTO", position):
         target, position = parse_value(code, position + 4)
         _nothing_behind(code, position)
         return Statement(Keyword.GO_TO, "", (target,), condition)
-    if code[position : position + 4] != "THEN":
+    if not code.startswith("THEN", position):
         raise Fault("IF has neither GOTO nor THEN behind its condition.", "Write it as IF [#1 GT 5] GOTO 100.")
     position += 4
     assignments = []

@@ -23,6 +23,8 @@ from lathesim.program.vocabulary import AXES, Sorted
 from lathesim.program.words import Word
 
 MOST_PASSES = 1000
+_TAPERS = {0.0: (False, False), 1.0: (True, False), 2.0: (False, True), 3.0: (True, True)}
+"""L of LinuxCNC's G76 -> whether a taper leads into the thread, and out of it."""
 
 
 def threading_cycle(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> Made:
@@ -121,8 +123,8 @@ def _drive_line_threading(block: Sorted, modal: Modal, dialect: Dialect, code: s
         slide=math.radians(values["Q"]),
         spring=max(0, round(values["H"])),
         taper=modal.metres(values["E"]),
-        tapers_in=values["L"] in (1.0, 3.0),
-        tapers_out=values["L"] in (2.0, 3.0),
+        tapers_in=_TAPERS[values["L"]][0],
+        tapers_out=_TAPERS[values["L"]][1],
     )
     return carry_out(block, modal, threading.steps(), code, compensated=False, start_angle=start_angle(block, dialect))
 
@@ -131,7 +133,7 @@ def _check_drive_line(words: dict[str, Word], code: str) -> None:
     """Refuse numbers of LinuxCNC's G76 that make no thread."""
     p, i, j, k = (words[letter].value for letter in "PIJK")
     ends, taper = (words[letter].value if letter in words else 0.0 for letter in "LE")
-    if ends not in (0.0, 1.0, 2.0, 3.0) or taper < 0.0 or (ends and not taper):
+    if ends not in _TAPERS or taper < 0.0 or (ends and not taper):
         remedy = "L1 tapers the entry over the length E, L2 the exit, L3 both."
         raise Fault(f"{code} needs L from 0 to 3, and with it E above 0.", remedy)
     if p <= 0.0 or j <= 0.0 or k <= j:
