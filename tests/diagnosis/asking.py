@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,15 +26,11 @@ HERE = Path(__file__).parents[2]
 
 @dataclass(frozen=True)
 class Answer:
-    """What the program answered: its JSON (empty without an answer), seconds of processor time, and what it wrote.
-
-    ``second`` is its answer to a further pair of recordings, which tells more than the first pair can.
-    """
+    """What the program answered: its JSON (empty without an answer), seconds of processor time, and what it wrote."""
 
     told: Mapping[str, Any]
     seconds: float = 0.0
     said: str = ""
-    second: Mapping[str, Any] = field(default_factory=dict)
 
 
 def ask(words: Sequence[str | Path], *, checkout: Path = HERE, limit: float = 0.0) -> Answer:
@@ -64,11 +60,11 @@ def ask_here(*words: str | Path) -> dict[str, Any]:
         return _read(file)
 
 
-def words_of(folder: Path, fitted: str = "fit.csv", held_out: str = "validate.csv") -> list[str | Path]:
+def words_of(folder: Path) -> list[str | Path]:
     """Return the lesson and the recordings of a case in a folder, and the parts that it brings along, as ``diagnose`` takes them."""
     parts = folder / "parts"
     more = ["--plugins", parts] if parts.is_dir() else []
-    return [folder / "lesson.yaml", folder / fitted, "--validate", folder / held_out, *more]
+    return [folder / "lesson.yaml", folder / "fit.csv", "--validate", folder / "validate.csv", *more]
 
 
 def truth_of(folder: Path) -> dict[str, Any]:
@@ -77,12 +73,8 @@ def truth_of(folder: Path) -> dict[str, Any]:
 
 
 def ask_case(folder: Path, *, checkout: Path = HERE, limit: float = 0.0, more: Sequence[str] = ()) -> Answer:
-    """Ask about the case in a folder, and about the recordings that resolve it, where there are such."""
-    first = ask([*words_of(folder), *more], checkout=checkout, limit=limit)
-    if not (folder / "resolve.csv").is_file():
-        return first
-    second = ask([*words_of(folder, "resolve.csv", "resolve_validate.csv"), *more], checkout=checkout, limit=limit)
-    return Answer(first.told, first.seconds + second.seconds, first.said, second.told)
+    """Ask about the case in a folder."""
+    return ask([*words_of(folder), *more], checkout=checkout, limit=limit)
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -113,8 +105,8 @@ def keep(file: Path, answer: Answer) -> None:
 
 def kept(folders: Iterable[Path], name: str) -> dict[Path, Answer]:
     """Return the answers of cases that are kept under a name, by folder."""
-    files = {folder: folder / f"{name}.json" for folder in folders}
-    return {folder: Answer(**_read(file)) for folder, file in files.items() if file.is_file()}
+    files = {folder: _read(file) for folder in folders if (file := folder / f"{name}.json").is_file()}
+    return {folder: Answer(one["told"], one["seconds"], one["said"]) for folder, one in files.items()}
 
 
 def differences(now: Mapping[Path, Answer], before: Mapping[Path, Answer]) -> list[str]:

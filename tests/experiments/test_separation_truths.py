@@ -5,9 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.component import Parameter
+from lathesim.effects.register import stock_effects
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
+from tests.experiments.separation.hidden_axis import AXIS_EFFECTS
+from tests.experiments.separation.hidden_turning import CUTTING_EFFECTS, SPINDLE_EFFECTS
+from tests.experiments.separation.names import NAMES
 from tests.experiments.separation.part_program import read_course
 from tests.experiments.separation.ties import CONTAINED, schedule
 from tests.experiments.separation.turning_truth import FACE, STOCK, CutTruth, SpindleTruth, chip_of, course_of
@@ -71,3 +76,15 @@ def test_each_recording_has_noise_of_its_own(
     assert seconds == [pytest.approx(16.999)] * 2
     assert not np.array_equal(first, second)
     assert np.corrcoef(first[:, -1], second[:, -1])[0, 1] > 0.99
+
+
+def test_names_and_sizes_of_hidden_effects_are_those_of_the_program() -> None:
+    rig = {"rated": 500.0, "lead": 0.005, "top": 0.1, "acceleration": 2.0, "mass": 60.0, "viscous": 200.0, "bandwidth": 100.0, "known": 0.0,
+           "resolution": 1e-7, "stroke": 0.1, "peak": 8.0, "load": 3.0}  # fmt: skip
+    draws = {**AXIS_EFFECTS, **SPINDLE_EFFECTS, **CUTTING_EFFECTS}
+    assert set(draws) == set(NAMES)
+    for key, name in NAMES.items():
+        hidden = draws[key](np.random.default_rng(1), rig)
+        assert {*name.right, *([name.mean] if name.mean else [])} <= set(stock_effects())
+        declared = stock_effects()[name.effect].declared(Parameter)
+        assert {factor for size in hidden.parameters for factor in size.split("*")} <= set(declared), key

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 
-from tests.diagnosis.calibration.asking import rigs, suite, tables
+from tests.diagnosis.calibration.asking import rigs, tables
 from tests.diagnosis.calibration.draws import append, read
 from tests.diagnosis.calibration.gates import gates, table
 
@@ -28,14 +28,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--tables", type=int, default=300, metavar="N", help="pushed tables, one or two seconds each")
     parser.add_argument("--sound", type=int, default=10, metavar="N", help="sound machines of each of the twenty rigs")
     parser.add_argument("--single", type=int, default=10, metavar="N", help="single effects of each of the twenty rigs")
-    parser.add_argument("--suite", type=int, default=60, metavar="N", help="concealed cases: sound, or one effect with sizes")
     parser.add_argument("--at-most", type=float, default=60.0, metavar="SECONDS", help="longest time of an answer")
     asked = parser.parse_args(arguments)
     if asked.long:
         kept = {draw.name for draw in read(asked.draws)}
         drawn = chain(
             tables(asked.seed, asked.tables, asked.at_most, kept), rigs(asked.seed, asked.sound, asked.single, asked.at_most, kept),
-            suite(asked.seed, asked.suite, asked.at_most, kept),
         )  # fmt: skip
         for draw in drawn:
             append(asked.draws, [draw])

@@ -1,4 +1,4 @@
-"""Machines drawn at random, and what the program answers: pushed tables, the rigs of both sets, and the concealed cases of the suite."""
+"""Machines drawn at random, and what the program answers: pushed tables and the rigs of both sets."""
 
 from __future__ import annotations
 
@@ -14,10 +14,7 @@ from tests.diagnosis import pushed_table
 from tests.diagnosis.asking import ask_here, truth_of, words_of
 from tests.diagnosis.calibration.draws import Draw, shortened
 from tests.diagnosis.pushed_table import MASS, VISCOUS, Hidden
-from tests.diagnosis.rigs.cases import schedule as rig_schedule
-from tests.diagnosis.rigs.cases import write_case as write_rig
-from tests.diagnosis.suite.cases import write_case
-from tests.diagnosis.suite.schedule import schedule
+from tests.diagnosis.rigs.cases import schedule, write_case
 
 RIPPLE = ("TorqueRipple", "Cogging")
 TURN = 5e-3
@@ -60,11 +57,11 @@ def _table(kind: str, size: float, phase: float, mass: float, viscous: float) ->
 
 def rigs(seed: int, sound: int, single: int, at_most: float, kept: Container[str] = ()) -> Iterator[Draw]:
     """Yield sound machines and single effects of all rigs of both sets, each in one description, another one from case to case."""
-    for case in rig_schedule(seed, {"sound": sound, "single": single}):
+    for case in schedule(seed, {"sound": sound, "single": single}):
         if (name := f"{case.name} {seed}") in kept:
             continue
         with tempfile.TemporaryDirectory() as place:
-            folders = write_rig(case, Path(place))
+            folders = write_case(case, Path(place))
             folder = folders[case.number % len(folders)]
             truth = truth_of(folder)
             if not truth.get("answerable", True):
@@ -72,23 +69,6 @@ def rigs(seed: int, sound: int, single: int, at_most: float, kept: Container[str
             told, seconds = _ask(words_of(folder), at_most)
         hidden = tuple(tuple(names) for names in truth["right"].values())
         yield Draw("rigs", name, case.kind, hidden, {}, told, seconds, tuple(truth["beside"]))
-
-
-def suite(seed: int, number: int, at_most: float, kept: Container[str] = ()) -> Iterator[Draw]:
-    """Yield concealed cases: sound machines and single effects with the values and sizes that are true."""
-    asked = [index for index, entry in enumerate(schedule(seed)) if entry.category in ("control", "single")][:number]
-    for index in asked:
-        if (name := f"suite {seed}/{index}") in kept:
-            continue
-        with tempfile.TemporaryDirectory() as place:
-            folder = Path(place)
-            write_case(seed, index, folder)
-            truth = truth_of(folder)
-            told, seconds = _ask(words_of(folder), at_most)
-        hidden = tuple(tuple(names) for names in truth["right"].values())
-        sizes = {name: one["true"] for name, one in truth["baseline"].items()}
-        sizes |= {f"{one['effect']}.{key}": size["value"] for one in truth["effects"] for key, size in one["parameters"].items()}
-        yield Draw("suite", name, truth["kind"], hidden, sizes, told, seconds, tuple(truth["beside"]))
 
 
 def _ask(words: Sequence[str | Path], at_most: float) -> tuple[dict[str, object], float]:

@@ -1,7 +1,8 @@
 """``python -m tests.diagnosis.rigs``: write cases, ask the program about each in every description, print the table.
 
 Each case is asked once, in a process of its own with a limit of processor time; what was answered is kept, and ``table`` prints it again.
-``--checkout`` asks an older program, ``--kept-as`` and ``--against`` show what two of them answer otherwise.
+``limits`` shows how near right and wrong answers came to each limit of the method. ``--checkout`` asks an older program, ``--kept-as`` and
+``--against`` show what two of them answer otherwise.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ from pathlib import Path
 
 from tests.diagnosis import asking, scoring
 from tests.diagnosis.rigs.cases import SETS, schedule, write_case
+from tests.diagnosis.rigs.limits import near, table
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.rigs", description=__doc__)
-    parser.add_argument("what", choices=("run", "table"))
+    parser.add_argument("what", choices=("run", "table", "limits"))
     parser.add_argument("--set", dest="rigs", choices=SETS, default="first", help="which set of rigs")
     parser.add_argument("--folder", type=Path, default=Path("build/rigs"), help="folder of cases and answers")
     parser.add_argument("--seed", type=int, default=1)
@@ -36,6 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             written = write_case(case, asked.folder)
         written = [written[case.number % len(written)]] if asked.in_turn else written
         folders += [folder for folder in written if asked.only in folder.name]
+    if asked.what == "limits":
+        print("\n".join(table(near(folders))))
+        return 0
     if asked.what == "run":
         asking.ask_all(folders, asked, lambda folder, answer: scoring.line(asking.truth_of(folder), answer))
     scoring.show(folders, asked)

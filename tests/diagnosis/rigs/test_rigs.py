@@ -23,10 +23,13 @@ from lathesim.identification.replay.loading import load_case, read_for
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
+from tests.diagnosis.asking import in_words
 from tests.diagnosis.rigs.cases import COUNTS, VISIBLE, case_of, draw, large_current, record, schedule, shown, write_case, write_table
 from tests.diagnosis.rigs.describe import PARTS, Given, files, lesson
 from tests.diagnosis.rigs.hidden import BESIDE, KNOWN, NEW, hide, possible, right_names
+from tests.diagnosis.rigs.limits import near, table
 from tests.diagnosis.rigs.machines import FIRST, RIGS, SECOND
+from tests.diagnosis.stored.answers import SEED, stored
 
 BY_NAME = {rig.name: rig for rig in RIGS}
 QUICK = ("belt_gear_500",)
@@ -153,3 +156,13 @@ def test_physics_outside_the_catalogue_gets_no_name(rig: str, key: str, tmp_path
     loaded = load_case(load_lesson(folder / "lesson.yaml"), [folder / "fit.csv", folder / "validate.csv"], registry)
     answer = diagnose(ask("a machine", loaded.machine, loaded.recordings, stock_effects().values()))
     assert (answer.verdict, answer.effects) == ("unknown", ())
+
+
+@pytest.mark.slow
+def test_margins_of_a_case_are_noted_without_a_change_of_its_answer(tmp_path: Path) -> None:
+    folder = write_case(case_of("screw_cascade_1k", "fault", SEED, number=1), tmp_path)[-1]
+    found = near([folder])
+    assert any(one.below[True] or one.above[True] for one in found.values())
+    assert "| largest_size |" in "\n".join(table(found))
+    told = json.loads((folder / "margins.json").read_text(encoding="utf-8"))["told"]
+    assert in_words(told) == in_words(stored()["rig screw_cascade_1k fault"])

@@ -1,5 +1,5 @@
 """Stored answers: cases whose whole answer is kept, so that a change of the program that should change none can be proved to change none.
 
 ``python -m tests.diagnosis.stored`` compares every answer bit for bit; ``--write`` stores them anew. The recordings are not kept: the
-generator of the suite makes them again from its seed.
+generators make them again from their seeds.
 """

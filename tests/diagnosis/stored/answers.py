@@ -9,21 +9,37 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.records.diagnosis import as_json
+from lathesim.identification.replay.loading import Recorded
 from tests.diagnosis.asking import ask_here, words_of
-from tests.diagnosis.suite.cases import write_case
+from tests.diagnosis.one_cut import write_cut
+from tests.diagnosis.pushed_table import EFFECTS, Hidden, machine, recording
+from tests.diagnosis.rigs.cases import case_of, write_case
 from tests.shared_data import SHARED
 
 FILE = Path(__file__).parent / "answers.jsonl"
 LESSONS = Path(__file__).parents[1] / "lessons"
 SEED = 26
-SUITE = (0, 1, 2, 3, 4, 6, 7, 9, 11, 12, 13, 15, 16, 19, 20, 22, 28, 30, 50, 102, 114, 170)
-"""Cases of the suite of this seed: an axis, a spindle and a cut; every verdict but "no_mismatch"."""
-TABLES = (1, 3)
-"""Seeds of a pushed table that is as its lesson says."""
+RIGS = (
+    ("screw_tacho_1k", "outside"), ("screw_cascade_1k", "fault"), ("belt_pid_500", "values"), ("gear_pid_1k", "single"),
+    ("lathe_z", "fault"), ("rotary_2k", "outside"), ("spindle_speed_500", "values"), ("servo_current_2k", "sound"),
+    ("vertical_cascade_1k", "input"), ("belt_gear_500", "input"), ("coarse_200", "single"),
+)  # fmt: skip
+"""A rig and the kind of its first case of this seed."""
+TABLES = {
+    "sound": Hidden(), "friction": Hidden(dry=10.0), "mass": Hidden(mass=46.0), "mass and friction": Hidden(dry=10.0, mass=46.0),
+    "drag": Hidden(law=lambda v, q, t: 4000.0 * v * abs(v)), "bump": Hidden(law=lambda v, q, t: 12.0 if t > 2.0 else 0.0),
+}  # fmt: skip
+"""Pushed tables and what their lesson does not know."""
+CUTS = ("line", "drift", "chips")
+"""What is wrong with a recorded cut."""
 REAL = {"emps": ("emps.yaml", "emps/DATA_EMPS.mat"), "hsm150": ("hsm150.yaml", "hsm150/idf_pos_0.06_1.mat")}
-QUICK = ("suite 11", "suite 170", "table 1")
+QUICK = ("table sound", "table mass", "cut drift")
 """Cases that are asked in every run of the tests."""
-NAMES = (*(f"suite {number}" for number in SUITE), *(f"table {seed}" for seed in TABLES), *REAL)
+NAMES = (
+    *(f"table {hidden}" for hidden in TABLES), *(f"cut {wrong}" for wrong in CUTS), *(f"rig {rig} {kind}" for rig, kind in RIGS), *REAL,
+)  # fmt: skip
 OF_A_RUN = {"wall_time_s", "report", "sentence", "summary"}
 """Keys that say something of a run and nothing of the answer, or say the rest of it in words."""
 
@@ -47,30 +63,25 @@ def is_here(name: str) -> bool:
 
 def asked(name: str) -> dict[str, Any]:
     """Return the answer of the program to a case, as its JSON file has it, without what belongs to the run."""
-    kind, _, number = name.partition(" ")
-    if kind == "suite":
-        answer = _of_suite(int(number))
-    elif kind == "table":
-        answer = _of_table(int(number))
-    else:
+    kind, _, rest = name.partition(" ")
+    if name in REAL:
         lesson, recording = REAL[name]
         answer = ask_here(LESSONS / lesson, SHARED / "data" / recording)
+    elif kind == "table":
+        answer = _of_table(TABLES[rest])
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            answer = ask_here(*(write_cut(Path(folder), (rest,)) if kind == "cut" else _rig(Path(folder), *rest.split())))
     return {key: value for key, value in answer.items() if key not in OF_A_RUN}
 
 
-def _of_suite(number: int) -> dict[str, Any]:
-    with tempfile.TemporaryDirectory() as folder:
-        write_case(SEED, number, Path(folder))
-        return ask_here(*words_of(Path(folder)))
+def _rig(folder: Path, rig: str, kind: str) -> list[str | Path]:
+    """Return the words that ask about a rig, in the last of its descriptions."""
+    return words_of(write_case(case_of(rig, kind, SEED, number=1), folder)[-1])
 
 
-def _of_table(seed: int) -> dict[str, Any]:
-    from lathesim.diagnosis.diagnose import ask, diagnose
-    from lathesim.diagnosis.records.diagnosis import as_json
-    from lathesim.identification.replay.loading import Recorded
-    from tests.diagnosis.pushed_table import EFFECTS, Hidden, machine, recording
-
-    recordings = tuple(Recorded(f"{name}.csv", recording(Hidden(), seed=seed + more), ()) for more, name in enumerate(("fit", "check")))
+def _of_table(hidden: Hidden) -> dict[str, Any]:
+    recordings = tuple(Recorded(f"{name}.csv", recording(hidden, seed=seed), ()) for seed, name in ((1, "fit"), (2, "check")))
     return json.loads(json.dumps(as_json(diagnose(ask("A table", machine(), recordings, EFFECTS)))))  # type: ignore[no-any-return]
 
 

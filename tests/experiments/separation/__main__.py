@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.plugins import Registry, load_registry
-from tests.diagnosis.suite.lessons import NAMES
 from tests.experiments.separation.axis_truth import AxisTruth
+from tests.experiments.separation.names import NAMES
 from tests.experiments.separation.score import is_named_alone, is_right
 from tests.experiments.separation.table import table
 from tests.experiments.separation.ties import Tie, schedule

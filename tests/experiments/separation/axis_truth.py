@@ -1,4 +1,4 @@
-"""The axis of lesson 22 as another integrator makes it: the rig of the diagnosis' suite, with the lesson's controller and numbers."""
+"""The axis of lesson 22 as another integrator makes it: with the lesson's controller and numbers."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry
-from tests.diagnosis.suite.axis_physics import AxisPhysics
-from tests.diagnosis.suite.axis_rig import simulate_axis
-from tests.diagnosis.suite.concealed import Hidden, log_uniform
-from tests.diagnosis.suite.hidden_axis import AXIS_EFFECTS
-from tests.diagnosis.suite.references import coloured_noise
+from tests.experiments.separation.axis_physics import AxisPhysics
+from tests.experiments.separation.axis_rig import simulate_axis
+from tests.experiments.separation.concealed import Hidden, coloured_noise, log_uniform
+from tests.experiments.separation.hidden_axis import AXIS_EFFECTS
 
 LESSON = "22_what_is_wrong_with_this_machine"
 REFERENCE = "exercise.x_reference"

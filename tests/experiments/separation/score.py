@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from tests.diagnosis.suite.lessons import NAMES
+from tests.experiments.separation.names import NAMES
 from tests.experiments.separation.ties import Tie, terms
 
 

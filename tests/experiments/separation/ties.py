@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Tie:
-    """One case: its rig, its family, the keys of its rivals (of the suite of the diagnosis), and which of them is true."""
+    """One case: its rig, its family, the keys of its rivals, and which of them is true."""
 
     rig: str
     family: str

@@ -1,4 +1,4 @@
-"""A cut and a spindle as other integrators make them: the rigs of the diagnosis' suite, which read the part program by themselves."""
+"""A cut and a spindle as other integrators make them: which read the part program by themselves."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ import numpy as np
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import Registry
-from tests.diagnosis.suite.concealed import Hidden, log_uniform
-from tests.diagnosis.suite.cutting_rig import CuttingPhysics, simulate_cutting
-from tests.diagnosis.suite.hidden_turning import CUTTING_EFFECTS, SPINDLE_EFFECTS
-from tests.diagnosis.suite.references import coloured_noise
-from tests.diagnosis.suite.spindle_rig import SpindlePhysics, simulate_spindle
+from tests.experiments.separation.concealed import Hidden, coloured_noise, log_uniform
+from tests.experiments.separation.cutting_rig import CuttingPhysics, simulate_cutting
+from tests.experiments.separation.hidden_turning import CUTTING_EFFECTS, SPINDLE_EFFECTS
 from tests.experiments.separation.part_program import PERIOD, Course, read_course
+from tests.experiments.separation.spindle_rig import SpindlePhysics, simulate_spindle
 
 LESSONS = Path(__file__).parent / "lessons"
 STOCK, FACE, LENGTH = 0.022, 0.015, 0.060

@@ -1,4 +1,4 @@
-"""``python -m tests.diagnosis.suite limits``: how near the statistics of right and of wrong answers come to each limit of the method.
+"""``python -m tests.diagnosis.rigs limits``: how near the statistics of right and of wrong answers come to each limit of the method.
 
     margin = statistic / limit
 

@@ -1,6 +1,6 @@
 """The spindle of the truth: a speed loop in the drive gives the torque that is logged; Heun at 50 us, implicit friction, load of cuts.
 
-Source: Isermann, Mechatronic Systems (2005), sec. 3.3 (inertia, viscous and Coulomb friction of a drive); belt: creep with the load.
+Source: Isermann, Mechatronic Systems (2005), sec. 3.3 (inertia, viscous and Coulomb friction of a drive).
 """
 
 from __future__ import annotations
@@ -28,28 +28,13 @@ class SpindlePhysics(NamedTuple):
     torque_limit: float = 20.0
     coulomb: float = 0.0
     coulomb_asymmetry: float = 0.0
-    stribeck_excess: float = 0.0
-    stribeck_speed: float = 5.0
-    offset: float = 0.0
-    saturation: float = 1e9
     ripple: float = 0.0
     ripple_share: float = 0.0
     ripple_order: float = 1.0
     ripple_phase: float = 0.0
-    eccentricity: float = 0.0
-    eccentricity_phase: float = 0.0
     tacho_ripple: float = 0.0
     tacho_order: float = 2.0
     tacho_phase: float = 0.0
-    tacho_gain: float = 0.0
-    slip: float = 0.0
-    creep: float = 0.0
-    droop: float = 0.0
-    droop_time: float = 0.2
-    filter_time: float = 0.0
-    windage: float = 0.0
-    preload_turns: float = 0.0
-    preload: float = 0.0
 
 
 def simulate_spindle(
@@ -67,8 +52,7 @@ def simulate_spindle(
 @njit(cache=True)
 def _smooth(p: SpindlePhysics, angle: float, speed: float, torque: float) -> float:
     wave = math.sin(p.ripple_order * angle + p.ripple_phase)
-    against = p.viscous * speed + p.offset + (p.ripple + p.ripple_share * torque) * wave + p.windage * speed * abs(speed)
-    return against + p.preload * math.tanh(speed / 2.0) * math.exp(-abs(angle) / (2.0 * math.pi * p.preload_turns + 1e-9))
+    return p.viscous * speed + (p.ripple + p.ripple_share * torque) * wave
 
 
 @njit(cache=True)
@@ -78,7 +62,7 @@ def _simulate(
     samples = wanted.shape[0]
     given, encoder, volts = np.zeros(samples), np.zeros(samples), np.zeros(samples)
     h = PERIOD / FINE
-    angle, speed, integral, lag, filtered, shown_before = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    angle, speed, integral = 0.0, 0.0, 0.0
     for k in range(samples):
         if torque.shape[0] > 0:
             command = torque[k]
@@ -90,28 +74,20 @@ def _simulate(
             else:
                 integral += p.loop_rate * PERIOD * error
         given[k] = command
-        acting = min(max(command, -p.saturation), p.saturation)
-        read = angle + p.eccentricity * math.sin(angle + p.eccentricity_phase)
+        read = angle
         if p.encoder_resolution > 0.0:
             read = p.encoder_resolution * math.floor(read / p.encoder_resolution + 0.5)
         encoder[k] = read
         for fine in range(FINE):
-            ratio = 1.0 - p.slip - p.creep * abs(load[k])
-            behind = speed * ratio - p.droop * lag
-            shown = behind * (1.0 + p.tacho_gain + p.tacho_ripple * math.sin(p.tacho_order * angle + p.tacho_phase))
-            if p.filter_time > 0.0 and (k > 0 or fine > 0):
-                filtered += (0.5 * (shown_before + shown) - filtered) * (1.0 - math.exp(-h / p.filter_time))
-            shown_before = shown
             if fine == 0:
-                signal = filtered if p.filter_time > 0.0 else shown
-                volts[k] = p.gain * signal + p.tachometer_noise * noise[1, k]
-            lag += (load[k] - lag) * (1.0 - math.exp(-h / p.droop_time))
-            push = acting - load[k] - disturbance[k]
-            first = (push - _smooth(p, angle, speed, acting)) / p.inertia
-            second = (push - _smooth(p, angle + h * speed, speed + h * first, acting)) / p.inertia
+                shown = speed * (1.0 + p.tacho_ripple * math.sin(p.tacho_order * angle + p.tacho_phase))
+                volts[k] = p.gain * shown + p.tachometer_noise * noise[1, k]
+            push = command - load[k] - disturbance[k]
+            first = (push - _smooth(p, angle, speed, command)) / p.inertia
+            second = (push - _smooth(p, angle + h * speed, speed + h * first, command)) / p.inertia
             free = speed + 0.5 * h * (first + second)
             sign = 1.0 if free > 0.0 else -1.0
-            level = p.coulomb * (1.0 + p.coulomb_asymmetry * sign) + p.stribeck_excess * math.exp(-abs(speed) / p.stribeck_speed)
+            level = p.coulomb * (1.0 + p.coulomb_asymmetry * sign)
             grip = h * level / p.inertia
             after = 0.0 if abs(free) <= grip else free - sign * grip
             angle += 0.5 * h * (speed + after)

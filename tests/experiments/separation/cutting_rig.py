@@ -1,7 +1,6 @@
 """The cut of the truth: chip area from feed and depth, forces at the sample instants, states by exact exponentials.
 
-Sources: Altintas, Manufacturing Automation, 2nd ed. (2012), sec. 2.3 (edge and shear force); Kienzle (1952);
-ISO 3685 (three phases of wear).
+Sources: Altintas, Manufacturing Automation, 2nd ed. (2012), sec. 2.3 (edge and shear force); Kienzle (1952).
 """
 
 from __future__ import annotations
@@ -30,10 +29,6 @@ class CuttingPhysics(NamedTuple):
     hump_width: float = 0.3
     softening: float = 0.0
     softening_time: float = 3.0
-    wear_growth: float = 0.0
-    wear_rate: float = 1e-7
-    wear_break_in: float = 0.0
-    wear_break_in_time: float = 20.0
     slot: float = 0.0
     slot_width: float = 0.1
     slot_middle: float = 0.0
@@ -43,13 +38,6 @@ class CuttingPhysics(NamedTuple):
     runout: float = 0.0
     runout_order: float = 1.0
     runout_phase: float = 0.0
-    build_up: float = 0.0
-    build_up_time: float = 0.2
-    leak: float = 0.0
-    drift: float = 0.0
-    depth_power: float = 0.0
-    feed_memory: float = 0.0
-    wander: float = 0.0
 
 
 def simulate_cutting(physics: CuttingPhysics, feed: np.ndarray, depth: np.ndarray, speed: np.ndarray) -> np.ndarray:
@@ -81,8 +69,7 @@ def _shape(p: CuttingPhysics, angle: float, depth: float) -> float:
 def _simulate(p: CuttingPhysics, feed: np.ndarray, depth: np.ndarray, speed: np.ndarray) -> np.ndarray:
     samples = feed.shape[0]
     out = np.zeros((3, samples))
-    angle, warmth, cut_time, built, remembered = 0.0, 0.0, 0.0, 0.0, 0.0
-    leaked = 0.0
+    angle, warmth = 0.0, 0.0
     ratios = np.array([1.0, p.thrust_ratio, p.feed_ratio])
     edges = np.array([1.0, 1.4, 1.2])
     for k in range(samples):
@@ -91,32 +78,17 @@ def _simulate(p: CuttingPhysics, feed: np.ndarray, depth: np.ndarray, speed: np.
         force = np.zeros(3)
         if cuts:
             shape = _shape(p, angle, depth[k])
-            remembered += (feed[k] - remembered) * (1.0 - math.exp(-PERIOD / 0.8))
             area = p.specific_force * feed[k] * depth[k] * (feed[k] / 1e-3) ** (-p.exponent)
-            if p.depth_power != 0.0:
-                area *= (depth[k] / 1e-3) ** p.depth_power
-            if p.feed_memory != 0.0:
-                area *= 1.0 + p.feed_memory * (remembered - feed[k]) / 2e-4
             pace = (speed[k] / 2.0) ** p.speed_exponent
             beside = (speed[k] - p.hump_speed) / p.hump_width
             pace *= 1.0 + p.hump * math.exp(-beside * beside)
-            if p.wander != 0.0:
-                pace *= 1.0 + p.wander * math.sin(2.1 * cut_time * cut_time / (1.0 + 0.1 * cut_time)) * math.sin(17.0 * cut_time)
-            land = p.wear_break_in * (1.0 - math.exp(-cut_time / p.wear_break_in_time)) + p.wear_rate * cut_time
-            slow = (1.0 - p.softening * warmth) * (1.0 + p.wear_growth * land) * (1.0 - p.build_up * (1.0 - built))
+            slow = 1.0 - p.softening * warmth
             for row in range(3):
                 force[row] = ratios[row] * area * pace * slow * shape + p.edge * edges[row] * ratios[row] * depth[k] * shape
-            cut_time += PERIOD
             warmth += (1.0 - warmth) * (1.0 - math.exp(-PERIOD / p.softening_time))
-            built += (1.0 - built) * (1.0 - math.exp(-PERIOD / p.build_up_time))
         else:
             warmth *= math.exp(-PERIOD / p.softening_time)
-            built *= math.exp(-PERIOD / 0.01)
-            remembered = 0.0
         for row in range(3):
             out[row, k] = force[row]
-        # the charge amplifier of the main force leaks and drifts; each channel has its own amplifier
-        out[0, k] += p.drift * k * PERIOD - leaked
-        leaked += (force[0] - leaked) * (1.0 - math.exp(-p.leak * PERIOD))
         angle += PERIOD * speed[k] / p.radius
     return out

@@ -15,14 +15,10 @@ class AxisPhysics(NamedTuple):
     back_emf: float = 0.0
     effort_constant: float = 35.0
     # controller: cascade (pid = 0) or PID (pid = 1)
-    pid: float = 0.0
     position_gain: float = 40.0
     velocity_gain: float = 300.0
     integral_rate: float = 0.0
     mean_share: float = 0.5
-    proportional: float = 0.0
-    integral: float = 0.0
-    derivative_gain: float = 0.0
     # converter and sensors
     converter_bits: float = 12.0
     encoder_resolution: float = 1e-7
@@ -39,11 +35,8 @@ class AxisPhysics(NamedTuple):
     stribeck_speed: float = 0.005
     stribeck_shape: float = 1.0
     lugre_level: float = 0.0
-    lugre_excess: float = 0.0
-    lugre_speed: float = 0.005
     lugre_stiffness: float = 0.0
     lugre_damping: float = 0.0
-    friction_table: float = 0.0
     friction_wave: float = 0.0
     friction_wave_period: float = 0.1
     friction_wave_phase: float = 0.0
@@ -53,16 +46,11 @@ class AxisPhysics(NamedTuple):
     ripple_share: float = 0.0
     ripple_period: float = 0.005
     ripple_phase: float = 0.0
-    ripple_second: float = 0.0
-    ripple_third: float = 0.0
     # geometry seen by the scale
     backlash: float = 0.0
     backlash_start: float = 0.0
-    backlash_softness: float = 0.0
     pitch_slope: float = 0.0
     pitch_wave: float = 0.0
-    pitch_second: float = 0.0
-    pitch_third: float = 0.0
     lead: float = 0.005
     pitch_phase: float = 0.0
     growth_strain: float = 0.0
@@ -78,7 +66,6 @@ class AxisPhysics(NamedTuple):
     current_loop_frequency: float = 0.0
     current_loop_damping: float = 0.7
     dead_zone: float = 0.0
-    saturation: float = 1e9
     converter_offset: float = 0.0
     coarse_step: float = 0.0
     delay: float = 0.0
@@ -86,27 +73,4 @@ class AxisPhysics(NamedTuple):
     eccentricity: float = 0.0
     eccentricity_turn: float = 0.005
     eccentricity_phase: float = 0.0
-    interpolation: float = 0.0
-    interpolation_second: float = 0.0
-    signal_period: float = 20e-6
-    interpolation_phase: float = 0.0
-    lost: float = 0.0
-    lost_instant: float = 1e9
-    scale_factor: float = 1.0
     # outside the catalogue
-    drag: float = 0.0
-    cubic: float = 0.0
-    cubic_length: float = 0.1
-    chain_stiffness: float = 0.0
-    chain_rest: float = 0.0
-    cover_force: float = 0.0
-    cover_place: float = 0.1
-    cover_width: float = 0.01
-    squeal: float = 0.0
-    squeal_frequency: float = 150.0
-    squeal_low: float = 0.02
-    squeal_high: float = 0.06
-    way_cover: float = 0.0
-    way_cover_travel: float = 0.01
-    hysteresis: float = 0.0
-    hysteresis_current: float = 0.5

@@ -6,6 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.signal import lfilter
+
+PERIOD = 1e-3
 
 Draw = Callable[[np.random.Generator, dict[str, float]], "Hidden"]
 
@@ -14,15 +17,13 @@ Draw = Callable[[np.random.Generator, dict[str, float]], "Hidden"]
 class Hidden:
     """One hidden effect.
 
-    ``key`` is this suite's name of it; ``changes`` the fields of the truth's physics [SI] that make it; ``parameters`` its numbers in the
-    words of the catalogue (value [SI], unit), which an answer is held against; ``needs`` the channels without which it cannot be seen.
+    ``key`` is its name here; ``changes`` the fields of the truth's physics [SI] that make it; ``parameters`` its numbers in the words of
+    the catalogue (value [SI], unit).
     """
 
     key: str
     changes: dict[str, float]
     parameters: dict[str, tuple[float, str]] = field(default_factory=dict)
-    needs: tuple[str, ...] = ()
-    note: str = ""
 
 
 def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
@@ -38,3 +39,11 @@ def either_sign(rng: np.random.Generator) -> float:
 def angle(rng: np.random.Generator) -> float:
     """Draw a phase [rad]."""
     return float(rng.uniform(-np.pi, np.pi))
+
+
+def coloured_noise(rng: np.random.Generator, samples: int, deviation: float, corner: float) -> np.ndarray:
+    """Return first-order (Ornstein-Uhlenbeck) noise of the standard deviation and corner frequency [Hz]."""
+    keep = float(np.exp(-2.0 * np.pi * corner * PERIOD))
+    white = rng.standard_normal(samples) * deviation * np.sqrt(1.0 - keep * keep)
+    white[0] = rng.standard_normal() * deviation
+    return np.asarray(lfilter([1.0], [1.0, -keep], white))

@@ -1,4 +1,4 @@
-"""Effects of the catalogue as they are hidden in an axis: sizes within the catalogue's ranges, in forms of this suite's own.
+"""Effects of the catalogue as they are hidden in an axis: sizes within the catalogue's ranges, in forms of their own.
 
 ``rig`` holds numbers of the axis the sizes refer to: ``rated`` force [N] (full voltage), ``lead`` [m], ``top`` speed [m/s],
 ``acceleration`` [m/s2], ``mass`` [kg], ``bandwidth`` [rad/s] of the velocity loop, ``known`` Coulomb level of the lesson [N],
@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from tests.diagnosis.suite.concealed import Draw, Hidden, angle, either_sign, log_uniform
+from tests.experiments.separation.concealed import Draw, Hidden, angle, either_sign, log_uniform
 
 Rig = dict[str, float]
 
@@ -40,10 +40,10 @@ def bristles(rng: np.random.Generator, rig: Rig) -> Hidden:
 def asymmetric(rng: np.random.Generator, rig: Rig) -> Hidden:
     if rig["known"] > 0.0 or rng.random() < 0.4:
         slope = either_sign(rng) * rig["viscous"] * rng.uniform(0.1, 0.4)
-        return Hidden("asymmetric", {"viscous_asymmetry": slope}, {"viscous_difference": (slope, "N*s/m")}, note="viscous")
+        return Hidden("asymmetric", {"viscous_asymmetry": slope}, {"viscous_difference": (slope, "N*s/m")})
     level, share = log_uniform(rng, 10.0, 60.0), either_sign(rng) * float(rng.uniform(0.1, 0.4))
     changes = {"coulomb": level, "coulomb_asymmetry": share}
-    return Hidden("asymmetric", changes, {"level": (level, "N"), "asymmetry": (share, "1")}, note="coulomb")
+    return Hidden("asymmetric", changes, {"level": (level, "N"), "asymmetry": (share, "1")})
 
 
 def gravity(rng: np.random.Generator, rig: Rig) -> Hidden:
@@ -59,24 +59,24 @@ def tight_spots(rng: np.random.Generator, rig: Rig) -> Hidden:
 
 def backlash(rng: np.random.Generator, rig: Rig) -> Hidden:
     width = log_uniform(rng, 2e-6, 60e-6)
-    return Hidden("backlash", {"backlash": width, "backlash_start": either_sign(rng)}, {"width": (width, "m")}, ("scale",))
+    return Hidden("backlash", {"backlash": width, "backlash_start": either_sign(rng)}, {"width": (width, "m")})
 
 
 def pitch(rng: np.random.Generator, rig: Rig) -> Hidden:
     slope = either_sign(rng) * log_uniform(rng, 40e-6, 300e-6)
-    return Hidden("pitch", {"pitch_slope": slope}, {"slope": (slope, "1")}, ("scale",))
+    return Hidden("pitch", {"pitch_slope": slope}, {"slope": (slope, "1")})
 
 
 def pitch_wave(rng: np.random.Generator, rig: Rig) -> Hidden:
     size = log_uniform(rng, 1e-6, 8e-6)
     changes = {"pitch_wave": size, "pitch_phase": angle(rng), "lead": rig["lead"]}
-    return Hidden("pitch_wave", changes, {"amplitude": (size, "m"), "lead": (rig["lead"], "m")}, ("scale",))
+    return Hidden("pitch_wave", changes, {"amplitude": (size, "m"), "lead": (rig["lead"], "m")})
 
 
 def screw_growth(rng: np.random.Generator, rig: Rig) -> Hidden:
     strain, time = log_uniform(rng, 3e-5, 2e-4), log_uniform(rng, 8.0, 60.0)
     changes = {"growth_strain": strain, "growth_time": time, "growth_origin": float(rng.uniform(-0.3, 0.0))}
-    return Hidden("screw_growth", changes, {"strain": (strain, "1"), "time_constant": (time, "s")}, ("scale",))
+    return Hidden("screw_growth", changes, {"strain": (strain, "1"), "time_constant": (time, "s")})
 
 
 def resonance(rng: np.random.Generator, rig: Rig) -> Hidden:
@@ -88,7 +88,7 @@ def resonance(rng: np.random.Generator, rig: Rig) -> Hidden:
 
 def wind_up(rng: np.random.Generator, rig: Rig) -> Hidden:
     compliance = log_uniform(rng, 0.5e-6, 5e-6) / (rig["mass"] * rig["acceleration"])
-    return Hidden("wind_up", {"wind_up": compliance}, {"compliance": (compliance, "m/N")}, ("scale",))
+    return Hidden("wind_up", {"wind_up": compliance}, {"compliance": (compliance, "m/N")})
 
 
 def inductance(rng: np.random.Generator, rig: Rig) -> Hidden:
@@ -106,11 +106,6 @@ def current_loop(rng: np.random.Generator, rig: Rig) -> Hidden:
 def dead_zone(rng: np.random.Generator, rig: Rig) -> Hidden:
     half = log_uniform(rng, 0.05, 0.3)
     return Hidden("dead_zone", {"dead_zone": half}, {"half_width": (half, "V")})
-
-
-def saturation(rng: np.random.Generator, rig: Rig) -> Hidden:
-    level = rig["peak"] * float(rng.uniform(0.6, 0.85))
-    return Hidden("saturation", {"saturation": level}, {"level": (level, "V")})
 
 
 def ripple(rng: np.random.Generator, rig: Rig) -> Hidden:
@@ -142,46 +137,19 @@ def delay(rng: np.random.Generator, rig: Rig) -> Hidden:
 def clock_skew(rng: np.random.Generator, rig: Rig) -> Hidden:
     """The scale is logged by another device whose clock runs off."""
     skew = either_sign(rng) * log_uniform(rng, 40e-6, 400e-6)
-    return Hidden("clock_skew", {"@skew_scale": skew}, {"skew": (skew, "1")}, ("scale",))
-
-
-def channel_shift(rng: np.random.Generator, rig: Rig) -> Hidden:
-    shift = either_sign(rng) * log_uniform(rng, 2e-3, 40e-3)
-    return Hidden("channel_shift", {"@shift_scale": shift}, {"shift": (shift, "s")}, ("scale",))
+    return Hidden("clock_skew", {"@skew_scale": skew}, {"skew": (skew, "1")})
 
 
 def eccentricity(rng: np.random.Generator, rig: Rig) -> Hidden:
     size = log_uniform(rng, 1.5e-6, 10e-6)
     changes = {"eccentricity": size, "eccentricity_turn": rig["lead"], "eccentricity_phase": angle(rng)}
-    return Hidden("eccentricity", changes, {"amplitude": (size, "m"), "turn": (rig["lead"], "m")}, ("scale",))
-
-
-def interpolation(rng: np.random.Generator, rig: Rig) -> Hidden:
-    size = log_uniform(rng, 0.2e-6, 0.6e-6)
-    changes = {"interpolation": size, "interpolation_second": 0.3 * size, "interpolation_phase": angle(rng), "signal_period": 20e-6}
-    return Hidden("interpolation", changes, {"amplitude": (size, "m"), "signal_period": (20e-6, "m")}, ("scale",))
-
-
-def lost_counts(rng: np.random.Generator, rig: Rig) -> Hidden:
-    jump, instant = either_sign(rng) * log_uniform(rng, 2e-6, 40e-6), float(rng.uniform(4.0, 14.0))
-    return Hidden("lost_counts", {"lost": jump, "lost_instant": instant}, {"jump": (jump, "m"), "instant": (instant, "s")}, ("scale",))
-
-
-def coarse_encoder(rng: np.random.Generator, rig: Rig) -> Hidden:
-    count = rig["resolution"] * float(rng.choice([8.0, 16.0, 32.0]))
-    return Hidden("coarse_encoder", {"encoder_resolution": count}, {"count": (count, "m")})
-
-
-def scale_factor(rng: np.random.Generator, rig: Rig) -> Hidden:
-    factor = float(rng.choice([1.02, 0.97, 1.05, 0.99]))
-    return Hidden("scale_factor", {"scale_factor": factor}, {"factor": (factor, "1")}, ("scale",))
+    return Hidden("eccentricity", changes, {"amplitude": (size, "m"), "turn": (rig["lead"], "m")})
 
 
 AXIS_EFFECTS: dict[str, Draw] = {
     draw.__name__: draw
     for draw in (
         coulomb, stribeck, bristles, asymmetric, gravity, tight_spots, backlash, pitch, pitch_wave, screw_growth, resonance, wind_up,
-        inductance, current_loop, dead_zone, saturation, ripple, cogging, converter_offset, delay, clock_skew, channel_shift, eccentricity,
-        interpolation, lost_counts, coarse_encoder, scale_factor,
+        inductance, current_loop, dead_zone, ripple, cogging, converter_offset, delay, clock_skew, eccentricity,
     )
 }  # fmt: skip

@@ -1,7 +1,7 @@
 """The axis of the truth: sampled control at 1 kHz around a plant stepped at 20 us by semi-implicit Euler with set-valued friction.
 
 Source of the friction step: Acary, Brogliato, Numerical Methods for Nonsmooth Dynamical Systems (2008), ch. 1 (implicit Coulomb friction);
-bristles: Canudas de Wit et al., IEEE Trans. Automatic Control 40 (1995); hysteresis of covers and magnets: Bouc-Wen form.
+bristles: Canudas de Wit et al., IEEE Trans. Automatic Control 40 (1995).
 """
 
 from __future__ import annotations
@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from tests.diagnosis.suite.axis_physics import AxisPhysics
+from tests.experiments.separation.axis_physics import AxisPhysics
 
 SAMPLE_PERIOD = 1e-3
 FINE_STEPS = 125
 VOLTAGE_LIMIT = 10.0
-NO_TABLE = np.zeros((1, 2))
 
 
 @dataclass(frozen=True)
@@ -31,24 +30,10 @@ class AxisSignals:
     position: np.ndarray
     velocity: np.ndarray
 
-    def channels(self) -> dict[str, np.ndarray]:
-        """Return the recordable channels by name."""
-        return {"command": self.command, "encoder": self.encoder, "scale": self.scale, "current": self.current}
 
-    @property
-    def sound(self) -> bool:
-        """Whether the run stayed within what an axis can do."""
-        return bool(np.all(np.isfinite(self.position)) and np.max(np.abs(self.position)) < 5.0)
-
-
-def simulate_axis(
-    physics: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray, table: np.ndarray = NO_TABLE
-) -> AxisSignals:
-    """Run the axis along ``reference`` [m] with sensor noise (standard normal, (3, samples)) and a load force [N] at the sample instants.
-
-    ``table`` holds speed [m/s] and friction [N] of both directions, rising in speed, used where ``friction_table`` is 1.
-    """
-    return AxisSignals(*_simulate(physics, reference, noise, load, table))
+def simulate_axis(physics: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray) -> AxisSignals:
+    """Run the axis along ``reference`` [m] with sensor noise (standard normal, (3, samples)) and a load force [N] at each sample."""
+    return AxisSignals(*_simulate(physics, reference, noise, load))
 
 
 @njit(cache=True)
@@ -57,59 +42,27 @@ def _rounded(value: float, quantum: float) -> float:
 
 
 @njit(cache=True)
-def _table_value(table: np.ndarray, speed: float) -> float:
-    last = table.shape[0] - 1
-    if speed <= table[0, 0]:
-        return table[0, 1]
-    for row in range(last):
-        if speed < table[row + 1, 0]:
-            share = (speed - table[row, 0]) / (table[row + 1, 0] - table[row, 0])
-            return table[row, 1] + share * (table[row + 1, 1] - table[row, 1])
-    return table[last, 1]
-
-
-@njit(cache=True)
-def _sliding_level(p: AxisPhysics, table: np.ndarray, speed: float, position: float, sign: float) -> float:
+def _sliding_level(p: AxisPhysics, speed: float, position: float, sign: float) -> float:
     """Size of the dry friction when sliding with ``sign`` at ``speed``."""
     level = p.coulomb * (1.0 + p.coulomb_asymmetry * sign)
     if p.stribeck_excess > 0.0:
         level += p.stribeck_excess * math.exp(-((abs(speed) / p.stribeck_speed) ** p.stribeck_shape))
-    if p.friction_table > 0.5:
-        level += sign * _table_value(table, sign * max(abs(speed), 1e-9))
     if p.friction_wave > 0.0:
         level += p.friction_wave * (1.0 + math.sin(2.0 * math.pi * position / p.friction_wave_period + p.friction_wave_phase))
     return max(level, 0.0)
 
 
 @njit(cache=True)
-def _smooth_force(p: AxisPhysics, x: float, v: float, applied: float, time: float) -> float:
+def _smooth_force(p: AxisPhysics, x: float, v: float, applied: float) -> float:
     """Forces against positive motion that do not stick."""
-    angle = 2.0 * math.pi * x / p.ripple_period + p.ripple_phase
-    wave = math.sin(angle) + p.ripple_second * math.sin(2.0 * angle + 1.1) + p.ripple_third * math.sin(3.0 * angle + 2.3)
-    force = p.viscous_asymmetry * abs(v) + p.force_offset + (p.ripple + p.ripple_share * applied) * wave
-    force += p.drag * v * abs(v) + p.cubic * v * v * v * (1.0 + (x / p.cubic_length) ** 2) + p.chain_stiffness * (x - p.chain_rest)
-    if p.cover_force != 0.0:
-        force += p.cover_force * (1.0 / (1.0 + math.exp(-(x - p.cover_place) / p.cover_width)))
-    if p.squeal != 0.0 and p.squeal_low < abs(v) < p.squeal_high:
-        force += p.squeal * math.sin(2.0 * math.pi * p.squeal_frequency * time)
-    return force
+    wave = math.sin(2.0 * math.pi * x / p.ripple_period + p.ripple_phase)
+    return p.viscous_asymmetry * abs(v) + p.force_offset + (p.ripple + p.ripple_share * applied) * wave
 
 
 @njit(cache=True)
 def _controller(p: AxisPhysics, reference: float, measured: float, memory: np.ndarray, first: bool) -> float:
-    """PID or cascade; memory: 0 last measured, 1 last mean, 2 integral, 3 last error."""
+    """Cascade; memory: 0 last measured, 1 last mean, 2 integral."""
     period = SAMPLE_PERIOD
-    if p.pid > 0.5:
-        error = reference - measured
-        slope = 0.0 if first else (error - memory[3]) / period
-        total = memory[2] + error * period
-        command = p.proportional * error + p.integral * total + p.derivative_gain * slope
-        if abs(command) > VOLTAGE_LIMIT and command * p.integral * error > 0.0:
-            total = memory[2]
-            command = p.proportional * error + p.integral * total + p.derivative_gain * slope
-        memory[2] = total
-        memory[3] = error
-        return min(max(command, -VOLTAGE_LIMIT), VOLTAGE_LIMIT)
     if first:
         memory[0] = measured
         memory[1] = measured
@@ -126,40 +79,32 @@ def _controller(p: AxisPhysics, reference: float, measured: float, memory: np.nd
 
 
 @njit(cache=True)
-def _encoder_error(p: AxisPhysics, x: float, time: float) -> float:
-    error = p.eccentricity * math.sin(2.0 * math.pi * x / p.eccentricity_turn + p.eccentricity_phase)
-    fine = 2.0 * math.pi * x / p.signal_period + p.interpolation_phase
-    error += p.interpolation * math.sin(fine) + p.interpolation_second * math.sin(2.0 * fine)
-    return error + (p.lost if time >= p.lost_instant else 0.0)
+def _encoder_error(p: AxisPhysics, x: float) -> float:
+    return p.eccentricity * math.sin(2.0 * math.pi * x / p.eccentricity_turn + p.eccentricity_phase)
 
 
 @njit(cache=True)
 def _scale_error(p: AxisPhysics, x: float, applied: float, time: float) -> float:
     angle = 2.0 * math.pi * x / p.lead + p.pitch_phase
     error = p.pitch_slope * x + p.pitch_wave * math.sin(angle) - p.wind_up * applied
-    error += p.pitch_second * math.sin(2.0 * angle + 0.7) + p.pitch_third * math.sin(3.0 * angle + 1.9)
     return error + p.growth_strain * (1.0 - math.exp(-time / p.growth_time)) * (x - p.growth_origin)
 
 
 @njit(cache=True)
-def _followed(table: float, motor: float, half: float, softness: float) -> float:
-    """Table position behind a play of half width ``half``; with softness > 0 the gap closes gradually (grease, skewed flanks)."""
+def _followed(table: float, motor: float, half: float) -> float:
+    """Table position behind a play of half width ``half``."""
     gap = motor - table
-    if softness <= 0.0:
-        return motor - half if gap > half else (motor + half if gap < -half else table)
-    pull = half * math.tanh(gap / (half * softness)) if half > 0.0 else 0.0
-    move = gap - pull if abs(gap) > half else 0.02 * gap * (abs(gap) / half) ** 2
-    return table + move
+    return motor - half if gap > half else (motor + half if gap < -half else table)
 
 
 @njit(cache=True)
 def _simulate(
-    p: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray, table: np.ndarray
+    p: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     samples = reference.shape[0]
     out = np.zeros((6, samples))
     h = SAMPLE_PERIOD / FINE_STEPS
-    memory = np.zeros(4)
+    memory = np.zeros(3)
     commands = np.zeros(samples)
     quantum = 20.0 / (2.0**p.converter_bits - 1.0)
     motor_mass = p.mass * (1.0 - p.table_share)
@@ -167,13 +112,13 @@ def _simulate(
     stiffness = table_mass * (2.0 * math.pi * p.table_frequency) ** 2
     damping = 2.0 * p.table_damping * table_mass * 2.0 * math.pi * p.table_frequency
     x, v, xt, vt = 0.0, 0.0, 0.0, 0.0
-    current, loop_rate, bristle, cover, magnet = 0.0, 0.0, 0.0, 0.0, 0.0
+    current, loop_rate, bristle = 0.0, 0.0, 0.0
     behind = p.backlash_start * 0.5 * p.backlash
     wc = 2.0 * math.pi * p.current_loop_frequency
     decay = math.exp(-h / p.inductance_time) if p.inductance_time > 0.0 else 0.0
     for k in range(samples):
         time = k * SAMPLE_PERIOD
-        reading = _rounded(x + _encoder_error(p, x, time) + p.encoder_noise * noise[0, k], p.encoder_resolution)
+        reading = _rounded(x + _encoder_error(p, x) + p.encoder_noise * noise[0, k], p.encoder_resolution)
         command = _controller(p, reference[k], reading, memory, k == 0)
         held = command
         if p.converter_bits < 30.0:
@@ -186,7 +131,6 @@ def _simulate(
             volts = commands[k] if p.delay <= 0.0 else (commands[math.floor(back + 1e-9)] if back >= 0.0 else 0.0)
             if p.dead_zone > 0.0:
                 volts = volts - p.dead_zone if volts > p.dead_zone else (volts + p.dead_zone if volts < -p.dead_zone else 0.0)
-            volts = min(max(volts, -p.saturation), p.saturation)
             wanted = p.conductance * (volts - p.back_emf * v)
             read_current = current
             if p.inductance_time > 0.0:
@@ -201,24 +145,20 @@ def _simulate(
                 read_current = wanted
                 current = wanted
             force = p.effort_constant * current
-            if p.hysteresis != 0.0:
-                change = (wanted - magnet) / p.hysteresis_current
-                magnet += p.hysteresis_current * (change - math.tanh(change))
-                force -= p.hysteresis * math.tanh(change)
             if fine == 0:
                 place = xt if p.table_share > 0.0 else x
                 if p.backlash > 0.0:
-                    behind = _followed(behind, place, 0.5 * p.backlash, p.backlash_softness)
+                    behind = _followed(behind, place, 0.5 * p.backlash)
                     place = behind
                 seen = place + _scale_error(p, place, force, time)
                 out[0, k] = command
                 out[1, k] = reading
-                out[2, k] = p.scale_factor * _rounded(seen + p.scale_noise * noise[1, k], p.scale_resolution)
+                out[2, k] = _rounded(seen + p.scale_noise * noise[1, k], p.scale_resolution)
                 out[3, k] = _rounded(read_current + p.current_noise * noise[2, k], p.current_resolution)
                 out[4, k] = x
                 out[5, k] = v
             if p.backlash > 0.0:
-                behind = _followed(behind, xt if p.table_share > 0.0 else x, 0.5 * p.backlash, p.backlash_softness)
+                behind = _followed(behind, xt if p.table_share > 0.0 else x, 0.5 * p.backlash)
             share = fine / FINE_STEPS
             pushed = load[k] + share * (load[min(k + 1, samples - 1)] - load[k])
             # the friction side: the table where it stands on a spring, else the whole mass
@@ -230,18 +170,14 @@ def _simulate(
             else:
                 body, speed, place, push = p.mass, v, x, force
             speed_before = speed
-            push -= _smooth_force(p, place, speed, force, now) + pushed
+            push -= _smooth_force(p, place, speed, force) + pushed
             if p.lugre_stiffness > 0.0:
-                steady = p.lugre_level + p.lugre_excess * math.exp(-((speed / p.lugre_speed) ** 2))
                 before = bristle
-                bristle = (bristle + h * speed) / (1.0 + h * p.lugre_stiffness * abs(speed) / steady)
+                bristle = (bristle + h * speed) / (1.0 + h * p.lugre_stiffness * abs(speed) / p.lugre_level)
                 push -= p.lugre_stiffness * bristle + p.lugre_damping * (bristle - before) / h
-            if p.way_cover > 0.0:
-                cover += h * (speed - abs(speed) * cover) / p.way_cover_travel
-                push -= p.way_cover * cover
             free = (speed + h * push / body) / (1.0 + h * p.viscous / body)
             sign = 1.0 if free > 0.0 else -1.0
-            grip = h * _sliding_level(p, table, speed, place, sign) / body / (1.0 + h * p.viscous / body)
+            grip = h * _sliding_level(p, speed, place, sign) / body / (1.0 + h * p.viscous / body)
             speed = 0.0 if abs(free) <= grip else free - sign * grip
             if p.table_share > 0.0:
                 # with the speed at the end of the step a spring neither gains nor loses
