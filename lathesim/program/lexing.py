@@ -30,7 +30,7 @@ def no_word(code: str, position: int, before: str) -> Fault:
     if character == ",":
         remedy = "Write numbers with a decimal point, as in X0.5."
         return Fault(f"A comma stands behind {before}." if before else "A comma stands in the block.", remedy)
-    if code.startswith("[BILLET", position):
+    if code[position : position + len(_BILLET)] == _BILLET:
         fact = "[BILLET is the bar of a training simulator (Denford), and no part of a program."
         return Fault(fact, "Take it out; --stock gives the bar.")
     if character in "[]=<>":
@@ -57,6 +57,7 @@ def no_number(code: str, position: int) -> Fault:
     return Fault(f"{letter} has no number.", f"Write one right behind it, as in {letter}10; put remarks in parentheses.")
 
 
+_BILLET = "[BILLET"
 LINE_LIMIT = 256  # characters of code in one line. Source: NIST RS274NGC version 3, section 3.3
 DIGIT_LIMIT = 9  # digits before the decimal point, assumed: a larger number is a slip, and its square must stay finite
 

@@ -99,14 +99,14 @@ def _macro(code: str, word: str, position: int) -> Statement:
         return Statement(Keyword.LOOP if word == "DO" else Keyword.LOOP_END, _loop_label(code, position))
     condition, position = parse_value(code, position)
     if word == "WHILE":
-        if not code.startswith("DO", position):
+        if not _stands(code, position, "DO"):
             raise Fault("WHILE has no DO behind its condition.", "Write it as WHILE [#1 LT 5] DO1, with END1 behind the loop.")
         return Statement(Keyword.LOOP, _loop_label(code, position + 2), condition=condition)
-    if code.startswith("GOTO", position):
+    if _stands(code, position, "GOTO"):
         target, position = parse_value(code, position + 4)
         _nothing_behind(code, position)
         return Statement(Keyword.GO_TO, "", (target,), condition)
-    if not code.startswith("THEN", position):
+    if not _stands(code, position, "THEN"):
         raise Fault("IF has neither GOTO nor THEN behind its condition.", "Write it as IF [#1 GT 5] GOTO 100.")
     position += 4
     assignments = []
@@ -115,6 +115,10 @@ def _macro(code: str, word: str, position: int) -> Statement:
         assignments.append(assignment)
     _nothing_behind(code, position)
     return Statement(Keyword.IF_THEN, "", (), condition, tuple(assignments))
+
+
+def _stands(code: str, position: int, word: str) -> bool:
+    return code[position : position + len(word)] == word
 
 
 def _loop_label(code: str, position: int) -> str:
