@@ -42,7 +42,9 @@ class OutputOptions:
 @click.option("--plot", "figure", type=OutputPath(), metavar="F.png", help="Draw the path.")
 @click.option("--write", "written", type=OutputPath(), metavar="F.ngc", help="Write the moves as a plain LinuxCNC program.")
 @click.option("--tool", "tools", multiple=True, metavar="N=RADIUS[,ORIENTATION]", help="Nose of a tool for G41 and G42, as 1=0.8mm,3.")
-@click.option("--stock", metavar="D,L[,FACE]", help="Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are told.")
+@click.option(
+    "--stock", metavar="D,L[,FACE]", help="Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are reported."
+)
 @click.option("--strict", is_flag=True, help="Refuse codes that do nothing in the simulation, as those of the machine's builder.")
 @click.option("--block-delete/--no-block-delete", default=True, show_default=True, help="Leave out the lines that begin with /.")
 @grouped(shape=OutputOptions)

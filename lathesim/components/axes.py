@@ -226,9 +226,9 @@ class LedAxis(Component):
         "reference_acceleration": "acceleration", "inertia": "inertia", "current": "current",
     }  # fmt: skip
 
-    reference = Input("m", doc="position asked for")
-    reference_velocity = Input("m/s", doc="velocity asked for")
-    acceleration = Input("m/s^2", default=0.0, doc="acceleration asked for")
+    reference = Input("m", doc="commanded position")
+    reference_velocity = Input("m/s", doc="commanded velocity")
+    acceleration = Input("m/s^2", default=0.0, doc="commanded acceleration")
     disturbance = Input("N", default=0.0, doc="force on the table, positive against positive motion")
 
     mass = Parameter("kg", 95.0, low=0.0, doc="moving mass")

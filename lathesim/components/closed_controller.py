@@ -76,15 +76,15 @@ class MultiOscillatoryController(Component):
     group = "controllers"
     ports = {"measured": "measured", "drive": "reference", "reading": "speed", "loop_gain": "loop_gain", "error": "error"}
 
-    reference = Input("m", doc="position asked for")
+    reference = Input("m", doc="commanded position")
     measured = Input("m", doc="position as it arrives")
     added = Input("m", default=0.0, doc="sum of the oscillatory elements")
 
     proportional = Parameter("1", 1.0, low=0.0, doc="kp (p23): share of the error itself")
-    loop_gain = Parameter("1/s", 20.0, low=0.0, doc="kv (p24): speed asked for per error")
+    loop_gain = Parameter("1/s", 20.0, low=0.0, doc="kv (p24): commanded speed per error")
 
     error = Output("m", doc="position error, which the oscillatory elements take")
-    speed = Output("m/s", doc="speed asked for")
+    speed = Output("m/s", doc="commanded speed")
 
     @staticmethod
     def output_error(reference: float, measured: float) -> float:
@@ -143,7 +143,7 @@ class SpeedController(Component):
     group = "controllers"
     ports = {"measured": "measured", "drive": "reference", "reading": "current"}
 
-    reference = Input("m/s", doc="speed asked for")
+    reference = Input("m/s", doc="commanded speed")
     measured = Input("m/s", doc="speed as it arrives")
 
     proportional = Parameter("A*s/m", 166.7, low=0.0, doc="kp (p13)")
@@ -153,7 +153,7 @@ class SpeedController(Component):
 
     summed = State("m", doc="integral of the speed error")
 
-    current = Output("A", doc="current asked for")
+    current = Output("A", doc="commanded current")
 
     @staticmethod
     def derivative(reference: float, measured: float, feedback_gain: float) -> float:
@@ -179,7 +179,7 @@ class PowerController(Component):
     group = "controllers"
     ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
 
-    reference = Input("A", doc="current asked for")
+    reference = Input("A", doc="commanded current")
     measured = Input("A", doc="current as it arrives")
     late_voltage = Input("V", doc="w(t - d): its own output one delay ago")
 

@@ -221,7 +221,7 @@ class CoordinatedSpeed(Component):
     radius = Parameter("m", 9.0, low=1e-6, doc="radius of the circle")
     contour_speed = Parameter("m/s", 0.4, doc="V_k")
     regulator_gain = Parameter("m/s", 0.8, low=0.0, doc="K_u")
-    command_gain = Parameter("V*s/m", 1.0, doc="command per speed asked for; 1/K of the axis")
+    command_gain = Parameter("V*s/m", 1.0, doc="command per commanded speed; 1/K of the axis")
 
     contour_error = Output("m", doc="E_k, positive outside")
     speed_error = Output("m^2/s^2", doc="E_vk")

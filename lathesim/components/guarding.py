@@ -17,7 +17,7 @@ class Watermark(Component):
 
     group = "controllers"
 
-    reference = Input("m", doc="reference as asked for")
+    reference = Input("m", doc="commanded reference")
     size = Parameter("m", 0.0, low=0.0, doc="standard deviation of the watermark; 0: none")
 
     chance = Noise(doc="the secret number of this sample")
@@ -84,7 +84,7 @@ class Guard(Component):
     innovation = Output("m", doc="reading less what was predicted")
     correlation = Output("1", doc="sum of the likelihood ratio of innovation and watermark")
     size = Output("1", doc="sum of the size of the innovation")
-    alarm = Output("1", doc="1 while a forged reading is told")
+    alarm = Output("1", doc="1 while a forged reading is reported")
 
     @staticmethod
     def update(

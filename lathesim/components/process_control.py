@@ -163,7 +163,7 @@ class LogTransformProcessController(Component):
 
     group = "controllers"
 
-    breaks_where: ClassVar[str] = "ln F is asked of a force that is not above zero, while smallest_measured is 0"
+    breaks_where: ClassVar[str] = "ln F is required of a force that is not above zero, while smallest_measured is 0"
     ports = {"measured": "measured"}
 
     measured = Input("{signal}", doc="measured force, torque or power")

@@ -283,7 +283,7 @@ class DAConverter(Component):
 
     ports = {"drive": "command", "measured": "command", "reading": "voltage"}
 
-    command = Input("V", doc="voltage asked for")
+    command = Input("V", doc="commanded voltage")
 
     smallest_voltage = Parameter("V", -10.0, doc="lower end of the range")
     largest_voltage = Parameter("V", 10.0, doc="upper end of the range")

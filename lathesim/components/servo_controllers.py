@@ -184,10 +184,10 @@ class CascadeController(Component):
         "inner_gain": "velocity_gain",
     }
 
-    reference = Input("m", doc="position asked for")
+    reference = Input("m", doc="commanded position")
     measured = Input("m", doc="measured position")
 
-    position_gain = Parameter("1/s", 160.18, low=0.0, doc="kp: speed asked for per position error")
+    position_gain = Parameter("1/s", 160.18, low=0.0, doc="kp: commanded speed per position error")
     velocity_gain = Parameter("V*s/m", 243.45, low=0.0, doc="kv: volts per speed error")
     integral_rate = Parameter("1/s", 0.0, low=0.0, doc="1/Ti of the velocity loop; 0 for a P loop")
     mean_share = Parameter("1", 0.5, low=0.0, high=1.0, doc="s: weight of the sample before in the position that is differentiated")

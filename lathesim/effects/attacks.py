@@ -74,7 +74,7 @@ class OffsetAttack(Effect):
     catalogue, family, site = 0, "constants", "reading"
     neutral = {"offset": 0.0}
     identification = Identification(typical={"offset": (1e-5, 1e-3)}, typical_rotary={"offset": (1e-3, 0.1)}, carried=())
-    fingerprint = "A step of the reading that no command asked for, and the loop's answer to it."
+    fingerprint = "A step of the reading without a command, and the loop's answer to it."
     confused_with = ("LostCounts",)
     experiment = "Watch the innovation when it begins."
     source = "Cardenas et al., Attacks against process control systems, ASIACCS (2011). Range assumed."

@@ -160,7 +160,7 @@ class ServoLag(Effect):
     also_at = {"reference_rate": ("velocity_in", "velocity_out"), "reference_acceleration": ("acceleration_in", "acceleration_out")}
     neutral = {"lag": 0.0}
     identification = Identification(typical={"lag": (1e-3, 60e-3), "velocity_lag": (0.5e-3, 20e-3)}, extended=("velocity_lag",))
-    fingerprint = "The position stays behind the one asked for in proportion to the velocity, at rest by nothing, and the current is late."
+    fingerprint = "The position stays behind the command in proportion to the velocity, at rest by nothing, and the current is late."
     confused_with = (
         "SensorFilter of the position, with which the current is in time",
         "TransportDelay",
@@ -170,9 +170,9 @@ class ServoLag(Effect):
     experiment = "Corners and circles at several feeds: a lag rounds them more the faster they are run, a shift of the channel does not."
     source = "Y. Koren, Computer Control of Manufacturing Systems, McGraw-Hill (1983), chapter 5 (following error v/K). Range assumed."
 
-    incoming = Input("{signal}", doc="position asked for")
-    velocity_in = Input("{reference_rate}", doc="velocity asked for")
-    acceleration_in = Input("{reference_acceleration}", doc="acceleration asked for")
+    incoming = Input("{signal}", doc="commanded position")
+    velocity_in = Input("{reference_rate}", doc="commanded velocity")
+    acceleration_in = Input("{reference_acceleration}", doc="commanded acceleration")
     outgoing = Output("{signal}", doc="position that is reached")
     velocity_out = Output("{reference_rate}", doc="velocity that is reached")
     acceleration_out = Output("{reference_acceleration}", doc="acceleration that is reached")
@@ -180,8 +180,8 @@ class ServoLag(Effect):
     velocity_slope = DiscreteState("{reference_acceleration}", doc="its rate of change")
     acceleration = DiscreteState("{reference_acceleration}", doc="acceleration that is reached")
     acceleration_slope = DiscreteState("{reference_acceleration}/s", doc="its rate of change")
-    velocity_before = DiscreteState("{reference_rate}", doc="velocity asked for one sample before")
-    acceleration_before = DiscreteState("{reference_acceleration}", doc="acceleration asked for one sample before")
+    velocity_before = DiscreteState("{reference_rate}", doc="commanded velocity one sample before")
+    acceleration_before = DiscreteState("{reference_acceleration}", doc="commanded acceleration one sample before")
     lag = Parameter("s", 0.0, low=0.0, high=10.0, doc="distance behind over velocity")
     velocity_lag = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of the velocity loop")
 

@@ -141,7 +141,7 @@ def ahead(before: float, now: float, following: float, lag: float, inner: float,
 class ModelledRemedy(Remedy):
     """A remedy that knows where the axis will be, from the reference and a model of the loop; see the module. It passes on its input."""
 
-    drive = Input("{drive}", doc="position asked for")
+    drive = Input("{drive}", doc="commanded position")
     lag = Parameter("s", 0.0, low=0.0, high=10.0, doc="T: distance behind over velocity; 0 follows at once")
     inner = Parameter("s", 0.0, low=0.0, high=10.0, doc="T_i: time constant of the speed inside the loop")
     model_position = DiscreteState("{drive}", doc="where the model is at the end of this sample")

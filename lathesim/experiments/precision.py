@@ -214,7 +214,7 @@ def design_for_precision(
     rate = wish.rate or mapping.rate or 1.0 / prepared.machinery.sample_period
     aims = [ready(path, lesson, room) for path in programs_to_run(lesson)] if criterion == "V" else []
     if criterion == "V" and not aims:
-        raise LatheSimError("the lesson has no part program that is to be foretold.", place="--criterion", remedy="Take D, A or E.")
+        raise LatheSimError("the lesson has no part program to predict.", place="--criterion", remedy="Take D, A or E.")
     if aims:  # a structure that is not quite right errs most at speeds that none of these programs uses
         room = replace(room, feed=min(room.feed, max(item.fastest for item in aims)))
     bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop, aims, before or NOTHING_BEFORE)

@@ -114,7 +114,7 @@ class OpcUaSource:
         parameters = getattr(subscription, "parameters", None)
         revised = float(getattr(parameters, "RequestedPublishingInterval", publishing) or publishing)
         if revised > publishing * _SLOWER:
-            remark = f"the server publishes every {revised:g} ms, and {publishing:g} ms was asked for"
+            remark = f"the server publishes every {revised:g} ms, and {publishing:g} ms was requested"
             self.remarks = list(dict.fromkeys([*self.remarks, remark]))
 
     async def _node(self, client: Any, item: MappedItem) -> Any:

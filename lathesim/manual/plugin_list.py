@@ -30,7 +30,7 @@ def checked_plugin(path: Path) -> str:
     if registry.problems:
         raise PluginError("\n".join(registry.problems))
     own = {name: item for name, item in {**registry.components, **registry.effects}.items() if not item.__module__.startswith("lathesim.")}
-    return "\n".join([f"{len(registry.plugins)} plug-in{'' if len(registry.plugins) == 1 else 's'} in order.", *without_vectors(own)])
+    return "\n".join([f"{len(registry.plugins)} plug-in{'' if len(registry.plugins) == 1 else 's'} OK.", *without_vectors(own)])
 
 
 def without_vectors(components: Mapping[str, type[Component]]) -> Iterator[str]:

@@ -121,7 +121,7 @@ class Base:
             return np.zeros((*asked.shape, 2, 2), dtype=np.complex128)
         if asked.min() < self.frequency[0] * (1.0 - ROUNDING) or asked.max() > self.frequency[-1] * (1.0 + ROUNDING):
             known = f"{self.frequency[0]:g} to {self.frequency[-1]:g} Hz"
-            fact = f"the base is known from {known}, and {asked.min():g} to {asked.max():g} Hz are asked."
+            fact = f"the base is known from {known}, and {asked.min():g} to {asked.max():g} Hz are requested."
             raise LessonError(fact, place=self.name, remedy="Ask for frequencies inside.")
         found = np.zeros((*asked.shape, 2, 2), dtype=np.complex128)
         for row in (0, 1):

@@ -259,7 +259,7 @@ def quantity_and_scale(quantity: str | None, unit: str | None, place: str) -> tu
     """Return what a lesson or an option says of a response: its quantity and size in SI; none where it says nothing."""
     if quantity is not None and quantity not in QUANTITIES:
         remedy = nearest(quantity, QUANTITIES) or f"Quantities: {', '.join(QUANTITIES)}."
-        raise LessonError(f"there is no quantity '{quantity}'.", place=place, remedy=remedy)
+        raise LessonError(f"there is no response quantity '{quantity}'.", place=place, remedy=remedy)
     if unit is None:
         return None if quantity is None else (quantity, 1.0)
     found, scale = unit_of(unit, place)

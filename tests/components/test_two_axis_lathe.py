@@ -174,7 +174,7 @@ def test_example_2_with_the_adaptive_controller(tmp_path: Path, registry: Regist
 def test_example_2_with_the_log_transform_is_unstable_with_time_and_reason(tmp_path: Path, registry: Registry) -> None:
     with pytest.raises(SimulationError) as raised:
         process(tmp_path, registry, "LogTransformProcessController")
-    assert str(raised.value).startswith("process_controller is unstable at t = 0.165 s: ln F is asked of a force that is not above zero")
+    assert str(raised.value).startswith("process_controller is unstable at t = 0.165 s: ln F is required of a force that is not above zero")
     assert "measured = 0 N" in str(raised.value)
     kept = raised.value.record
     assert isinstance(kept, Record)

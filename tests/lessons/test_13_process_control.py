@@ -68,7 +68,7 @@ def test_the_cycle_times_are_within_two_percent_of_the_reference(variant: str, r
 
 def test_the_log_transform_is_unstable_with_time_and_reason_and_the_data_are_kept(runs: Runs) -> None:
     record = runs.record("log_transform")
-    reason = "ln F is asked of a force that is not above zero, while smallest_measured is 0."
+    reason = "ln F is required of a force that is not above zero, while smallest_measured is 0."
     assert record.status.startswith(f"failed: process_controller is unstable at t = 0.165 s: {reason}")
     assert record.time[-1] == pytest.approx(0.16)
     assert np.isfinite(record["process_controller.feed_command"]).all()

@@ -102,7 +102,7 @@ async def test_a_plug_in_is_broken_told_mended_loaded_again_and_run(workspace: P
         await pilot.press("r")
         await pilot.pause()
         assert "✗" not in str(said.content)
-        assert "my_force.py: 1 plug-in in order." in str(said.content)
+        assert "my_force.py: 1 plug-in OK." in str(said.content)
         await app.show_parameter("cutting_force.wear_factor")
         await pilot.pause()
         await pilot.press("c")

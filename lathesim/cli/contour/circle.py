@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 def circle(chosen: ChosenLesson, save: Path | None, no_contributions: bool, as_json: bool) -> int:
     """Run the circle of LESSON in both directions and report its roundness, and the share of each effect of the lesson.
 
-    The report gives the circular deviation G (two concentric circles hold the path), the hysteresis H (largest difference between the
-    directions), the radial deviation F from the programmed circle, the ellipse, and the spikes at the quadrants, where an axis reverses.
-    Unequal gains of the axes cause a slanted ellipse that turns with the direction. Axes that are not square cause a slanted ellipse that
-    stays. A wrong scale causes an ellipse along its axis.
+    The circular deviation G is the width of the ring that holds the path. The hysteresis H is the largest difference between the
+    directions. The radial deviation F is measured from the programmed circle. The report also gives the ellipse, and the spikes where an
+    axis reverses. Unequal gains of the axes cause a slanted ellipse that turns with the direction. Axes that are not square cause a slanted
+    ellipse that stays. A wrong scale causes an ellipse along its axis.
     """
     from lathesim.analysis.circular_test import ellipse
     from lathesim.compensation.circular_runs import circular_test

@@ -56,8 +56,8 @@ class LearnOptions:
 def learn(chosen: ChosenLesson, method: LearnOptions, laps: int, recording: Path | None, out: Path | None, as_json: bool) -> int:
     """Run LESSON lap after lap, each with a correction that the errors of the lap before improve.
 
-    The filter follows from the lesson's own frequency response, measured by a pulse. It ends where a lap is no better than the one
-    before, and says what the floor is: of the converter, of the encoder, or of what is not the same in each lap.
+    The filter follows from the lesson's own frequency response, measured by a pulse. Learning ends when a lap is no better than the one
+    before. The command says what limits the last lap: the converter, the encoder, or an error that differs from lap to lap.
     """
     from lathesim.compensation.lap_response import learning_filter
     from lathesim.compensation.laps import course_of
@@ -190,7 +190,7 @@ class TrainOptions:
 def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tuple[str, ...], search: TrainOptions, as_json: bool) -> int:
     """Find the weights of LESSON's neural regulator and write them as a table that the lesson can name under 'tables:'.
 
-    All starts are told. The best is judged in each variant with the lesson's own steps, beside the regulator whose weights are zero.
+    All starts are reported. The best is judged in each variant with the lesson's own steps, beside the regulator whose weights are zero.
     """
     from lathesim.compensation.train import method_named
     from lathesim.compensation.train import train as trained

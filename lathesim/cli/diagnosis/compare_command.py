@@ -31,10 +31,9 @@ if TYPE_CHECKING:
 def compare(chosen: ChosenLesson, recording: Path, as_json: bool, out: Path | None, no_plots: bool) -> int:
     """Hold RECORDING against the simulation of LESSON.
 
-    The lesson says in 'recordings:' what the columns mean. Told are the residual of each channel over the floor (what the recording cannot
-    resolve), the parts where the mismatch sits when every part gets what was recorded of its inputs, and what the mismatch depends on, with
-    the periods of waves in Hz and along the way of the parts. Nothing is fitted but the start. Where LESSON was written by 'lathesim
-    remedy', its promise is held against the result.
+    The lesson says in 'recordings:' what the columns mean. The first table gives the error of each channel and its noise. The second one
+    shows the parts in which the error arises when every part gets its recorded inputs. A list says on what the error depends, with the
+    periods of waves. Only the start of the motion is fitted. If 'lathesim remedy' wrote LESSON, its promise is compared with the result.
     """
     import os
 

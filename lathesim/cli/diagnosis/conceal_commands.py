@@ -51,8 +51,8 @@ def conceal(
     """Hide an effect in the machine of LESSON, record it, and seal the answer; or record a concealed machine again, with a remedy.
 
     DIR gets recording.csv, with --validate a second one, the lesson for the class, and seal.json with the digest of the answer. The machine
-    behind the recording has other values within what the lesson calls uncertain, noisy sensors, and is run by another integrator with a
-    finer step. A class that knows the seed could make the recording again: keep it to yourself.
+    behind the recording has noisy sensors, and its values vary within what the lesson calls uncertain. Another integrator with a finer step
+    runs it. A class that knows the seed could make the recording again: keep it to yourself.
     """
     asked = hiding.asked
     if again is not None:

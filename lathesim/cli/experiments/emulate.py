@@ -62,9 +62,9 @@ def emulate(
 ) -> int:
     """Learn the machine of LESSON from way-points of its programs, and say what they cannot tell.
 
-    A recording may be uneven in time and as slow as 10 Hz. PROGRAM is a variant of the lesson or a part program; without it, a file that
-    is called as one of them is a run of that. DIR gets lesson.yaml, which runs, report.html and emulation.json. Ctrl-C keeps the best
-    machine so far.
+    A recording may be uneven in time and as slow as 10 Hz. PROGRAM is a variant of the lesson or a part program. Without PROGRAM, a file
+    with the name of a variant or program is a run of that one. DIR gets lesson.yaml, which runs, report.html and emulation.json. Ctrl-C
+    keeps the best machine so far.
     """
     from lathesim.experiments.emulation import EmulationQuestion
     from lathesim.experiments.emulation import emulate as learn

@@ -25,7 +25,7 @@ RECORD_ENDINGS = (".h5", ".hdf5")
 def grade(files: tuple[str, ...], form: str | None, plugin_folders: tuple[Path, ...]) -> int:
     """Hold records against the goals of LESSON; without it each against the lesson it names.
 
-    One record is told in full, with hints for the goals it misses; several make one table, the best first. A file that cannot be read
+    One record is reported in full, with hints for the goals it misses. Several make one table, the best first. A file that cannot be read
     has its reason in its row, and the exit code is then 1.
     """
     from lathesim.lessons.grading import UNREADABLE, grade_file, ranked, yardstick

@@ -57,9 +57,9 @@ class RunOptions:
 def run(chosen: ChosenLesson, how: RunOptions, recording: Path | None, out: Path | None) -> int:
     """Run LESSON (a file, or the name of a shipped one): a table of results, plots, and a record beside them.
 
-    Without --variant all variants of the lesson run, and a table compares them with the published values. With --recording the inputs that
-    the lesson names under 'recordings: drive:' are driven by FILE, for as long as it lasts, and the motion starts as it shows; 'lathesim
-    compare' holds the same run against it. Ctrl-C ends a run and keeps what was simulated until then (exit code 130).
+    Without --variant all variants of the lesson run, and a table compares them with the published values. With --recording, FILE
+    drives the inputs that the lesson names under 'recordings: drive:', for as long as it lasts. The motion starts as FILE shows. 'lathesim
+    compare' compares the same run with it. Ctrl-C ends a run and keeps what was simulated until then (exit code 130).
     """
     runs = _Runs(chosen, chosen.registry, how)
     names: list[str | None] = [chosen.variant] if chosen.variant is not None else list(chosen.loaded.variants) or [None]

@@ -146,8 +146,12 @@ class RecordOptions:
 @click.option("--for", "duration", default="10min", show_default=True, metavar="TIME", help="How long to record.")
 @click.option("--out", type=OutputPath(), required=True, metavar="R.h5", help="Where the record goes.")
 @click.option("--lesson", metavar="LESSON", help="Write the lesson with its mapping beside the record, so that 'diagnose' works next.")
-@click.option("--interval", default="0 s", show_default=True, metavar="TIME", help="Sampling asked for; 0 s: as often as there is news.")
-@click.option("--queue", type=click.IntRange(1, 100_000), default=5000, show_default=True, help="Values the server is asked to queue.")
+@click.option(
+    "--interval", default="0 s", show_default=True, metavar="TIME", help="Sampling period to request; 0 s: as often as values change."
+)
+@click.option(
+    "--queue", type=click.IntRange(1, 100_000), default=5000, show_default=True, help="Number of values that the server should queue."
+)
 @variant_option
 @json_option("lathesim-record/1", "what was found")
 @plugins_option
@@ -184,7 +188,7 @@ def record(
 
         raise LiveError(f"nothing came from {url} in {seconds:g} s.", remedy="Is the machine running?")
     if every > 0.0 and noted.period > 1.5 * every:
-        source.remarks.append(f"values come every {in_unit(noted.period, 'ms')}, and {in_unit(every, 'ms')} was asked for")
+        source.remarks.append(f"values come every {in_unit(noted.period, 'ms')}, and {in_unit(every, 'ms')} was requested")
     written = None if prepared is None else _write_lesson(prepared, [signal.name for signal in source.signals], out, variant)
     data = {"out": out, "lesson": written, "remarks": source.remarks, **noted.as_json()}
     lines = _lines(noted, source.remarks, out, written)

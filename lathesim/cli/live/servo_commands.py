@@ -64,8 +64,8 @@ def machine(
 ) -> int:
     """Be the servo side of LESSON's machine: take set-points over TCP, move, and send feedback over UDP.
 
-    When the buffer runs empty the tool holds its place, or with --elastic RHO it slows down before, on its path: the playback rate changes
-    by at most RHO a period. Ctrl-C ends it; what was recorded is kept.
+    When the buffer runs empty, the tool holds its place. With --elastic RHO it slows down before, on its path, and the playback rate
+    changes by at most RHO a period. Ctrl-C ends it; what was recorded is kept.
     """
     from lathesim.live.samples import run_until_stopped
     from lathesim.live.servo_session import ServoSettings

@@ -47,9 +47,9 @@ def twin(
 
     In a terminal both are drawn, path and surface, with the fill of the buffer; elsewhere, and with --plain, a line of text is written.
 
-    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port), the servo side of 'lathesim machine'
-    (tcp://host:port), a pipe of lines as halsampler writes them (-, or its name), or a recording, which is played again at its own times.
-    Ctrl-C ends it and keeps what was recorded with --out.
+    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port) or a servo side (tcp://host:port). It may also
+    be a pipe of lines as halsampler writes them (-, or its name), or a recording, which is played again at its own times. Ctrl-C ends it
+    and keeps what was recorded with --out.
     """
     import sys
 
@@ -148,10 +148,10 @@ def watch(
 ) -> int:
     """Watch a machine: say when it began to differ from LESSON, where, and what that is.
 
-    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port), the servo side of 'lathesim machine'
-    (tcp://host:port), a pipe of lines as halsampler writes them (-, or its name), or recordings, one after another. What is usual is learnt
-    first. Then a change or a drift is told with its time and place, and the window around it is diagnosed in the background.
-    Values may move within what the lesson calls uncertain. Faults of the recording are told as such. Ctrl-C ends it.
+    SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port) or a servo side (tcp://host:port). It may also
+    be a pipe of lines as halsampler writes them (-, or its name), or recordings, one after another. What is usual is learnt first. Then a
+    change or a drift is reported with its time and place, and the window around it is diagnosed in the background. Values may move within
+    what the lesson calls uncertain. Faults of the recording are reported as such. Ctrl-C ends it.
     """
     from lathesim.lessons.lesson import results_folder
     from lathesim.live.opening import live, open_source

@@ -40,9 +40,9 @@ AGREEMENT = 1.0
 def bench(as_json: bool, quick: bool, what: str | None, save: Path | None) -> int:
     """Measure how fast this machine simulates: the median CPU time of a run, its ratio to the compiled engine, and peers where installed.
 
-    The work is an 18 s part program on the two-axis lathe with spindle, cutting force, wear, contour and force control, tachometer noise
-    and 12-bit converters; 10 RK4 steps every 5 ms, 30 channels. From a checkout the same lathe is measured by hand in C and by other
-    simulators, which must agree to one encoder count.
+    The work is a part program of 18 s on the two-axis lathe, with 10 RK4 steps every 5 ms and 30 channels. The lathe has spindle, cutting
+    force, wear, contour and force control, tachometer noise and 12-bit converters. From a checkout the same lathe is measured by hand in C
+    and by other simulators, which must agree to one encoder count.
     """
     if what is None:
         result, faults = _one_run(quick)

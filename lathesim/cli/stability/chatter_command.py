@@ -61,7 +61,7 @@ def chatter(
     """Name the vibration in RECORDING: chatter, forced vibration, segmentation of the chip, mains hum, or a resonance rung by
     entry.
 
-    It is told by order, width and growth of its lines, and by the modes of --lesson. Where one cut does not decide, a second one is
+    It is recognised by order, width and growth of its lines, and by the modes of --lesson. Where one cut does not decide, a second one is
     proposed; --second takes it into account.
     """
     from lathesim.stability.diagnose_cut import diagnose_cut, recorded_cut
@@ -143,7 +143,7 @@ def _lines(cut: RecordedCut, found: CutDiagnosis) -> Iterator[str]:
     yield from (f"It cannot be {sentence}." for sentence in found.cannot_be)
     if math.isfinite(found.told_at):
         share = in_unit(found.told_share, "%", ".0f")
-        yield f"It could be told {found.told_at:.2f} s after the beginning, at {share} of its largest amplitude."
+        yield f"It could be recognised {found.told_at:.2f} s after the beginning, at {share} of its largest amplitude."
     if found.speeds:
         yield "Speeds worth trying: " + ", ".join(f"{speed:.0f}" for speed in found.speeds) + " rpm."
     if found.second_cut:

@@ -84,8 +84,8 @@ def cuts(
 
     CUTS.csv has the columns 'speed [rpm],width [mm],stable' and, where it was recorded, 'frequency [Hz]' of the chatter. The lesson's
     'uncertain:' says what is not known before, as tool_point.damping: 30 %. The next cut is that of largest expected gain in removal rate.
-    --prior takes what --json wrote for another overhang as the beginning. With --play a machine drawn by --seed from what is uncertain
-    answers your cuts; points are the removal rate reached, a cut that chatters breaks a tool, and the program plays beside.
+    --prior takes what --json wrote for another overhang as the beginning. With --play a machine answers your cuts. Its uncertain values are
+    drawn with --seed. You get points for the removal rate, a cut that chatters breaks a tool, and the program plays beside you.
     """
     from lathesim.lessons.lesson import load_lesson
     from lathesim.stability.belief import read_cuts

@@ -98,8 +98,8 @@ def _lines(found: TapEstimate, place: Path) -> Iterator[str]:
 def modes(file: Path, quantity: str | None, unit: str | None, count: int | None, band: str | None, as_json: bool, save: Path | None) -> int:
     """Find the modes in the frequency response in FILE (CSV, MAT or UFF 58), each with a 95 % interval.
 
-    Their number is decided on taps that were not fitted: each hit in turn where the file holds the single hits ('lathesim tap' writes
-    them), every second line otherwise. What is written can stand under 'tool_point:' of a lesson.
+    The number of modes is decided on taps that were not fitted. If the file holds single hits, as 'lathesim tap' writes them, each hit
+    judges in turn. Otherwise every second line judges. What is written can stand under 'tool_point:' of a lesson.
     """
     from lathesim.stability.choose_modes import find_modes
     from lathesim.stability.response_files import read_response

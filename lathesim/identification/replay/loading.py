@@ -194,7 +194,7 @@ def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:
     entries = lesson.settings.uncertain
     if not entries:
         raise LessonError(
-            "the lesson does not say how sure its values are, so nothing can be told from a misfit.",
+            "the lesson does not say how sure its values are, so a misfit says nothing.",
             place=str(lesson.path),
             remedy="Add, for example, uncertain: {x_axis.mass: 5 %}.",
         )

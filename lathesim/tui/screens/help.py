@@ -211,7 +211,7 @@ class PluginsScreen(WorkbenchScreen):
             self.tell_fault(str(error))
             return
         problems = self.workbench.registry.problems
-        words = f"{len(problems)} at fault." if problems else "All are in order."
+        words = f"{len(problems)} at fault." if problems else "All are OK."
         self.notify(f"{len(self.workbench.registry.plugins)} plug-ins are loaded. {words}")
         fault = self.workbench.fault()
         if fault:

@@ -30,7 +30,7 @@ TIME, PATH, ERROR, SURFACE = "over time", "path", "contour error", "surface"
 _FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFACE: "surface"}
 _FIRST_CHANNELS = (*CONTOUR_ERROR, "following_error", "position")
 _SEEN = {
-    PATH: "The path asked for, and where the tip went.",
+    PATH: "The programmed path, and where the tip went.",
     SURFACE: "Roughness R_a along the part, from feed, nose and tool wear; of a cut in the loop the waves of its last turn.",
 }
 _STEPS = 100
