@@ -41,11 +41,11 @@ def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | 
     from lathesim.classroom.roster import read_students
     from lathesim.lessons.lesson import load_lesson
 
-    students = read_students(file)
+    students, loaded = read_students(file), load_lesson(lesson)
     made = []
     try:
         with count_bar("machines", len(students)) as tell:
-            for machine in make_class(load_lesson(lesson), open_registry(plugin_folders), students, out, asked=asked, seed=seed):
+            for machine in make_class(loaded, open_registry(plugin_folders), students, out, asked=asked, seed=seed):
                 made.append(machine)
                 tell()
     except KeyboardInterrupt:
@@ -53,7 +53,9 @@ def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | 
         return STOPPED
     hard = sorted(machine.difficulty for machine in made)
     click.echo(f"{len(made)} machines, {sum(not machine.before for machine in made)} of them made now, in {out / 'students'}")
-    click.echo(f"Difficulty: {hard[0]:.4g} to {hard[-1]:.4g}, half of them below {hard[len(hard) // 2]:.4g}")
+    hidden = loaded.settings.recordings is not None
+    what = "times its noise the hidden effect moves a channel" if hidden else "times its limits the lesson's case misses its goals"
+    click.echo(f"Difficulty: by {hard[0]:.4g} to {hard[-1]:.4g} {what}; the median is {hard[len(hard) // 2]:.4g}")
     click.echo(f"To be kept from the class: {out / 'teacher'} and {out / 'class.json'}")
     return 0
 
