@@ -3,10 +3,25 @@
 from __future__ import annotations
 
 import gc
+from typing import TYPE_CHECKING
 
 from lathesim.hookspecs import CommandEntry, hookimpl
 
+if TYPE_CHECKING:
+    from lathesim.plugins import Registry
+
 gc.set_threshold(50_000, 20, 20)  # what is imported stays; searching it for garbage again and again finds none
+
+STOPPED = 130
+"""Exit code of work that Ctrl-C ended."""
+
+
+def tell_problems(registry: Registry) -> None:
+    """Write the plug-ins at fault to the error stream."""
+    import click
+
+    for problem in registry.problems:
+        click.echo(f"Left out: {problem}", err=True)
 
 
 @hookimpl

@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 import lathesim
-from lathesim.cli.options import STOPPED, tell_problems
+from lathesim.cli import STOPPED, tell_problems
 from lathesim.errors import LatheSimError, PluginError, nearest
 from lathesim.hookspecs import CommandEntry
 from lathesim.plugins import load_registry

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from lathesim.cli import STOPPED as STOPPED
+from lathesim.cli import tell_problems as tell_problems
 from lathesim.workspace import load_with_workspace
 
 if TYPE_CHECKING:
@@ -21,9 +23,6 @@ if TYPE_CHECKING:
     from lathesim.plugins import Registry
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-
-STOPPED = 130
-"""Exit code of work that Ctrl-C ended."""
 
 
 class OutputPath(click.Path):
@@ -222,9 +221,3 @@ def _told_once() -> Callable[[str], None]:
             click.echo(sentence, err=True)
 
     return tell
-
-
-def tell_problems(registry: Registry) -> None:
-    """Write the plug-ins at fault to the error stream."""
-    for problem in registry.problems:
-        click.echo(f"Left out: {problem}", err=True)
