@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import click
 
-from lathesim.cli.options import open_registry, plugins_option, tell_problems
+from lathesim.cli.options import OutputPath, open_registry, plugins_option, tell_problems
 
 if TYPE_CHECKING:
     from lathesim.effects.effect import Effect
+    from lathesim.hookspecs import CommandEntry
+    from lathesim.manual.chapters import Chapter
 
 
 @click.command()
@@ -102,16 +105,23 @@ def lessons(folder: Path | None) -> int:
 
 @click.command("help")
 @click.argument("topic", required=False)
-def help_(topic: str | None) -> None:
-    """List the chapters of the manual, or print one."""
-    from lathesim.manual.chapters import chapter, chapters
+@click.option("--site", type=OutputPath(folder=True), metavar="DIR", help="Write the manual and the reference as HTML with search.")
+@plugins_option
+def help_(topic: str | None, site: Path | None, plugin_folders: tuple[Path, ...]) -> None:
+    """List the chapters of the manual, or print one; a page of the reference is made from what there is."""
+    from lathesim.manual.chapters import chapter, chapters, write_site
 
-    if topic is None:
-        for found in chapters():
-            click.echo(f"{found.topic:<18} {found.title}")
-        click.echo("\n'lathesim help TOPIC' prints a chapter, 'lathesim COMMAND --help' tells the options of a command.")
+    if site is not None:
+        write_site(site, [*chapters(), *(_reference(name, plugin_folders) for name in REFERENCE)])
+        click.echo(f"The manual is {site / 'index.html'}")
         return
-    text = chapter(topic).text
+    if topic is None:
+        rows = [*((found.topic, found.title) for found in chapters()), ("", ""), *REFERENCE.items()]
+        for name, title in rows:
+            click.echo(f"{name:<18} {title}".strip())
+        click.echo("\n'lathesim help TOPIC' prints a chapter, 'lathesim COMMAND --help' lists the options of a command.")
+        return
+    text = (_reference(topic, plugin_folders) if topic in REFERENCE else chapter(topic)).text
     if not sys.stdout.isatty():
         click.echo(text)
         return
@@ -119,3 +129,65 @@ def help_(topic: str | None) -> None:
     from rich.markdown import Markdown
 
     Console(width=min(110, Console().width)).print(Markdown(text))
+
+
+REFERENCE = {
+    "options": "Reference: commands and their options",
+    "keys": "Reference: keys of a lesson and of a machine template",
+    "parts": "Reference: machine parts",
+    "effects": "Reference: effects",
+    "metrics": "Reference: metrics",
+}
+"""Pages of the manual that are made from what there is, by topic."""
+
+
+def _reference(topic: str, plugin_folders: tuple[Path, ...]) -> Chapter:
+    """Return a page of the reference as Markdown."""
+    from lathesim.manual.chapters import Chapter
+    from lathesim.manual.component_page import component_page, effect_notes
+
+    registry = open_registry(plugin_folders, tell=False)
+    if topic == "options":
+        sections = [f"## lathesim {name}\n\n```\n{_usage(name, entry)}\n```" for name, entry in registry.commands.items()]
+    elif topic == "keys":
+        sections = [f"## {kind}\n\n{table}" for kind, table in _key_tables()]
+    elif topic == "metrics":
+        rows = [f"| `{name}` | `{metric.unit}` | {metric.doc} |" for name, metric in registry.metrics.items()]
+        sections = ["\n".join(["| metric | SI unit | meaning |", "|---|---|---|", *rows])]
+    elif topic == "parts":
+        pages = {name: component_page(part, registry.origins[name]) for name, part in registry.components.items()}
+        sections = [f"## {name}\n\n```\n{page}\n```" for name, page in pages.items()]
+    else:
+        effects = {name: cast("type[Effect]", effect) for name, effect in registry.effects.items()}
+        pages = {name: f"{component_page(item, registry.origins[name])}\n\n{effect_notes(item)}" for name, item in effects.items()}
+        sections = [f"## {name}\n\n```\n{page}\n```" for name, page in pages.items()]
+    return Chapter(topic, REFERENCE[topic], "\n\n".join([f"# {REFERENCE[topic]}", *sections]) + "\n")
+
+
+def _usage(name: str, entry: CommandEntry) -> str:
+    """Return the help of a command as it prints it."""
+    command = cast("click.Command", entry.load())
+    return command.get_help(click.Context(command, info_name=f"lathesim {name}", max_content_width=110))
+
+
+def _key_tables() -> Iterator[tuple[str, str]]:
+    """Yield a table for each kind of entry: the keys of a lesson and a machine template, and of the mappings in them."""
+    from lathesim.lessons.schema import json_schema
+
+    for kind in ("lesson", "machine"):
+        made = json_schema(kind)
+        for name, entry in {f"a {kind}": made, **(made["$defs"] if kind == "lesson" else {})}.items():
+            rows = [f"| `{key}` | {_kind(item)} | {item.get('description', '')} |" for key, item in entry.get("properties", {}).items()]
+            yield f"Keys of {name}", "\n".join(["| key | value | meaning |", "|---|---|---|", *rows])
+
+
+def _kind(item: Mapping[str, Any]) -> str:
+    """Return in a word or two what a key of the JSON Schema takes."""
+    if "anyOf" in item:
+        return ", or ".join(dict.fromkeys(kind for choice in item["anyOf"] if (kind := _kind(choice)) != "null"))
+    if "$ref" in item:
+        return str(item["$ref"]).rpartition("/")[2]
+    if "enum" in item:
+        return ", ".join(map(str, item["enum"]))
+    kinds = item.get("type", "any")
+    return kinds if isinstance(kinds, str) else " or ".join(kinds)

@@ -88,10 +88,13 @@ def counted() -> dict[str, list[tuple[int, str]]]:
     return {page: [(words(one), one) for block in blocks for one in sentences(block) if words(one)] for page, blocks in pages().items()}
 
 
-def messages() -> Iterator[tuple[str, str]]:
-    """Yield the texts in the modules of the program that are no docstrings, with their places: messages, labels and notes of ports."""
+def suspect_messages() -> Iterator[tuple[str, str]]:
+    """Yield the texts that are no docstrings, with their places, of the modules in which a private word stands anywhere."""
     for path in (path for path in sorted((ROOT / "lathesim").rglob("*.py")) if path.name not in NOTES):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        source = path.read_text(encoding="utf-8")
+        if not PRIVATE.search(source) and not re.search(r"[\"'](Leave|Take)[\"']", source):
+            continue  # no text of it can hold one
+        tree = ast.parse(source)
         notes = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
         for node in ast.walk(tree):
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in notes:
@@ -100,7 +103,7 @@ def messages() -> Iterator[tuple[str, str]]:
 
 def private_words() -> list[str]:
     """Return where a private word stands."""
-    every = [*messages(), *((page, block) for page, blocks in pages().items() for block in blocks)]
+    every = [*suspect_messages(), *((page, block) for page, blocks in pages().items() for block in blocks)]
     return [f"{place}: {match[0]}: {text.strip()[:100]}" for place, text in every if (match := PRIVATE.search(text.strip()))]
 
 
