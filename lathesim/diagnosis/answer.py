@@ -15,7 +15,7 @@ from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.location import Compared, compared, resting
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.preparation import Prepared, Question, as_measured, other_laws
+from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_measured, other_laws
 from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
 from lathesim.diagnosis.recording_checks.controllers import AnotherLaw
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
@@ -33,7 +33,7 @@ from lathesim.diagnosis.records.diagnosis import (
     Verdict,
 )
 from lathesim.diagnosis.records.discovered import Discovered
-from lathesim.diagnosis.records.search import Found, Gain, RankedEffect
+from lathesim.diagnosis.records.found import Found, Gain, RankedEffect
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located
 from lathesim.diagnosis.reporting.explanations import explanations_of, faults_as_explanations
@@ -60,7 +60,7 @@ from lathesim.recordings.raw_table import Finding
 class _Outcome:
     """What the answer is drawn from: the recordings, what was found, the lesson's own simulation, what is missing, what was decided."""
 
-    prepared: Prepared
+    prepared: PreparedQuestion
     found: Found
     own: Compared
     evidence: Evidence
@@ -87,7 +87,7 @@ class _Outcome:
         return tuple(Unnamed(doubt.at, doubt.structured, doubt.unit, doubt.depends_on) for doubt in clear)
 
 
-def describe(study: Study, prepared: Prepared, found: Found, values: Estimates, doubted: tuple[Doubt, ...]) -> Diagnosis:
+def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Estimates, doubted: tuple[Doubt, ...]) -> Diagnosis:
     """Return the answer: effects ranked, the verdict from these and from what the flexible explanation makes of the rest, all in words."""
     question, (experiment, validation), method = prepared.question, prepared.experiments, study.method
     study.progress("simulating the lesson before and after")

@@ -14,12 +14,12 @@ from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.preparation import Prepared, Question, as_given, prepare, with_other_sign
+from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_given, prepare, with_other_sign
 from lathesim.diagnosis.recording_checks.checks import against_model, fault, of_a_slow_log, with_a_wrong_unit
 from lathesim.diagnosis.recording_checks.mapped_elsewhere import against_the_machine
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.found import Found
 from lathesim.diagnosis.reporting.summary import headline
 from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
@@ -84,7 +84,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     return replace(answer, wall_time=spent, complete=complete, judges_itself=question.validation is None)
 
 
-def _study(prepared: Prepared, progress: Progress) -> Study:
+def _study(prepared: PreparedQuestion, progress: Progress) -> Study:
     """Return the recordings of a question as a search takes them; what judges itself asks more of each value."""
     study = Study(prepared.experiment, prepared.validation, prepared.question.method, progress, prepared.before)
     if study.judges_itself:
@@ -92,7 +92,7 @@ def _study(prepared: Prepared, progress: Progress) -> Study:
     return with_possible_sizes(study)
 
 
-def _with_signs(prepared: Prepared, study: Study, found: Found) -> tuple[Prepared, Study, Found]:
+def _with_signs(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
     """Return what explains the recordings best, be it with a channel of the other sign.
 
     A channel that moves against the machine is turned round, and the search is made again: both explanations predict the same recordings.
@@ -124,7 +124,7 @@ def _in_step(step: str, progress: Progress) -> Progress:
     return tell
 
 
-def _with_the_motion(prepared: Prepared, study: Study, found: Found) -> tuple[Prepared, Study, Found]:
+def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
     """Return what explains the motion itself, where the best explanation under the noise of unmeasured forces does not.
 
     Such forces would have to be about as large as those that act: what is missing has passed for their noise. The error of the simulation
@@ -152,7 +152,7 @@ def _with_the_motion(prepared: Prepared, study: Study, found: Found) -> tuple[Pr
     return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
 
 
-def _untried(prepared: Prepared, found: Found) -> tuple[str, ...]:
+def _untried(prepared: PreparedQuestion, found: Found) -> tuple[str, ...]:
     """Return the candidates that a search which was stopped had not fitted."""
     if found.complete:
         return ()

@@ -20,7 +20,7 @@ from lathesim.diagnosis.recording_checks.checks import (
 from lathesim.diagnosis.recording_checks.controllers import AnotherLaw, another_law, controller_value, with_commands_followed
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
-from lathesim.diagnosis.records.search import ControllerValue, Found
+from lathesim.diagnosis.records.found import ControllerValue, Found
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted
@@ -47,7 +47,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedQuestion:
     """The experiments of a question, and what was found out before anything is searched.
 
     ``whole`` is the experiment of the whole file where both recordings are parts of one. ``controller`` is a value that replaces the
@@ -73,7 +73,7 @@ class Prepared:
         earlier, question = self.question.before, self.question
         return None if earlier is None else build_experiments(question.machine, [(earlier.name, earlier.record)], question.effects)[0]
 
-    def by_output_error(self) -> Prepared:
+    def by_output_error(self) -> PreparedQuestion:
         """Return the recordings whose errors are weighed alike at all frequencies of the motion."""
         whole = None if self.whole is None else self.whole.by_output_error()
         return replace(self, experiments=tuple(one.by_output_error() for one in self.experiments), whole=whole)
@@ -89,17 +89,17 @@ class Prepared:
         return self.experiments[1]
 
 
-def prepare(question: Question) -> Prepared:
+def prepare(question: Question) -> PreparedQuestion:
     """Return the experiments of a question, checked by themselves and against the commands of the lesson's controllers.
 
     The order matters: a wrong sample period is asked for before any value of a controller is doubted, as all of them would make up for it.
     """
     method, findings = question.method, _findings(question)
     if faults := tuple(fault for recorded in _recordings(question) for fault in recorded.faults):
-        return Prepared(question, findings, faults)
+        return PreparedQuestion(question, findings, faults)
     experiments, whole, name = _experiments(question)
     findings = tuple(dict.fromkeys((*findings, *(zero for one in experiments for zero in sensor_zeros(one, method=method)))))
-    prepared = Prepared(question, findings, (), tuple(experiments), whole, name)
+    prepared = PreparedQuestion(question, findings, (), tuple(experiments), whole, name)
     if faults := first_found(CHECKS_OF_MAPPING, [(one, as_given(one)) for one in experiments], method):
         return replace(prepared, faults=faults)
     given = with_commands_followed(prepared.experiment, as_given(prepared.experiment))
@@ -111,7 +111,7 @@ def prepare(question: Question) -> Prepared:
     return _against_commands(prepared, given)
 
 
-def _against_commands(prepared: Prepared, given: Mapping[str, float]) -> Prepared:
+def _against_commands(prepared: PreparedQuestion, given: Mapping[str, float]) -> PreparedQuestion:
     """Return the recordings checked against the commands of the lesson's controllers, with signals that nobody recorded where these explain
     what a command does otherwise."""
     question, method = prepared.question, prepared.question.method
@@ -139,14 +139,16 @@ def _findings(question: Question) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _with_controller_value(prepared: Prepared, other: ControllerValue) -> Prepared:
+def _with_controller_value(prepared: PreparedQuestion, other: ControllerValue) -> PreparedQuestion:
     """Return the experiments of the machine with another value of a controller."""
     question = replace(prepared.question, machine=other.in_machine(prepared.question.machine))
     experiments, whole, name = _experiments(question)
-    return Prepared(question, (*prepared.findings, str(other)), (), tuple(experiments), whole, name, other)
+    return PreparedQuestion(question, (*prepared.findings, str(other)), (), tuple(experiments), whole, name, other)
 
 
-def _with_inputs(prepared: Prepared, given: Mapping[str, float], added: Sequence[UnrecordedInput], doubts: tuple[Finding, ...]) -> Prepared:
+def _with_inputs(
+    prepared: PreparedQuestion, given: Mapping[str, float], added: Sequence[UnrecordedInput], doubts: tuple[Finding, ...]
+) -> PreparedQuestion:
     """Return the recordings with signals that nobody recorded as known inputs."""
     question, recorded = prepared.question, prepared.experiments if prepared.whole is None else (prepared.whole,)
     records = [with_signals(one, given, added) for one in recorded]
@@ -157,7 +159,7 @@ def _with_inputs(prepared: Prepared, given: Mapping[str, float], added: Sequence
     return replace(prepared, question=question, experiments=tuple(experiments), whole=whole, added=tuple(added), doubts=doubts)
 
 
-def with_other_sign(prepared: Prepared, channel: str) -> Prepared:
+def with_other_sign(prepared: PreparedQuestion, channel: str) -> PreparedQuestion:
     """Return the recordings with a channel of the other sign, and a sentence that says so."""
     question = prepared.question
     fitted = _turned(question.fitted, channel)

@@ -18,7 +18,7 @@ from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis, Location, MissingSignal, Verdict
-from lathesim.diagnosis.records.search import Found, Gain, RankedEffect
+from lathesim.diagnosis.records.found import Found, Gain, RankedEffect
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch

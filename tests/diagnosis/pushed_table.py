@@ -21,7 +21,7 @@ from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import STANDARD
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.found import Found
 from lathesim.effects.drive_errors import TorqueRipple
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction

@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.found import Found
 from lathesim.diagnosis.reporting.effect_report import bounded
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, without_undetermined, written
 from lathesim.effects.friction import AsymmetricFriction

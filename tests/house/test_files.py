@@ -24,9 +24,9 @@ BARE = {"experiments": 0, "live": 0, "program": 0, "recordings": 0, "stability":
 """Comparisons of each folder with a number that has no name, and with that neither a unit nor a reason: numbers that only fall."""
 ON_TEXT = {"experiments": 9, "live": 18, "program": 12, "recordings": 14, "stability": 11}
 """Decisions of each folder on how a text begins or ends, or on a name; of these folders most read files: numbers that only fall."""
-SHARED = {"Part", "Prepared", "RecordedSignal"}
+SHARED = {"RecordedSignal"}
 """Class names of these folders that have another meaning elsewhere: a set that only shrinks."""
-REPEATED = {"search"}
+REPEATED: set[str] = set()
 """File names that several folders have: a set that only shrinks."""
 VAGUE = re.compile(r"(\w+_)?(utils?|helpers?|managers?)|common|base|misc|tools|stuff")
 LAW = re.compile(r"(derivative|output|update)(_\w+)?")

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.fft import rfft
 
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.search import Screened
+from lathesim.diagnosis.records.found import Screened
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.execution import together
 from lathesim.identification.records import FAR_BEYOND, Candidate, Fitted

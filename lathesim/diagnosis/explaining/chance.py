@@ -6,7 +6,7 @@ import math
 
 from lathesim.diagnosis.explaining.density import BLOCKS
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.records.search import Gain
+from lathesim.diagnosis.records.found import Gain
 
 
 def due(method: Method, parameters: int = 0) -> float:

@@ -30,7 +30,7 @@ import math
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from lathesim.diagnosis.records.search import Gain
+from lathesim.diagnosis.records.found import Gain
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.noise import NoiseModel, taper
 from lathesim.identification.records import Fitted

@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.records.search import Tried
+from lathesim.diagnosis.records.found import Tried
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, baseline_free

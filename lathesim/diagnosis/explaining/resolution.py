@@ -12,7 +12,7 @@ from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explanations.lacking_force import lacking
 from lathesim.diagnosis.location import missing_share
-from lathesim.diagnosis.records.search import Tried
+from lathesim.diagnosis.records.found import Tried
 from lathesim.identification.records import Model
 from lathesim.identification.signal import root_mean_square
 

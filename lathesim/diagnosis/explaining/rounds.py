@@ -14,7 +14,7 @@ from lathesim.diagnosis.explaining.plausible import is_plausible
 from lathesim.diagnosis.explaining.resolution import significant
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import settled_trial, tried
-from lathesim.diagnosis.records.search import Screened, Tried
+from lathesim.diagnosis.records.found import Screened, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution import together
 from lathesim.identification.records import Candidate, CandidateStanding, Model, Standing, is_full_band

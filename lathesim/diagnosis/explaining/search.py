@@ -21,7 +21,7 @@ from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, without
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations, released
 from lathesim.diagnosis.records.comparison import Step
-from lathesim.diagnosis.records.search import Found, Screened, Tried
+from lathesim.diagnosis.records.found import Found, Screened, Tried
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.estimates import estimates, interval_includes_neutral
 from lathesim.identification.estimation.least_squares import fit

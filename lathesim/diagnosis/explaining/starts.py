@@ -12,7 +12,7 @@ from lathesim.diagnosis.candidates.periodic_starts import PERIODS, cycle_of
 from lathesim.diagnosis.candidates.screening import in_proportion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method.settings import ExplainingSettings
-from lathesim.diagnosis.records.search import Screened
+from lathesim.diagnosis.records.found import Screened
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Candidate, Fitted, Free, Model, with_start
 

@@ -9,7 +9,7 @@ from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.starts import starts
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.records.search import Gain, Screened, Tried
+from lathesim.diagnosis.records.found import Gain, Screened, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit, fit_each
 from lathesim.identification.estimation.transfer import transferred

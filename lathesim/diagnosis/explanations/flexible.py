@@ -27,7 +27,7 @@ from lathesim.engine.assembly import FloatArray
 
 
 @dataclass(frozen=True)
-class Part:
+class KeptTerm:
     """A term of a flexible explanation: its ``gain`` [nats] beside the terms before it, with its standard error, its ``size``, the root
     mean square on the estimation recording [unit of the residual], and the ``share`` of the validation recording's power that it takes."""
 
@@ -57,7 +57,7 @@ class Flexible:
     """The gain without lines over time, which a loop that swings by itself makes: that is no function of what a machine does [nats]."""
     before: float
     after: float
-    parts: tuple[Part, ...]
+    parts: tuple[KeptTerm, ...]
     refuted: tuple[Term, ...]
     functions: Functions
     amounts: tuple[FloatArray, ...]
@@ -103,7 +103,7 @@ def flexible(
     left = np.square([asked.left(terms[:number]) for number in range(len(terms) + 1)])
     shares = (left[:-1] - left[1:]) / left[0]
     parts = tuple(
-        Part(term, worth.gain, worth.standard_error, found.size_of(term, kept), float(share))
+        KeptTerm(term, worth.gain, worth.standard_error, found.size_of(term, kept), float(share))
         for (term, worth), share in zip(ranked, shares, strict=True)
     )
     worth = asked.worth_of(terms, ())

@@ -20,7 +20,7 @@ from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewher
 from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.records.diagnosis import Diagnosis
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.found import Found
 from lathesim.identification.replay.controller_rate import MOST
 from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.roles import closes_a_loop

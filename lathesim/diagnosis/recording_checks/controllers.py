@@ -24,7 +24,7 @@ from scipy.optimize import minimize_scalar
 
 from lathesim.component import Component, Parameter
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.search import ControllerValue
+from lathesim.diagnosis.records.found import ControllerValue
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Free

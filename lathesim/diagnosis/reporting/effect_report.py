@@ -10,7 +10,7 @@ import numpy as np
 from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.records.search import RankedEffect
+from lathesim.diagnosis.records.found import RankedEffect
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral, is_there
 from lathesim.identification.records import Candidate

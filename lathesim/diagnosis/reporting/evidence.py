@@ -9,7 +9,7 @@ import numpy as np
 from lathesim.diagnosis.location import Compared, missing_signals, places, wired_parts
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location
-from lathesim.diagnosis.records.search import Found, Tried
+from lathesim.diagnosis.records.found import Found, Tried
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.explanations import best_of_each, gains
 from lathesim.engine.assembly import Place

@@ -16,7 +16,7 @@ from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import KINDS, Explanation, Kind
 from lathesim.diagnosis.records.diagnosis import Diagnosis, listed
-from lathesim.diagnosis.records.search import Found, Gain, Tried
+from lathesim.diagnosis.records.found import Found, Gain, Tried
 from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, plain
 from lathesim.diagnosis.verdict import Doubt
 from lathesim.recordings.raw_table import Finding, counted

@@ -11,7 +11,7 @@ from lathesim.component import Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect
-from lathesim.diagnosis.records.search import Found
+from lathesim.diagnosis.records.found import Found
 from lathesim.diagnosis.reporting.effect_report import declared_in
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.least_squares import fit

@@ -6,7 +6,7 @@ import pytest
 
 from lathesim.diagnosis.explaining.chance import size_error
 from lathesim.diagnosis.method import STANDARD
-from lathesim.diagnosis.records.search import Gain, RankedEffect
+from lathesim.diagnosis.records.found import Gain, RankedEffect
 from lathesim.diagnosis.reporting.effect_report import reported
 from lathesim.effects.friction import CoulombFriction
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimate, Estimates

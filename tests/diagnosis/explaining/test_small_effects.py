@@ -10,7 +10,7 @@ import pytest
 from lathesim.diagnosis.explaining.search import small_and_unsure
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.trial import modelled
-from lathesim.diagnosis.records.search import Found, Gain, Tried
+from lathesim.diagnosis.records.found import Found, Gain, Tried
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Candidate
