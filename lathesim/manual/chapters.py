@@ -22,6 +22,7 @@ TOPICS = (
     "programs",
     "stability",
     "live",
+    "your_recording",
     "diagnosis",
     "real_machines",
     "experiments",

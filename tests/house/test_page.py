@@ -27,6 +27,12 @@ def test_the_table_of_lessons_has_every_lesson() -> None:
     assert first_cells("lesson") == [path.stem for path in shipped_files("lesson_configs", "*.yaml")]
 
 
+def test_the_table_of_templates_has_every_template() -> None:
+    rows = re.findall(r"^\| (`[^|]+) \|", README.partition("\n| template |")[2].partition("\n\n")[0], re.M)
+    named = [name for row in rows for name in re.findall(r"`(\w+)`", row)]
+    assert sorted(named) == sorted(path.stem for path in shipped_files("lesson_configs", "machines/*.yaml"))
+
+
 def test_the_table_of_verdicts_has_every_verdict() -> None:
     assert first_cells("verdict") == list(VERDICTS)
 
