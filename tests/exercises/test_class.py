@@ -253,7 +253,7 @@ def test_a_class_of_detectives(tmp_path: Path, capsys: pytest.CaptureFixture[str
     new = ("class", "new", str(lesson), "--students", "list.csv", "--out", "class", "--effect", "CoulombFriction@x_axis", "--seed", "3")
     said = call(capsys, *new)
     assert said.code == 0, said.err
-    assert said.out.startswith(f"3 machines, 3 of them made now, in {Path('class/students')}\nDifficulty: by ")
+    assert said.out.startswith(f"3 machines, 3 of them made now, in {Path('class/students')}\nDifficulty: the hidden effect moves")
     truths = {name: json.loads(Path(f"class/teacher/{name}.json").read_text()) for name in "abc"}
     assert all(abs(truth["difficulty"] / 100.0 - 1.0) <= HIDDEN.within for truth in truths.values())
     assert len({truth["effects"][0]["parameters"]["level"]["value"] for truth in truths.values()}) == 3

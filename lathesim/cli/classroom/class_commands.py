@@ -54,8 +54,8 @@ def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | 
     hard = sorted(machine.difficulty for machine in made)
     click.echo(f"{len(made)} machines, {sum(not machine.before for machine in made)} of them made now, in {out / 'students'}")
     hidden = loaded.settings.recordings is not None
-    what = "times its noise the hidden effect moves a channel" if hidden else "times its limits the lesson's case misses its goals"
-    click.echo(f"Difficulty: by {hard[0]:.4g} to {hard[-1]:.4g} {what}; the median is {hard[len(hard) // 2]:.4g}")
+    by, times = ("the hidden effect moves a channel", "its noise") if hidden else ("the lesson's case misses its goals", "their limits")
+    click.echo(f"Difficulty: {by} by {hard[0]:.4g} to {hard[-1]:.4g} times {times}; the median is {hard[len(hard) // 2]:.4g}")
     click.echo(f"To be kept from the class: {out / 'teacher'} and {out / 'class.json'}")
     return 0
 
