@@ -60,9 +60,17 @@ def _states(study: Study, found: Found) -> Iterator[Found]:
     rounds = Rounds(study)
     found = _with_other_values(study, found, rounds)
     yield found
-    for step in (_grown, _refined, _compared):
-        for found in step(study, found, rounds):  # noqa: B020
+    for found in _grown(study, found, rounds):  # noqa: B020
+        yield found
+    while True:
+        for found in _refined(study, found, rounds):  # noqa: B020
             yield found
+        refined = len(found.model.candidates)
+        for found in _compared(study, found, rounds):  # noqa: B020
+            yield found
+        if len(found.model.candidates) == refined:
+            return
+        # what went may have stood for what a finer form of another one does
 
 
 def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:

@@ -166,3 +166,12 @@ def test_margins_of_a_case_are_noted_without_a_change_of_its_answer(tmp_path: Pa
     assert "| largest_size |" in "\n".join(table(found))
     told = json.loads((folder / "margins.json").read_text(encoding="utf-8"))["told"]
     assert in_words(told) == in_words(stored()["rig screw_cascade_1k fault"])
+
+
+@pytest.mark.slow
+def test_a_finer_form_is_tried_again_once_what_stood_for_it_has_gone(tmp_path: Path) -> None:
+    """An offset and a ripple stood for what the friction differs by direction; without them the friction had kept its simple form."""
+    folder = write_case(case_of("screw_tacho_2k", "single", keys=("asymmetric",), seed=4461), tmp_path)[0]
+    loaded = load_case(load_lesson(folder / "lesson.yaml"), [folder / "fit.csv", folder / "validate.csv"], load_registry())
+    answer = diagnose(ask("a machine", loaded.machine, loaded.recordings, stock_effects().values()))
+    assert [effect.effect for effect in answer.effects] == ["AsymmetricFriction"]
