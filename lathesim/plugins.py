@@ -30,7 +30,7 @@ KINDS = ("components", "effects", "remedies", "metrics", "readers", "commands", 
 """What is registered: attributes of a :class:`Registry`."""
 ROOMS = (
     "lathesim.cli", "lathesim.cli.diagnosis", "lathesim.cli.contour", "lathesim.cli.experiments", "lathesim.cli.stability",
-    "lathesim.cli.live", "lathesim.cli.classroom", "lathesim.cli.speed", "lathesim.tui",
+    "lathesim.cli.live", "lathesim.cli.speed", "lathesim.tui",
 )  # fmt: skip
 """The stock rooms: plug-ins that give commands and screens, in the order of ``lathesim --help``."""
 

@@ -2,16 +2,22 @@
 
 A record counts only if it was made on the student's own machine: its copy of the lesson has the values that were drawn for the student.
 What is read of a student is small and kept beside the class, so that a grading that was stopped goes on where it was.
+
+The tables are one of its own, and those that Moodle, nbgrader and Gradescope read. Texts of students are written so that no spreadsheet
+takes them for formulas. Sources: Moodle Docs, Grade import; nbgrader, the columns of its CSV export plug-in; Gradescope, Autograder
+Specifications (results.json).
 """
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import json
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -22,11 +28,11 @@ from lathesim.errors import LatheSimError
 from lathesim.exercises.graded_diagnosis import grade, read_guess
 from lathesim.exercises.sealed_answer import ANSWER, file_digest, read_json
 from lathesim.json_text import digest_of, plain
-from lathesim.lessons.grading import Grade, Yardstick, grade_file, lesson_in, ranked, yardstick
+from lathesim.lessons.grading import Grade, Yardstick, grade_file, lesson_in, ranked, spreadsheet_cell, yardstick
 from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.units import split_quantity
-from lathesim.whole_file import write_text
+from lathesim.whole_file import make_folder, write_text
 
 SCHEMA = "lathesim-class-grade/1"
 NOTHING, NO_RECORD, FOREIGN = "nothing handed in", "no record", "another machine"
@@ -43,6 +49,12 @@ RIGHT, PARTLY, WRONG = "right", "partly right", "wrong"
 _SHARES = {RIGHT: 1.0, PARTLY: 0.5}
 """Shares of the marks for a diagnosis."""
 _RECORDS = (".h5", ".hdf5")
+_PEOPLE = ("student_id", "last_name", "first_name", "email")
+GRADES = (*_PEOPLE, "handed_in", "result", "goals_met", "goals", "answers_right", "questions", "diagnosis", "marks", "copied", "notes")
+NBGRADER = (
+    "assignment", "duedate", "timestamp", "student_id", "last_name", "first_name", "email", "raw_score", "late_submission_penalty", "score",
+    "max_score",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -218,3 +230,37 @@ def _borrowed(item: StudentGrade, grades: Sequence[StudentGrade], book: Sequence
         number = split_quantity(text)[0]
         if not any(math.isclose(number, known, rel_tol=_SAME) for known in book):
             yield f"The answer {text} is right for {others[0]} alone."
+
+
+def write_forms(folder: Path, lesson: str, grades: Sequence[StudentGrade], copied: Mapping[str, Sequence[str]]) -> list[Path]:
+    """Write the tables to ``folder`` and return their files: grades.csv, moodle.csv, nbgrader.csv and gradescope/STUDENT/results.json."""
+    own, moodle, nbgrader = [], [], []
+    for item in grades:
+        person = (item.student.id, item.student.last_name, item.student.first_name, item.student.email)
+        remarks = " ".join(copied.get(item.student.id, ())), " ".join(item.notes)
+        numbers = (item.result, item.goals_met, item.goals, item.answers_right, item.questions, item.diagnosis, item.marks)
+        own.append((*person, "yes" if item.files else "no", *numbers, *remarks))
+        feedback = f"Goals {item.goals_met} of {item.goals}, answers {item.answers_right} of {item.questions}. {remarks[1]}".strip()
+        moodle.append((item.student.id, item.student.email, item.marks if item.files else "-", feedback if item.files else item.result))
+        nbgrader.append((lesson, "", "", *person, item.marks, 0.0, item.marks, MOST))
+        tests = [
+            {"name": "goals", "status": "passed" if item.goals_met == item.goals else "failed", "output": item.result},
+            {"name": "questions", "output": f"{item.answers_right} of {item.questions} right"},
+        ]
+        place = make_folder(folder / "gradescope" / item.student.folder)
+        result = {"score": item.marks, "output": remarks[1], "tests": [{**test, "visibility": "after_published"} for test in tests]}
+        write_text(place / "results.json", json.dumps(result, indent=2) + "\n")
+    return [
+        write_text(folder / "grades.csv", _table(GRADES, own)),
+        write_text(folder / "moodle.csv", _table(("ID number", "Email address", f"{lesson} (Real)", f"{lesson} (Feedback)"), moodle)),
+        write_text(folder / "nbgrader.csv", _table(NBGRADER, nbgrader)),
+        folder / "gradescope",
+    ]
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heads)
+    writer.writerows([spreadsheet_cell(cell) if isinstance(cell, str) and cell != "-" else cell for cell in row] for row in rows)
+    return text.getvalue()

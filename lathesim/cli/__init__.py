@@ -52,4 +52,13 @@ def register_commands() -> list[CommandEntry]:
             "check", f"{__name__}.init_and_check:check", "Check lessons, machine templates, part programs and plug-ins.", "Machines"
         ),
         CommandEntry("schema", f"{__name__}.listing:schema", "Print the JSON Schema of a lesson, for editors.", "Machines"),
+        CommandEntry(
+            "class", f"{__name__}.lessons.class_commands:class_", "Make machines for a class, and grade what it hands in.", "For teachers"
+        ),
+        CommandEntry(
+            "sheet",
+            f"{__name__}.lessons.class_commands:sheet",
+            "Write a lesson as a sheet to print, with room for answers.",
+            "For teachers",
+        ),
     ]

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.classroom import class_grades
-from lathesim.classroom.class_grades import StudentGrade, copies, grade_class
-from lathesim.classroom.grade_forms import GRADES, NBGRADER, write_forms
+from lathesim.classroom.class_grades import GRADES, NBGRADER, StudentGrade, copies, grade_class, write_forms
 from lathesim.classroom.making import HIDDEN, MadeMachine, make_class
 from lathesim.classroom.roster import ClassFolder, Student, read_students
 from lathesim.classroom.teacher_notes import teacher_notes

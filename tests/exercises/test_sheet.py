@@ -58,5 +58,5 @@ def test_a_lesson_without_notes_has_no_solutions(tmp_path: Path, capsys: pytest.
     said = call(capsys, "sheet", path, "--solutions")
     assert (said.code, said.err) == (
         1,
-        f"{tmp_path / 'teacher' / 'mine.yaml'}: the lesson has no notes for teachers. Leave --solutions out.\n",
+        f"{tmp_path / 'teacher' / 'mine.yaml'}: the lesson has no notes for teachers. Call it without --solutions.\n",
     )

@@ -4,6 +4,9 @@ The 8-bit converters make limit cycles, so a single result scatters by 1 % (larg
 1 %. The reference is the mean over such draws of an independent simulator; the given values alone lie within the limits too.
 """
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,6 +15,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import Registry, load_registry
 from lathesim.record import Record
+from lathesim.units import quantity
 
 REFERENCE = {
     "I": (18.48, 0.684e-3, 0.1113e-6),
@@ -94,3 +98,13 @@ def test_the_means_over_small_changes_are_those_of_the_reference(variant: str, r
     assert means[0] == pytest.approx(REFERENCE[variant][0], abs=1e-9)
     assert means[1] == pytest.approx(REFERENCE[variant][1], rel=0.03)
     assert means[2] == pytest.approx(REFERENCE[variant][2], rel=0.06)
+
+
+def test_the_readme_shows_what_the_lesson_gives(registry: Registry, records: dict[str, Record]) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    shown = {row[0]: row for line in readme.splitlines() if (row := re.split(r"\s{2,}", line.strip()))[0] in REFERENCE}
+    (goal,) = load_lesson("01_contour_error").settings.goals
+    for case, record in records.items():
+        largest = measure(record, registry.metrics).values["max_contour_error"].value
+        met = largest <= quantity(str(goal.at_most), "m")
+        assert (shown[case][3], shown[case][-1]) == (f"{1e3 * largest:.5g} mm", f"{met:d} of 1")

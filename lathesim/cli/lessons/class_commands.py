@@ -72,8 +72,7 @@ def grade(folder: Path, handed_in: Path | None, out: Path | None, plugin_folders
     that was handed out. The tables are grades.csv, moodle.csv, nbgrader.csv and gradescope/STUDENT/results.json. A copy is named and still
     gets its marks: look at it. Stopped and started again, the command goes on where it was.
     """
-    from lathesim.classroom.class_grades import copies, grade_class
-    from lathesim.classroom.grade_forms import write_forms
+    from lathesim.classroom.class_grades import copies, grade_class, write_forms
     from lathesim.classroom.roster import ClassFolder
 
     about = ClassFolder(folder).read()
@@ -119,7 +118,7 @@ def sheet(lesson: str, out: Path | None, solutions: bool, variant: str | None, p
 
     loaded = load_lesson(lesson)
     if solutions and not notes_file(loaded).is_file():
-        raise LessonError("the lesson has no notes for teachers.", place=str(notes_file(loaded)), remedy="Leave --solutions out.")
+        raise LessonError("the lesson has no notes for teachers.", place=str(notes_file(loaded)), remedy="Call it without --solutions.")
     blocks = sheet_blocks(loaded, teacher_notes(loaded) if solutions else None)
     try:
         figure = sheet_figure(loaded, open_registry(plugin_folders), variant)
