@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.analysis.display_unit import plain_number
 from lathesim.analysis.figure_style import (
     ALERT,
     INK,
@@ -62,7 +63,7 @@ def _draw_channel(upper: Any, lower: Any, item: ChannelResidual, off: float) -> 
     lower.plot(*thinned(item.time, item.residual / factor), color=RESIDUAL, linewidth=0.9)
     dress(lower, label("residual", unit))
     lower.text(
-        1.0, 1.02, f"{item.over_floor:.3g} floors", transform=lower.transAxes, ha="right", va="bottom", fontsize=8.5,
+        1.0, 1.02, f"{plain_number(item.over_floor, 3)} times the noise", transform=lower.transAxes, ha="right", va="bottom", fontsize=8.5,
         color=ALERT if item.over_floor > off else QUIET,
     )  # fmt: skip
 
