@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -33,12 +35,23 @@ _DRAWN = 6000
 
 
 def new_figure(width: float = 8.0, height: float = 5.0) -> Any:
-    """Return an empty figure of a size in inches; its panels are laid out without overlap, and start about where they will stand."""
+    """Return an empty figure of a size in inches; its panels are laid out without overlap, and start about where they will stand.
+
+    A notebook shows it: IPython calls ``_repr_png_`` of a result, where it does not know the type.
+    """
     from matplotlib.figure import Figure
     from matplotlib.gridspec import SubplotParams
 
     about = SubplotParams(left=0.6 / width, right=1.0 - 0.05 / width, bottom=0.42 / height, top=1.0 - 0.27 / height, hspace=0.22)
-    return Figure(figsize=(width, height), layout="constrained", subplotpars=about, facecolor="white")
+    figure: Any = Figure(figsize=(width, height), layout="constrained", subplotpars=about, facecolor="white")
+    figure._repr_png_ = partial(_as_png, figure)
+    return figure
+
+
+def _as_png(figure: Any) -> bytes:
+    file = io.BytesIO()
+    write_figure(figure, file, "png")
+    return file.getvalue()
 
 
 def dress(panel: Any, ylabel: str = "", xlabel: str = "", title: str = "") -> None:
@@ -113,7 +126,7 @@ _COMPRESSION = 2
 """A quarter larger than the smallest file, and made in a third of the time."""
 
 
-def write_figure(figure: Any, place: Path, form: str) -> None:
+def write_figure(figure: Any, place: Path | BinaryIO, form: str) -> None:
     """Write a figure as "png", "svg" or "pdf"."""
     if form != "png":
         figure.savefig(place, dpi=_DPI, format=form)

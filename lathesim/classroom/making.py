@@ -26,7 +26,7 @@ import numpy as np
 
 from lathesim.analysis.metric import Measured
 from lathesim.classroom.roster import ClassFolder, Student
-from lathesim.classroom.teacher_notes import AnswerNote, TeacherNotes, notes_file, teacher_notes, with_tables
+from lathesim.classroom.teacher_notes import COPY_NOTES, AnswerNote, TeacherNotes, notes_file, teacher_notes, with_tables
 from lathesim.component import Parameter
 from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.class_folder import VALIDATION, conceal_case, publish
@@ -142,8 +142,8 @@ def _spreads(lesson: Lesson, prepared: Prepared, notes: TeacherNotes) -> tuple[_
     plan = prepared.plan
     entries = notes.vary or {name: text for name, text in lesson.settings.uncertain.items() if not name.startswith("tool_point.")}
     if not entries:
-        fact, remedy = "nothing says which values differ in a class.", f"Write them in {notes_file(lesson)}: vary: {{x_axis.mass: 5 %}}."
-        raise LessonError(fact, place=str(lesson.path), remedy=remedy)
+        remedy = f"Write them in {notes_file(lesson)}: vary: {{x_axis.mass: 5 %}}. {COPY_NOTES}"
+        raise LessonError("nothing says which values differ in a class.", place=str(lesson.path), remedy=remedy)
     found = []
     for name, text in entries.items():
         kind, position = plan.settable(name)

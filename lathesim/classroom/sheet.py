@@ -78,14 +78,18 @@ def sheet_blocks(lesson: Lesson, notes: TeacherNotes | None) -> list[SheetBlock]
         blocks.append(SheetBlock("code", textwrap.dedent(part)) if is_code else SheetBlock("text", " ".join(part.split())))
     tasks = [(SheetBlock("item", f"{number}. {text}"), SheetBlock("room")) for number, text in enumerate(settings.try_, 1)]
     blocks += _listed("Tasks", [block for pair in tasks for block in pair])
-    senses = ("at_most", "at_least")
-    limits = [(goal.metric, sense, getattr(goal, sense)) for goal in settings.goals for sense in senses]
-    goals = [f"{metric} {sense} {text}".replace("_", " ") for metric, sense, text in limits if text is not None]
-    blocks += _listed("Goals of your run", [SheetBlock("item", f"• {goal}") for goal in goals])
+    blocks += _listed("Goals of your run", [SheetBlock("item", f"• {goal}") for goal in goal_texts(lesson)])
     answers = [note.answer for note in notes.answers] if notes is not None else []
     asked = zip(settings.questions, [*answers, *[""] * len(settings.questions)], strict=False)
     blocks += _listed("Questions", [block for question, answer in asked for block in _asked(question, answer)])
     return [block for block in [*blocks, *(_solution(notes) if notes is not None else ())] if block.text or block.kind == "room"]
+
+
+def goal_texts(lesson: Lesson) -> list[str]:
+    """Return the goals of a lesson as phrases: "max contour error at most 0.2 mm"."""
+    senses = ("at_most", "at_least")
+    limits = [(goal.metric, sense, getattr(goal, sense)) for goal in lesson.settings.goals for sense in senses]
+    return [f"{metric} {sense} ".replace("_", " ") + text for metric, sense, text in limits if text is not None]
 
 
 def _listed(heading: str, blocks: list[SheetBlock]) -> list[SheetBlock]:

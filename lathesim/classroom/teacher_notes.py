@@ -16,6 +16,8 @@ from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import read_source
 
 FOLDER = "teacher"
+COPY_NOTES = "'lathesim init FOLDER --teacher' copies the notes on the lessons that come with lathesim."
+"""What helps where a lesson has no notes."""
 
 
 class AnswerNote(BaseModel):

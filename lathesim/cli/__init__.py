@@ -61,4 +61,5 @@ def register_commands() -> list[CommandEntry]:
             "Write a lesson as a sheet to print, with room for answers.",
             "For teachers",
         ),
+        CommandEntry("notebook", f"{__name__}.lessons.class_commands:notebook", "Write a lesson as a Jupyter notebook.", "For teachers"),
     ]

@@ -78,6 +78,18 @@ class Lesson:
             raise ProgramError(f"there is no part program '{program}'.")
         return simulate(self, load_with_workspace(), variant, set, program=file, engine=engine, seed=seed)
 
+    def is_right(self, number: int, answer: str) -> bool:
+        """Return whether an answer to a question, counted from 1, is right: one of its choices, or a number with its unit.
+
+        Raises :class:`LessonError` where there is no such question, and where the text cannot be an answer to it.
+        """
+        from lathesim.lessons.questions import is_right
+
+        asked = self.settings.questions
+        if not 1 <= number <= len(asked):
+            raise LessonError(f"there is no question {number}.", place=self.name, remedy=f"The lesson has {len(asked)}.")
+        return is_right(asked[number - 1], answer)
+
 
 def load_lesson(path_or_name: str | Path) -> Lesson:
     """Return the lesson in a file, or the shipped lesson of that name (``01_contour_error``), with its machine template."""

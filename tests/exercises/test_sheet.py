@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.classroom.sheet import sheet_blocks, write_sheet
-from lathesim.classroom.teacher_notes import teacher_notes
+from lathesim.classroom.teacher_notes import COPY_NOTES, teacher_notes
 from lathesim.errors import RecordError
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.shipped import shipped_files
@@ -19,6 +19,7 @@ def test_the_command_writes_a_page_and_a_pdf_with_the_plot(
     said = call(capsys, "sheet", "18_stability_lobes")
     assert (said.code, said.out) == (0, "See 18_stability_lobes_sheet.html\nSee 18_stability_lobes_sheet.pdf\n")
     page, pdf = Path("18_stability_lobes_sheet.html").read_text(), Path("18_stability_lobes_sheet.pdf").read_bytes()
+    assert call(capsys, "sheet", "18_stability_lobes", "--out", "new/sheet.html").out == "See new/sheet.html\n"
     assert page.count("<img") == 1
     assert page.count('class="room"') == len(load_lesson("18_stability_lobes").settings.try_)
     assert pdf.startswith(b"%PDF")
@@ -58,5 +59,5 @@ def test_a_lesson_without_notes_has_no_solutions(tmp_path: Path, capsys: pytest.
     said = call(capsys, "sheet", path, "--solutions")
     assert (said.code, said.err) == (
         1,
-        f"{tmp_path / 'teacher' / 'mine.yaml'}: the lesson has no notes for teachers. Call it without --solutions.\n",
+        f"{tmp_path / 'teacher' / 'mine.yaml'}: the lesson has no notes for teachers. {COPY_NOTES}\n",
     )

@@ -59,3 +59,18 @@ def test_the_chapter_on_lessons_explains_every_key() -> None:
     schema = json_schema()
     named = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (`[^|]+) \|", chapter("writing_lessons").text, re.M))))
     assert named >= {*schema["properties"], *schema["$defs"]["Variant"]["properties"]}
+
+
+MOST_READ = (
+    "first_hour", "lessons", "writing_lessons", "programs", "stability", "your_recording", "diagnosis", "contour", "plugins",
+)  # fmt: skip
+"""Chapters that a newcomer opens beside the README: tutorials, what a lesson needs, and explanations."""
+
+
+def test_the_pages_that_are_read_most_have_pictures_and_each_picture_a_page() -> None:
+    pages = {"README": (ROOT / "README.md").read_text(encoding="utf-8"), **{chapter.topic: chapter.text for chapter in chapters()}}
+    used = {name: set(re.findall(r"\[[^\]]+\]\((?:lathesim/manual/)?pictures/([\w.]+)\)", text)) for name, text in pages.items()}
+    assert [name for name in ("README", *MOST_READ) if not used[name]] == []
+    folder = ROOT / "lathesim" / "manual" / "pictures"
+    assert {path.name for path in folder.iterdir()} == set().union(*used.values())
+    assert [path.name for path in folder.iterdir() if path.stat().st_size > 100_000] == []

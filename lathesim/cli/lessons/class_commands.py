@@ -1,4 +1,4 @@
-"""``lathesim class`` and ``sheet``: a machine of their own for each student, the grades of all in one table, and a lesson on paper."""
+"""``lathesim class``, ``sheet``, ``notebook``: machines for a class, the grades of all in one table, a lesson on paper and in Jupyter."""
 
 from __future__ import annotations
 
@@ -112,13 +112,14 @@ def sheet(lesson: str, out: Path | None, solutions: bool, variant: str | None, p
     The plot is that of --variant, else of the lesson's first case. Answers and solution come from the teacher's notes beside the lesson.
     """
     from lathesim.classroom.sheet import FORMS, sheet_blocks, sheet_figure, write_sheet
-    from lathesim.classroom.teacher_notes import notes_file, teacher_notes
+    from lathesim.classroom.teacher_notes import COPY_NOTES, notes_file, teacher_notes
     from lathesim.errors import LatheSimError, LessonError
     from lathesim.lessons.lesson import load_lesson
+    from lathesim.whole_file import make_folder
 
     loaded = load_lesson(lesson)
     if solutions and not notes_file(loaded).is_file():
-        raise LessonError("the lesson has no notes for teachers.", place=str(notes_file(loaded)), remedy="Call it without --solutions.")
+        raise LessonError("the lesson has no notes for teachers.", place=str(notes_file(loaded)), remedy=COPY_NOTES)
     blocks = sheet_blocks(loaded, teacher_notes(loaded) if solutions else None)
     try:
         figure = sheet_figure(loaded, open_registry(plugin_folders), variant)
@@ -129,6 +130,27 @@ def sheet(lesson: str, out: Path | None, solutions: bool, variant: str | None, p
         click.echo(f"The sheet has no plot: {error}", err=True)
     name = f"{loaded.name}_{'solutions' if solutions else 'sheet'}"
     for path in [out] if out is not None else [Path(f"{name}{form}") for form in FORMS]:
+        make_folder(path.parent)
         write_sheet(path, blocks, figure)
         click.echo(f"See {path}")
+    return 0
+
+
+@click.command()
+@click.argument("lesson")
+@click.option("--out", type=OutputPath(makes_folder=True), metavar="F.ipynb", help="Write this file [default: LESSON.ipynb].")
+def notebook(lesson: str, out: Path | None) -> int:
+    """Write LESSON as a Jupyter notebook: its text, a run of each case, its tasks and its questions.
+
+    The cells call 'import lathesim'. Jupyter is not needed to write the file. Open the notebook where lathesim is installed.
+    """
+    from lathesim.classroom.notebook import write_notebook
+    from lathesim.lessons.lesson import load_lesson
+    from lathesim.whole_file import make_folder
+
+    loaded = load_lesson(lesson)
+    path = out or Path(f"{loaded.name}.ipynb")
+    make_folder(path.parent)
+    write_notebook(path, loaded)
+    click.echo(f"See {path}")
     return 0
