@@ -159,7 +159,7 @@ _LAWS: dict[str, Any] = {}
 
 
 def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
-    from lathesim.engine.numba_compiler import BITS, LawCache
+    from lathesim.engine.numba_compiler import BITS, LawCache, LawCompiler
 
     if piece.name in BITS:
         return BITS[piece.name]
@@ -167,7 +167,7 @@ def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
         module = _load(keep(f"law_{piece.digest}.py", piece.text.encode()), f"lathesim_law_{piece.digest}")
         for name, law in zip(piece.uses, used, strict=True):
             setattr(module, name, law)
-        _LAWS[piece.digest] = _compiler()(getattr(module, piece.name))
+        _LAWS[piece.digest] = _compiler(pipeline_class=LawCompiler)(getattr(module, piece.name))
         _LAWS[piece.digest]._cache = LawCache(piece.digest)
     return _LAWS[piece.digest]
 

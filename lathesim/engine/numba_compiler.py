@@ -23,10 +23,12 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
 from numba import types
 from numba.core.caching import NullCache
-from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, CompileResult, compile_result
 from numba.core.compiler_machinery import PassManager
 from numba.core.serialize import dumps
 from numba.extending import intrinsic
@@ -151,16 +153,78 @@ def block_signature() -> Any:
 _LEFT_OUT = (*("ReconstructSSA", "PreLowerStripPhis"), *("InlineClosureLikes", "GenericRewrites", "NopythonRewrites"), "IRProcessing")
 
 
-class BlockCompiler(CompilerBase):  # type: ignore[misc]
-    """Compiles a function whose variables keep their types."""
+class _TextLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """LLVM text of a law, which is linked into wirings and never called, or of a wiring, whose machine code is made from the text.
+
+    numba would make machine code of each and link it into the process, an eighth of its time; here it is made only where someone asks for
+    its address.
+    """
+
+    _made = False
+
+    @property
+    def codegen(self) -> Any:
+        """Return what is given the environment of a function, with which machine code of numba's raises; there is none."""
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Leave out the environment."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> Any:
+        """Return the address of a function, zero where the text does not define it."""
+        self._ensure_finalized()
+        if all(function.name != name for function in self.get_defined_functions()):
+            return 0
+        if not self._made:
+            self._made = True
+            super()._finalize_final_module()
+        return super().get_pointer_to_function(name)
+
+    def serialize_using_object_code(self) -> tuple[str, bytes]:
+        """Return the name and the text as it is linked."""
+        self._ensure_finalized()
+        return self.name, self._final_module.as_bitcode()
+
+
+class LawCompiler(Compiler):  # type: ignore[misc]
+    """Compiles a law to LLVM text."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes."""
+        self.state.library = _TextLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        passes: list[Any] = super().define_pipelines()
+        return passes
+
+
+class BlockCompiler(LawCompiler):
+    """Compiles a function whose variables keep their types to LLVM text."""
 
     def define_pipelines(self) -> list[Any]:
         """Return numba's passes but for those left out."""
         passes = PassManager("lathesim")
-        usual = DefaultPassBuilder.define_nopython_pipeline(self.state).passes
-        passes.passes = [item for item in usual if item[0].__name__ not in _LEFT_OUT]
+        (usual,) = super().define_pipelines()
+        passes.passes = [item for item in usual.passes if item[0].__name__ not in _LEFT_OUT]
         passes.finalize()
         return [passes]
+
+
+def _loaded(context: Any, text: tuple[str, bytes], description: Any, environment: Any, signature: Any, *rest: Any) -> CompileResult:
+    """Return a law from what was kept of it, as ``CompileResult._rebuild`` does with machine code."""
+    start = rest[-2]
+    for function in start:
+        function()
+    library = _TextLibrary(context.codegen(), text[0])
+    library._final_module = llvm.parse_bitcode(text[1])
+    library._finalize_final_module()
+    return compile_result(
+        typing_context=context.typing_context, target_context=context, library=library, environment=environment, fndesc=description,
+        entry_point=context.get_executable(library, description, environment), signature=signature, objectmode=False, lifted=(),
+        reload_init=start, referenced_envs=rest[-1],
+    )  # fmt: skip
 
 
 class LawCache(NullCache):  # type: ignore[misc]
@@ -174,7 +238,7 @@ class LawCache(NullCache):  # type: ignore[misc]
         target_context.refresh()
         kept = kept_sealed(self._name(sig, target_context.codegen()))
         try:
-            return None if kept is None else CompileResult._rebuild(target_context, *pickle.loads(kept))  # noqa: S301 - sealed, and written by us
+            return None if kept is None else _loaded(target_context, *pickle.loads(kept))  # noqa: S301 - sealed, and written by us
         except Exception:  # after any fault the law is compiled again
             return None
 

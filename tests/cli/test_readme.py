@@ -89,7 +89,7 @@ def test_a_lesson_of_the_manual_meets_its_goals_or_the_manual_says_which_case_mi
     lesson, registry = lesson_from_text(text, ROOT / "lesson.yaml"), load_registry(installed=False)
     assert lesson.settings.goals
     for variant in lesson.variants or (None,):
-        found = measure(simulate(lesson, registry, variant, engine="plain"), registry.metrics)
+        found = measure(simulate(lesson, registry, variant, engine="compiled"), registry.metrics)
         met = all(goal.met for goal in judge(lesson.settings.goals, found.values, found.skipped))
         assert met != (f"The case `{variant}` misses its goal" in README), variant
 

@@ -51,7 +51,7 @@ def registry() -> Registry:
 @pytest.fixture(scope="module")
 def records(registry: Registry) -> dict[str, Record]:
     lesson = load_lesson("01_contour_error")
-    return {variant: simulate(lesson, registry, variant, engine="plain") for variant in lesson.variants}
+    return {variant: simulate(lesson, registry, variant, engine="compiled") for variant in lesson.variants}
 
 
 def metrics(record: Record, registry: Registry) -> tuple[float, float, float]:

@@ -39,7 +39,7 @@ GOLDEN = {
 
 @pytest.fixture(scope="module")
 def runs() -> Runs:
-    return Runs("13_process_control")
+    return Runs("13_process_control", engine="plain")
 
 
 def test_every_case_has_its_goals_stated(runs: Runs) -> None:

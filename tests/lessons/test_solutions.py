@@ -84,7 +84,7 @@ def test_a_value_of_ones_own_meets_the_goals_and_no_case_does(name: str, registr
         program.write_text(solution.program, encoding="utf-8")
     results = []
     for own, values, file in ((lesson, {}, None), (with_tables(lesson, solution), dict(solution.set), program)):
-        record = run_prepared(prepare(own, registry, solution.variant, values, program=file))
+        record = run_prepared(prepare(own, registry, solution.variant, values, program=file), engine="compiled")
         results.append(judge_run(lesson.settings.goals, measure(record, registry.metrics), record.status).result)
     assert results == [MISSED, REACHED]
 
