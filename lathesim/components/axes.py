@@ -222,8 +222,8 @@ class LedAxis(Component):
     group = "axes"
 
     ports = {
-        "effort": "disturbance", "flow": "velocity", "reference": "reference", "reference_rate": "reference_velocity",
-        "reference_acceleration": "acceleration", "inertia": "inertia", "current": "current",
+        "effort": "disturbance", "flow": "velocity", "displacement": "position", "reference": "reference",
+        "reference_rate": "reference_velocity", "reference_acceleration": "acceleration", "inertia": "inertia", "current": "current",
     }  # fmt: skip
 
     reference = Input("m", doc="commanded position")
@@ -271,8 +271,8 @@ class LedRotaryTable(Component):
     group = "axes"
 
     ports = {
-        "effort": "disturbance", "flow": "velocity", "reference": "reference", "reference_rate": "reference_velocity",
-        "reference_acceleration": "acceleration", "inertia": "inertia", "current": "current",
+        "effort": "disturbance", "flow": "velocity", "displacement": "angle", "reference": "reference",
+        "reference_rate": "reference_velocity", "reference_acceleration": "acceleration", "inertia": "inertia", "current": "current",
     }  # fmt: skip
 
     reference = Input("rad", doc="commanded angle")

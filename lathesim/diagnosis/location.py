@@ -24,7 +24,7 @@ from lathesim.identification.noise import taper
 from lathesim.identification.records import Candidate, Fitted, Model
 from lathesim.identification.replay.experiment import SETTLING, Experiment
 from lathesim.identification.replay.initial_state import line_of
-from lathesim.identification.replay.measured_motion import measured_output, recorded_motion
+from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.simulator import IMPULSE
 from lathesim.identification.roles import acting, is_of_machine, is_signal
 from lathesim.identification.signal import LARGER_PART, SLOPE_ROUNDING, root_mean_square
@@ -270,7 +270,7 @@ def _direction(experiment: Experiment, host: str, method: Method = STANDARD) -> 
     """Return which way a part moves at each sample, 0 where it stands still: by its sensor, else as simulated."""
     ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
     flow = f"{host}.{ports.get('flow', '')}"
-    motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
+    motion = experiment.motion
     if flow in motion:
         return direction_of(motion[flow], method=method)
     return direction_of(experiment.doing[flow], method=method) if flow in experiment.doing else None

@@ -169,7 +169,11 @@ def outdone(study: Study, found: Found, doubted: tuple[Doubt, ...]) -> tuple[Fou
     lesson = found.values or found.baseline
     without = {one.channel: one for one in doubts(study, lesson)}
     pairs = [(one, without[one.channel]) for one in doubted if one.clear]
-    if not all(other.clear and alike * other.after < one.before and other.after <= one.after for one, other in pairs):
+    least = study.method.larger_part
+    if not all(
+        other.clear and alike * other.after < one.before and other.after <= one.after and one.structured > least * other.structured
+        for one, other in pairs
+    ):
         return found, doubted
     names = tuple(f"{one.name} at {one.at}" for one in candidates)
     study.progress(f"smooth functions predict more than {' and '.join(names)}")

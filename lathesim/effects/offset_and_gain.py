@@ -6,6 +6,7 @@ import math
 
 from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect, Identification
+from lathesim.elementary import sin
 
 
 class ForceOffset(Effect):
@@ -31,6 +32,40 @@ class ForceOffset(Effect):
     @staticmethod
     def output(incoming: float, offset: float) -> float:
         return incoming if offset == 0.0 else incoming + offset
+
+
+class GravityTorque(Effect):
+    """The weight of an arm or of a part clamped off centre, which pulls it to where it hangs at rest.
+
+    T_out = T_in + torque sin(q - lowest)          (torque = m g r)
+    """
+
+    catalogue, family, site = 51, "constants", "effort"
+    neutral = {"torque": 0.0}
+    identification = Identification(
+        carried=("N*m",),
+        typical={"torque": (0.05, 50.0), "lowest": (-math.pi, math.pi)},
+        starts={"torque": (1.0, 1.0, 1.0), "lowest": (0.0, 2.0 * math.pi / 3.0, -2.0 * math.pi / 3.0)},
+        nuisance=("lowest",),
+        phases=("lowest",),
+    )
+    fingerprint = "The missing torque is a sine of the angle with one wave a turn, the same both ways, at rest and with the drive off."
+    confused_with = ("Cogging once per turn", "ForceOffset, over a small angle", "AxialResonance, as a pendulum swings too")
+    experiment = "Let the arm hang, then hold it level with the drive on: the torque is largest there. Half the load halves it."
+    source = (
+        "Siciliano, Sciavicco, Villani, Oriolo, Robotics: Modelling, Planning and Control, 2009, section 7.3 (pendulum under gravity). "
+        "Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="disturbance before the weight")
+    displacement = Input("{displacement}", doc="angle of the host")
+    outgoing = Output("{signal}", doc="disturbance with the weight")
+    torque = Parameter("{signal}", 0.0, low=0.0, doc="weight times the distance of its centre from the shaft")
+    lowest = Parameter("rad", 0.0, doc="angle at which it hangs at rest")
+
+    @staticmethod
+    def output(incoming: float, displacement: float, torque: float, lowest: float) -> float:
+        return incoming if torque == 0.0 else incoming + torque * sin(displacement - lowest)
 
 
 class ConverterOffset(Effect):

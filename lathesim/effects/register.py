@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 EFFECTS = {
     "CoulombFriction": "friction", "StribeckFriction": "friction", "AsymmetricFriction": "friction",
     "PositionDependentFriction": "friction", "ViscousWarmUp": "friction", "PreslidingFriction": "friction",
-    "ForceOffset": "offset_and_gain", "ConverterOffset": "offset_and_gain", "ConverterResolution": "offset_and_gain",
-    "DriveGainError": "offset_and_gain", "ScaleFactorError": "offset_and_gain", "Backlash": "backlash_and_screw",
+    "ForceOffset": "offset_and_gain", "GravityTorque": "offset_and_gain", "ConverterOffset": "offset_and_gain",
+    "ConverterResolution": "offset_and_gain", "DriveGainError": "offset_and_gain", "ScaleFactorError": "offset_and_gain",
+    "Backlash": "backlash_and_screw",
     "CumulativePitchError": "backlash_and_screw", "PeriodicPitchError": "backlash_and_screw", "ThermalScrewGrowth": "backlash_and_screw",
     "SquarenessError": "backlash_and_screw", "AxialResonance": "structure", "TorsionalWindUp": "structure", "BaseRocking": "structure",
     "MotorInductance": "lag", "CurrentLoopLag": "lag", "SensorFilter": "sensor_errors", "AmplifierDeadZone": "drive_errors",

@@ -153,13 +153,18 @@ def _own_places(effect: type[Effect], part: Part, driven: Collection[str]) -> li
 
 
 def _shown_outputs(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:
-    """Return the compared outputs of a part that is no sensor, as an amplifier's current: what shows it has errors of its own."""
+    """Return the compared outputs of a part that is no sensor, as an amplifier's current: what shows it has errors of its own.
+
+    A place that is compared itself was read by a scale or an encoder too, with the screw before it.
+    """
     component = part.component
     if "reading" in component.ports or issubclass(component, Effect) or decides(component):
         return []
-    if effect.site != "reading" and not effect.identification.of_any_reading:
-        return []
-    return [f"{part.name}.{name}" for name in component.declared(Output) if f"{part.name}.{name}" in compared]
+    if effect.site == "reading" or effect.identification.of_any_reading:
+        shown = list(component.declared(Output))
+    else:
+        shown = [component.ports[role] for role in ("displacement",) if role in component.ports and effect.site == "measured"]
+    return [f"{part.name}.{name}" for name in shown if f"{part.name}.{name}" in compared]
 
 
 def _further_readings(effect: type[Effect], part: Part, compared: Collection[str]) -> list[str]:

@@ -46,6 +46,11 @@ def commands(assembly: Assembly) -> dict[str, str]:
     return found
 
 
+def is_led(component: type[Component]) -> bool:
+    """Return whether a part has the motion that its reference gives, whatever pushes it."""
+    return {"reference_rate", "displacement", "flow"} <= set(component.ports) and "drive" not in component.ports
+
+
 def has_dry_friction(component: type[Component]) -> bool:
     """Return whether a part has a dry friction of its own, as a parameter."""
     return "dry_friction" in component.ports

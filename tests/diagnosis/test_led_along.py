@@ -105,3 +105,43 @@ def test_weight_and_friction_are_named_on_top_of_the_sign(tmp_path: Path) -> Non
     said = "x_axis.current is recorded with the other sign. Write scale: -1 for its column."
     assert answer["sentence"].startswith(said)
     assert said in answer["recording"]
+
+
+STEPPER = """
+lesson: A stepper that turns a fine screw, against a resolver
+machine: led_axis
+uncertain: {x_axis.mass: 5 %}
+recordings:
+  time: {column: t, unit: s}
+  drive: {x_axis.reference: {column: steps, unit: m, scale: 1.25e-6}}
+  compare: {x_axis.position: {column: resolver, unit: mm}}
+"""
+
+
+def write_steps(file: Path, seed: int, begin: float) -> None:
+    """Write a log of 12 s at constant speed: whole steps, and a place that is off by 20.6 um once every quarter of a millimetre."""
+    rng = np.random.default_rng(seed)
+    time = 0.01 * np.arange(1200)
+    steps = np.floor((begin + 0.8e-3 * time) / 1.25e-6)
+    place = 1.25e-6 * steps
+    read = place + 20.6e-6 * np.sin(2.0 * np.pi * place / 0.25e-3 + 0.7) + 1.4e-6 * rng.standard_normal(len(time))
+    np.savetxt(file, np.column_stack([time, steps, 1e3 * read]), delimiter=",", header="t,steps,resolver", comments="")
+
+
+def test_a_period_shorter_than_usual_screws_have_is_found_at_constant_speed(tmp_path: Path) -> None:
+    """The wave is long against its length, so it repeats over the steps and not over the readings."""
+    (tmp_path / "lesson.yaml").write_text(STEPPER, encoding="utf-8")
+    write_steps(tmp_path / "log.csv", 1, 1e-3)
+    write_steps(tmp_path / "other.csv", 2, 7e-3)
+    words = ["diagnose", "lesson.yaml", "log.csv", "--validate", "other.csv", "--json", "answer.json", "--no-report", "--out", "out"]
+    with pytest.MonkeyPatch.context() as there:
+        there.chdir(tmp_path)
+        assert run_command_line(words) == 0
+    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    (effect,) = answer["effects"]
+    assert (effect["effect"], effect["at"], answer["adequate"]) == ("PeriodicPitchError", "x_axis.position", True)
+    values = {name: one["value"] for name, one in effect["parameters"].items()}
+    assert values["amplitude"] == pytest.approx(20.6e-6, rel=0.02)
+    assert values["lead"] == pytest.approx(0.25e-3, rel=1e-4)
+    assert answer["fit"]["x_axis.position"]["after"] < 1.6e-6
+    assert any("x_axis.reference_velocity: not recorded; taken as the derivative of x_axis.reference" in one for one in answer["recording"])

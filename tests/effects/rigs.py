@@ -106,6 +106,7 @@ PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
     "ViscousWarmUp": ("axis", "x_axis", {}, {"change": -100.0}),
     "PreslidingFriction": ("axis", "x_axis", {}, {"level": 20.0}),
     "ForceOffset": ("axis", "x_axis", {}, {"offset": -3.0}),
+    "GravityTorque": ("spindle", "spindle", {}, {"torque": 0.02, "lowest": 0.4}),
     "ConverterOffset": ("axis", "x_drive", {}, {"offset": 0.05}),
     "ConverterResolution": ("axis", "x_drive", {}, {"resolution": 0.005}),
     "DriveGainError": ("axis", "x_drive", {}, {"error": 0.05, "sag": 0.01}),

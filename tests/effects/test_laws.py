@@ -12,6 +12,7 @@ from lathesim.effects.register import stock_effects
 QUARTER = math.pi / 2.0
 NUMBERS: list[tuple[str, dict[str, float], float]] = [
     # weight of 100 kg on a bed slanted by 30 degrees
+    ("GravityTorque", {"incoming": 0.0, "displacement": 0.3 + math.pi / 6.0, "torque": 4.0, "lowest": 0.3}, 2.0),
     ("ForceOffset", {"incoming": 0.0, "offset": 100.0 * 9.81 * 0.5}, 490.5),
     ("ConverterOffset", {"incoming": 1.2345, "offset": 0.01}, 1.2445),
     ("ConverterResolution", {"incoming": 1.2345, "resolution": 0.1, "origin": 0.0}, 1.2),

@@ -20,7 +20,7 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Candidate, Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.measured_motion import measured_output, recorded_motion, velocity_of
+from lathesim.identification.replay.measured_motion import measured_output, velocity_of
 from lathesim.identification.roles import acting
 
 PERIODS = ("lead", "turn", "period", "signal_period", "length")
@@ -93,7 +93,7 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
 
 def _repeats_along(candidate: Candidate) -> str:
     """Return the part over whose place a candidate repeats."""
-    return candidate.part if candidate.effect.identification.along else candidate.at
+    return candidate.part if candidate.effect.identification.along else Place.of(candidate.at).part
 
 
 def _multiplied_with(experiment: Experiment, candidate: Candidate, factor: str, velocity: FloatArray, method: Method) -> FloatArray | None:
@@ -112,10 +112,11 @@ def _range_of_lengths(wave: _Wave, place: FloatArray, method: Method) -> tuple[f
     if wave.length == _ORDER:
         low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.identification.typical[_ORDER]))
     else:
-        # a belt's pulley turns once in a tenth of a metre, a geared shaft once in some turns of its motor; a force must be there more
+        # a belt's pulley turns once in a tenth of a metre, a fine screw once in a quarter of a millimetre; a force must be there more
         # often, as other slow ones are there too
         least = method.candidates.least_turns if candidate.effect.site == "measured" else method.candidates.least_turns_of_force
-        high = max(high, min(float(np.ptp(place)) / least, method.candidates.longer_geometry * high))
+        high = max(high, min(float(np.ptp(place)) / least, method.candidates.other_geometry * high))
+        low /= method.candidates.other_geometry
     return max(low, 2.0 * method.candidates.beyond_typical * _way_per_sample(place, method=method)), high
 
 
@@ -152,8 +153,7 @@ def _is_friction(candidate: Candidate) -> bool:
 def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArray]]:
     """Return by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at,
     of an effect that repeats along something else that, as simulated."""
-    recorded = {name: experiment.record[name] for name in experiment.machine.compare}
-    motion = recorded_motion(experiment.with_candidates, recorded)
+    motion = experiment.motion
     parts = {part.name: part for part in experiment.machine.assembly.parts}
     wires = {wire.target: wire for wire in experiment.machine.assembly.wires}
     found: dict[str, tuple[str, FloatArray, FloatArray]] = {}
@@ -196,7 +196,7 @@ def _standardised(values: FloatArray) -> FloatArray:
 
 def _shortest(candidates: list[Candidate], at: set[str], method: Method = STANDARD) -> float:
     """Return the shortest wavelength that a candidate at one of some parts may have."""
-    inside = [candidate for candidate in candidates if at & {candidate.at, candidate.part}]
+    inside = [candidate for candidate in candidates if at & {Place.of(candidate.at).part, candidate.part}]
     there = [(candidate, column, Place.of(name).port) for candidate in inside for column, name in enumerate(candidate.parameters)]
     lengths = [float(candidate.least[column]) for candidate, column, name in there if name in PERIODS]
     lengths += [2.0 * math.pi / candidate.effect.identification.typical[_ORDER][1] for candidate, _, name in there if name == _ORDER]

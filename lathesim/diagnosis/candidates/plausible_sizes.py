@@ -13,7 +13,6 @@ import numpy as np
 from lathesim.diagnosis.candidates.periodic_starts import PERIODS
 from lathesim.engine.assembly import Place
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.identification.roles import acting
 from lathesim.units import same_dimension
 
@@ -40,7 +39,7 @@ def _bounds(experiment: Experiment) -> dict[str, dict[str, float]]:
     """Return for each part that is pushed the units of an effort, a way, a speed, an effort over a speed, and a loss for each effort, with
     the largest of each: part -> unit -> size."""
     channels = experiment.sensed.plan.channels
-    motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
+    motion = experiment.motion
     sources = dict(acting(experiment.machine.assembly))
     found: dict[str, dict[str, float]] = {}
     for part in experiment.machine.assembly.parts:

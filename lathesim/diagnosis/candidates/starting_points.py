@@ -14,7 +14,6 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import INSTANT, Candidate, Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.identification.roles import commands
 from lathesim.identification.signal import behind, strongest_jumps
 from lathesim.units import convertible
@@ -134,6 +133,6 @@ def _induced(experiment: Experiment, candidate: Candidate) -> FloatArray | float
         return 0.0
     sources = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
     flow = f"{host.name}.{ports['flow']}"
-    moved = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
+    moved = experiment.motion
     velocity = moved.get(sources.get(flow, flow))
     return 0.0 if velocity is None else value_of(plan, host.name, ports[role], {}) * velocity

@@ -27,7 +27,7 @@ from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
+from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.replay.recorded_parts import SplineTerm
 from lathesim.lessons.insertion import Machinery
@@ -157,7 +157,7 @@ def _motion(experiment: Experiment, at: str, row: int) -> dict[str, FloatArray] 
     ports = next((item.component.ports for item in experiment.machine.assembly.parts if item.name == part), {})
     time = np.asarray(np.arange(experiment.sensed.samples) * period, dtype=np.float64)
     if "flow" in ports:
-        motion = recorded_motion(experiment.with_candidates, {name: experiment.record[name] for name in experiment.machine.compare})
+        motion = experiment.motion
         velocity = motion.get(f"{part}.{ports['flow']}")
         position = motion.get(f"{part}.{ports.get('displacement', '')}")
         if velocity is None:

@@ -55,7 +55,7 @@ def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
         (place, state)
         for place, state in enumerate(states)
         if (part := _pushed(plan, state))
-        and np.any(responses[place, row])
+        and 0.0 < float(np.abs(responses[place, row]).max()) < np.inf
         and _speaks_loudest(responses[place], row, floors, _telling(experiment, part))
     ]
     at_once = _of_an_effort(experiment, fitted, name)
@@ -91,14 +91,17 @@ def _of_an_effort(experiment: Experiment, fitted: Fitted, channel: str) -> tuple
 def undone(residual: FloatArray, response: FloatArray, longest: int = 2000, left: float = 1e-3) -> FloatArray:
     """Return the input (samples,) whose ``response`` to an impulse (samples,) a residual (samples,) is; NaN where it is not known.
 
-    The filter is fitted to the ``longest`` samples of the response and may leave a share ``left`` of it.
+    The filter is fitted to the ``longest`` samples of the response and may leave a share ``left`` of it. A response begins where it is no
+    longer nothing: what a reading is late by comes off first.
     """
-    filters = [_undoing(response[:longest], order) for order in (1, 2, 3, 4)]
+    begins = max(0, int(np.flatnonzero(response)[0]) - 1)
+    filters = [_undoing(response[begins : begins + longest], order) for order in (1, 2, 3, 4)]
     undoing, taps, _ = next((one for one in filters if one[2] < left), min(filters, key=lambda one: one[2]))
     values = lfilter(undoing, 1.0, residual) / taps.sum()
     values[: len(undoing) - 1] = np.nan
     late = round(float(np.arange(len(taps)) @ taps / taps.sum()))
-    return np.concatenate([values[late:], np.full(late, np.nan)]) if 0 < late < len(taps) else np.asarray(values)
+    late = begins + (late if 0 < late < len(taps) else 0)
+    return np.concatenate([values[late:], np.full(late, np.nan)])
 
 
 def _undoing(response: FloatArray, order: int) -> tuple[FloatArray, FloatArray, float]:

@@ -15,7 +15,7 @@ from lathesim.diagnosis.explanations.lacking_force import Lacking, lacking, quie
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Fitted, Free
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.measured_motion import recorded_motion, velocity_of
+from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import decides
 
 
@@ -25,13 +25,11 @@ def conditions_of(experiment: Experiment, *, simulated: bool = False) -> Conditi
     """
     period = experiment.machine.assembly.sample_period
     time = np.asarray(np.arange(len(experiment.record.time)) * period, dtype=np.float64)
-    moved = experiment.doing if simulated else _moved(experiment)
+    moved = experiment.doing if simulated else {**experiment.doing, **experiment.motion}
     motions, others = [], {}
     for part in experiment.machine.assembly.parts:
         ports = part.component.ports
         place, speed = (moved.get(f"{part.name}.{ports.get(role, '')}") for role in ("displacement", "flow"))
-        if place is None and speed is None and ports.get("reference") and f"{part.name}.{ports['reference']}" in experiment.machine.drive:
-            place = experiment.record[f"{part.name}.{ports['reference']}"]
         if place is None and speed is not None:
             place = np.cumsum(speed) * period
         if place is not None and np.ptp(place) > 0.0:
@@ -56,12 +54,6 @@ def _steady(speed: FloatArray, period: float, longest: float = 0.2, falls: float
         if spread > falls * before or 2 * width * period > longest or 2 * width >= len(speed):
             return velocity, acceleration
         before, width = spread, 2 * width - 1
-
-
-def _moved(experiment: Experiment) -> dict[str, FloatArray]:
-    """Return positions, angles and velocities of parts by their outputs: as recorded, else as simulated."""
-    recorded = {name: experiment.record[name] for name in experiment.machine.compare}
-    return {**experiment.doing, **recorded_motion(experiment.with_candidates, recorded)}
 
 
 def of_channels(

@@ -17,8 +17,8 @@ class CandidateSettings:
     """How often the longest wave of a geometry that is looked for repeats within the recording."""
     least_turns_of_force: float = 5.0
     """The same of a force, as other slow forces are there too."""
-    longer_geometry: float = 10.0
-    """Factor by which the wavelength of a geometry may be longer than typical."""
+    other_geometry: float = 10.0
+    """Factor by which the wavelength of a geometry may be longer or shorter than typical."""
     beyond_typical: float = 1.3
     """Factor by which a wavelength may lie outside the typical range."""
     slow_steps: float = 0.25

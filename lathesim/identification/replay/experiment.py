@@ -22,7 +22,7 @@ from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
-from lathesim.identification.roles import acting, commands
+from lathesim.identification.roles import acting, commands, is_led
 from lathesim.identification.signal import ROUNDING, channel_floor
 from lathesim.record import Record
 
@@ -127,9 +127,7 @@ class Experiment:
         found = set()
         for row, name in enumerate(self.machine.compare):
             host, item = Place.of(measured_output(parts, wires, name))
-            ports, declared = parts[host].component.ports, parts[host].component.declarations
-            led = {"reference", "flow"} <= set(ports) and not {"drive", "measured"} & set(ports)
-            if led and row not in again and declared[item].unit == declared[ports["reference"]].unit:
+            if is_led(parts[host].component) and row not in again and item == parts[host].component.ports["displacement"]:
                 found.add(row)
         return frozenset(found)
 
@@ -149,6 +147,17 @@ class Experiment:
         """What the machine did where no sensor tells, as simulated with the lesson's values: output -> values (samples,)."""
         channels = self.sensed.plan.channels
         return {name: self.sensed.channel([], [], channels.index(name)) for name in self._telling(self.with_candidates)}
+
+    @cached_property
+    def motion(self) -> dict[str, FloatArray]:
+        """Where parts were and how fast: as sensors recorded it, or as a reference leads them; output -> values (samples,)."""
+        given = {
+            f"{part.name}.{part.component.ports[role]}": self.record[f"{part.name}.{part.component.ports[source]}"]
+            for part in self.machine.assembly.parts
+            for role, source in (("displacement", "reference"), ("flow", "reference_rate"))
+            if is_led(part.component) and f"{part.name}.{part.component.ports[source]}" in self.machine.drive
+        }
+        return given | recorded_motion(self.with_candidates, self._recorded)
 
     def way_of(self, candidate: Candidate) -> FloatArray:
         """Return the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,19 +10,20 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.component import Output
-from lathesim.engine.assembly import Assembly
+from lathesim.engine.assembly import Assembly, Place
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, RecordingError
 from lathesim.identification.replay.controller_rate import clock_beside, decisions_for_each, dividing
 from lathesim.identification.replay.experiment import Machine
-from lathesim.identification.roles import closes_a_loop
+from lathesim.identification.replay.measured_motion import velocity_of
+from lathesim.identification.roles import closes_a_loop, is_led
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
-from lathesim.record import Record
+from lathesim.record import Channel, Record
 from lathesim.recordings.mapping import MappedRecording, RecordingMapping, map_recording
 from lathesim.recordings.raw_table import MOST_COMPARED, MOST_STEPS, SHORTER, Finding, read_recording
 from lathesim.recordings.recording_faults import recording_faults
@@ -29,6 +31,8 @@ from lathesim.units import split_quantity
 
 MOST_SAMPLES = 300_000
 """More samples than this, times a few hundred runs of a round of candidates, do not fit the memory of an ordinary computer."""
+_RATES = ("reference", "reference_rate", "reference_acceleration")
+"""Roles of the reference of a led part and of its derivatives."""
 _COARSER = 1.5
 """Ratio of two sample periods above which the one is coarser."""
 LEAST_SAMPLES = 100
@@ -71,7 +75,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     resolution: dict[str, float] = {}
     period = prepared.machinery.sample_period
     for file in files:
-        mapped = read_mapped(file, registry, mapping, MOST_SAMPLES)
+        mapped = with_rates(read_mapped(file, registry, mapping, MOST_SAMPLES), prepared.machinery)
         found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
         if len(mapped.record) < LEAST_SAMPLES:
             raise RecordingError(
@@ -87,8 +91,8 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         resolution |= mapped.resolution
     machine = Machine(
         at_period(prepared.machinery, period),
-        tuple(lesson.settings.recordings.drive) if lesson.settings.recordings else (),
-        tuple(lesson.settings.recordings.compare) if lesson.settings.recordings else (),
+        driven_of(mapping, recordings[0].record),
+        mapping.targets("compare"),
         uncertainties(lesson, prepared.plan),
         resolution,
         decisions=decisions_for_each(period, prepared.machinery),
@@ -101,7 +105,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
 def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machine, Recorded]:
     """Return the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
     mapping = mapping_of(prepared.case.lesson, prepared.machinery)
-    mapped = read_mapped(file, registry, mapping, MOST_COMPARED)
+    mapped = with_rates(read_mapped(file, registry, mapping, MOST_COMPARED), prepared.machinery)
     if len(mapped.record) < LEAST_SAMPLES:
         fact = f"the recording has {len(mapped.record)} usable samples."
         raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
@@ -112,7 +116,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     period = mapped.record.sample_period
     machine = Machine(
         at_period(prepared.machinery, period),
-        mapping.targets("drive"),
+        driven_of(mapping, mapped.record),
         mapping.targets("compare"),
         {},
         mapped.resolution,
@@ -130,6 +134,29 @@ def read_mapped(file: Path, registry: Registry, mapping: RecordingMapping, most:
         fact = f"the recording has {len(mapped.record):,} samples; at most {most:,} are accepted here.".replace(",", " ")
         raise RecordingError(fact, place=str(file), remedy=SHORTER)
     return mapped
+
+
+def with_rates(mapped: MappedRecording, assembly: Assembly) -> MappedRecording:
+    """Return a recording with the velocity and the acceleration that the recorded reference of a led part has, where the lesson leaves them
+    at 0: derivatives of the smoothed reference [m/s, m/s^2]."""
+    channels, findings = dict(mapped.record.channels), list(mapped.findings)
+    wires = {item.target: item for item in assembly.wires}
+    for part in (part for part in assembly.parts if is_led(part.component)):
+        names = [f"{part.name}.{part.component.ports[role]}" for role in _RATES if role in part.component.ports]
+        for place, rate in itertools.pairwise(names):
+            given = rate in channels or (rate in wires and (wires[rate].source or wires[rate].constant))
+            if place not in channels or given or not np.isfinite(channels[place].values).all():
+                break
+            unit = part.component.declarations[Place.of(rate).port].unit
+            channels[rate] = Channel(rate, unit, velocity_of(channels[place].values, mapped.record.sample_period))
+            findings.append(Finding("derived", rate, "not recorded", f"taken as the derivative of {place}"))
+    return replace(mapped, record=replace(mapped.record, channels=channels), findings=tuple(findings))
+
+
+def driven_of(mapping: RecordingMapping, record: Record) -> tuple[str, ...]:
+    """Return the inputs that a recording gives: those of the mapping, and those that follow from them."""
+    mapped = {signal.target for signal in mapping.signals}
+    return (*mapping.targets("drive"), *(name for name in record.channels if name not in mapped))
 
 
 def _refuse_empty(file: Path, mapped: MappedRecording, mapping: RecordingMapping) -> None:

@@ -18,7 +18,7 @@ from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from lathesim.component import Input, Parameter
 from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place, Wire
-from lathesim.identification.roles import comes_from_effect
+from lathesim.identification.roles import comes_from_effect, is_led
 from lathesim.identification.signal import channel_floor
 
 _CUTOFF = 100.0
@@ -54,7 +54,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
 
     ``recorded`` maps channels to one value a sample [SI]. A sensor is a part with the ports ``measured`` and ``reading``; a host a part
     with the ports ``displacement`` and ``flow``. A recorded output of the host itself counts too. A reading in another unit, as the volts
-    of a tachometer, is divided by the sensor's ``gain``.
+    of a tachometer, is divided by the sensor's ``gain``. The motion of a part that is led is given, so no sensor has to show it.
     """
     parts = {part.name: part for part in assembly.parts}
     period = assembly.sample_period
@@ -124,7 +124,7 @@ def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Ite
         host, item = Place.of(source)
         ports = _ports(parts, source)
         is_place = item == ports.get("displacement")
-        if not np.isfinite(values).all() or not (is_place or item == ports.get("flow")):
+        if not np.isfinite(values).all() or not (is_place or item == ports.get("flow")) or is_led(parts[host].component):
             continue
         gain = _gain(parts, channel, source)
         if gain == 1.0 or (gain and not is_place):
