@@ -3,11 +3,11 @@
 All draws of a student follow from the seed of the class and the student's id, so that the same machine comes again, whoever else is in the
 class. How hard a machine is:
 
-    with recordings   floors by which the hidden effect moves the channel that shows it best, at ``HIDDEN.floors``
+    with an effect    floors by which the hidden effect moves the channel that shows it best, at ``HIDDEN.floors``
     without           shares of the limits by which the lesson's case misses its goals, in all as the lesson's own machine does
 
-Both lie within ``HIDDEN.within`` of the number that is wanted. On a machine without recordings
-the teacher's solution meets the goals.
+Both lie within ``HIDDEN.within`` of the number that is wanted. On a machine without a hidden
+effect the teacher's solution meets the goals.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from lathesim.component import Parameter
 from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.class_folder import VALIDATION, conceal_case, publish
 from lathesim.exercises.conceal import DRAWS, Concealed, Difficulty
+from lathesim.exercises.logger import logged_columns
 from lathesim.exercises.sealed_answer import ANSWER, read_json
 from lathesim.json_text import digest_of
 from lathesim.lessons.changed_lesson import changed_lesson
@@ -47,6 +48,7 @@ from lathesim.whole_file import make_folder, write_text
 
 HIDDEN = Difficulty(floors=100.0)
 """How hard a hidden effect is to find."""
+_WITHOUT = "Leave --effect out."
 _OF_UNCERTAIN = 2.0
 """Standard deviations of an uncertain value within which the values of students lie."""
 
@@ -111,17 +113,16 @@ def make_class(
     """
     place, notes = ClassFolder(folder), teacher_notes(lesson)
     about = {"lesson": lesson.name, "digest": hashlib.sha256(lesson.text.encode()).hexdigest(), "asked": list(asked)}
-    if asked and lesson.settings.recordings is None:
-        raise LessonError(
-            "the lesson has no recordings, so nothing can be hidden in it.", place=str(lesson.path), remedy="Leave --effect out."
-        )
+    hiding = hides_effects(lesson, asked)
+    prepared = prepare(lesson, registry)
+    _check_effects(lesson, prepared, asked if hiding else ())
     before: dict[str, Any] = (
         place.read() if place.file.exists() else {**about, "seed": secrets.randbits(48) if seed is None else seed, "students": []}
     )
     if {key: before[key] for key in about} != about or seed not in (None, before["seed"]):
         raise RecordingError("the folder has another class.", place=str(place.file), remedy="Choose another folder with --out.")
     together = {student.id: student for student in [*before["students"], *students]}
-    desk = _Desk(lesson, registry, notes, _spreads(lesson, prepare(lesson, registry), notes), place, before["seed"], tuple(asked))
+    desk = _Desk(lesson, registry, notes, _spreads(lesson, prepared, notes), place, before["seed"], tuple(asked))
     for part in (folder / "teacher", place.students):
         make_folder(part)
     further = {"seed": desk.seed, "weights": notes.weights.model_dump(), "answers": [note.answer for note in notes.answers]}
@@ -134,7 +135,23 @@ def make_class(
         else:
             kept.unlink(missing_ok=True)  # the folder of the student was lost or never finished
             left.append(student)
-    yield from _hidden(desk, left) if lesson.settings.recordings is not None else _shown(desk, left)
+    yield from _hidden(desk, left) if hiding else _shown(desk, left)
+
+
+def hides_effects(lesson: Lesson, asked: Sequence[str]) -> bool:
+    """Return whether the machines of a class hide an effect: those that were ``asked`` for, or any, if the recordings can show one."""
+    return bool(asked) or (lesson.settings.recordings is not None and teacher_notes(lesson).hidden)
+
+
+def _check_effects(lesson: Lesson, prepared: Prepared, asked: Sequence[str]) -> None:
+    """Refuse (:class:`LessonError`) effects for a lesson in which nothing can be hidden."""
+    if asked and lesson.settings.recordings is None:
+        raise LessonError("the lesson has no recordings, so nothing can be hidden in it.", place=str(lesson.path), remedy=_WITHOUT)
+    if asked:
+        try:
+            logged_columns(lesson, prepared.machinery, {})
+        except LessonError as error:
+            raise LessonError(error.fact, place=str(lesson.path), remedy=_WITHOUT) from None
 
 
 def _spreads(lesson: Lesson, prepared: Prepared, notes: TeacherNotes) -> tuple[_Spread, ...]:
@@ -239,9 +256,26 @@ def _own_lesson(desk: _Desk, values: Mapping[str, str]) -> tuple[Lesson, list[st
         answers.append(_followed(note, given, values) if note is not None else "")
         entry: dict[str, Any] = question.model_dump(exclude_none=True, exclude={"answer", "sealed"})
         questions.append({**entry, "sealed": seal(question, answers[-1]) if answers[-1] else question.sealed})
-    further = {"questions": questions} if questions else {}
+    further: dict[str, Any] = {"questions": questions} if questions else {}
+    if "tool_point" in desk.lesson.source.data:
+        further["tool_point"] = _repeated(desk.lesson.source.data["tool_point"], given, values)
     text = changed_lesson(desk.lesson, [], values, desk.lesson.path.parent, further=further)
     return lesson_from_text(text, desk.lesson.path), answers
+
+
+def _repeated(entry: Any, given: Mapping[str, _Spread], values: Mapping[str, str]) -> Any:
+    """Return a tool point in which each value that repeats one of the machine is that of the student."""
+    if isinstance(entry, list):
+        return [_repeated(item, given, values) for item in entry]
+    if not isinstance(entry, Mapping):
+        return entry
+
+    def own(key: str, item: Any) -> Any:
+        alike = (name for name in values if name.endswith(f".{key}") and isinstance(item, str))
+        name = next((name for name in alike if math.isclose(quantity(item, given[name].unit), given[name].given)), None)
+        return _repeated(item, given, values) if name is None else values[name]
+
+    return {key: own(key, item) for key, item in entry.items()}
 
 
 def _followed(note: AnswerNote, given: Mapping[str, _Spread], values: Mapping[str, str]) -> str:

@@ -51,7 +51,10 @@ class Weights(BaseModel):
 
 
 class TeacherNotes(BaseModel):
-    """The notes of a lesson: answers in the order of its questions, and values that ``vary`` in a class, each by a share of itself."""
+    """The notes of a lesson: answers in the order of its questions, and values that ``vary`` in a class, each by a share of itself.
+
+    A lesson with recordings hides an effect for each student, unless ``hidden`` is false: its recordings may be too coarse to show one.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -59,6 +62,7 @@ class TeacherNotes(BaseModel):
     solution: SolutionNote | None = None
     weights: Weights = Weights()
     vary: dict[PartItem, Quantity] = Field(default_factory=dict)
+    hidden: bool = True
     notes: Text = ""
 
 

@@ -77,7 +77,7 @@ def _checker(plan: Plan) -> Callable[..., Any]:
             raise _LawBrokeError(f"{where} gives {len(values)} values, but {count} are declared: {', '.join(names)}.", time)
         for name, value in zip(names, values, strict=False):
             if not isinstance(value, (int, float)):
-                raise _LawBrokeError(f"{where} gives {type(value).__name__} for {name}, a float is due.", time)
+                raise _LawBrokeError(f"{where} gives {type(value).__name__} for {name}, a float is expected.", time)
             if not math.isfinite(value):
                 raise _LawBrokeError(f"{_broken(part, name, component, time)} in {where}; it was given {inputs}.", time)
         return result

@@ -51,7 +51,8 @@ def fine_run(
     progress: Callable[[float], None] | None = None,
 ) -> Record:
     """Run a plan made by :func:`fine_plan` and give its Record; raises :class:`SimulationError` where a law breaks."""
-    return run(plan, duration=duration, seed=seed, overrides=overrides, progress=progress)
+    # short blocks: where a size breaks the machine, the last one is run once more in plain Python, to find the law
+    return run(plan, duration=duration, seed=seed, overrides=overrides, progress=progress, largest_block=10 * FINER)
 
 
 SEEN = 5.0
@@ -228,6 +229,7 @@ def _sized(
         found = max(_moves(machine, columns, without, record, floors).values())
         return math.inf if tried.size_is_drawn and _is_broken(machine, columns, without, record) else found
 
+    least = SEEN if wanted is None else wanted.floors
     sized: list[HiddenEffect] = []
     for item in machine.hidden:
         for _ in range((DRAWS if wanted is None else wanted.draws) if item.drawn else 1):
@@ -236,7 +238,7 @@ def _sized(
                 sized.append(tried)
                 break
         else:
-            fact = f"no usual size of {item.effect.__name__} at {item.at} moves a recorded channel by {SEEN:g} times its noise."
+            fact = f"no usual size of {item.effect.__name__} at {item.at} moves a recorded channel by {least:g} times its noise."
             raise NotSeenError(fact, remedy="Give its values, or hide another effect.")
     together = machine.run({**baseline, **_overrides(sized)}, 0)
     return tuple(sized), _moves(machine, columns, without, together, floors)

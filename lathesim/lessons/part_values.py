@@ -182,5 +182,5 @@ def _numbers(cells: list[str], declared: Table, place: str) -> list[float]:
     numbers = [float(cell) if _is_number(cell) else math.nan for cell in cells]
     for cell, number, column in zip(cells, numbers, declared.columns, strict=True):
         if not math.isfinite(number):
-            raise LessonError(f"'{cell.strip()}' stands for {column}, and a finite number is due.", place=place)
+            raise LessonError(f"{column} is '{cell.strip()}', and a finite number is expected.", place=place)
     return numbers

@@ -1,6 +1,6 @@
 """What may stand in a lesson and in a machine template, as pydantic models; the same models give the JSON Schema for editors.
 
-Quantities stay text here (``"0.25 V/mm"``): which unit is due is known only once the machine is put together.
+Quantities stay text here (``"0.25 V/mm"``): which unit is expected is known only once the machine is put together.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ def _quantity(value: Any) -> str:
         return value
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return repr(value)
-    raise PydanticCustomError("quantity", "{found} stands here, and a quantity is due, for example '5 ms'.", {"found": kind_of(value)})
+    raise PydanticCustomError("quantity", "{found} stands here, and a quantity is expected, for example '5 ms'.", {"found": kind_of(value)})
 
 
 def _text(value: Any) -> str:
     if isinstance(value, str):
         return value
-    raise PydanticCustomError("text", "{found} stands here, and a text is due.", {"found": kind_of(value)})
+    raise PydanticCustomError("text", "{found} stands here, and a text is expected.", {"found": kind_of(value)})
 
 
 Quantity = Annotated[

@@ -132,7 +132,7 @@ def _matched(spread: str, place: str) -> re.Match[str]:
 def _spread(ends: Sequence[float], count: int, logarithmic: bool, place: str) -> list[float]:
     low, high = ends
     if count < 2:
-        raise LessonError(f"a range has {count} values, and 2 or more are due.", place=place)
+        raise LessonError(f"a range has {count} values, and 2 or more are expected.", place=place)
     if not logarithmic:
         return [float(value) for value in np.linspace(low, high, count)]
     if low * high <= 0.0:

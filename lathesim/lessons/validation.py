@@ -53,19 +53,19 @@ def _fault(model: type[BaseModel], source: YamlFile, details: Any) -> LessonErro
         return LessonError(str(details["msg"]), place=place)
     if kind.startswith(("int_", "greater_than", "less_than")):
         least = 0 if last == "seed" else 1
-        return LessonError(f"{found} stands for '{last}', and a whole number of {least} or more is due.", place=place)
+        return LessonError(f"'{last}' is {found}, and a whole number of {least} or more is expected.", place=place)
     if kind.startswith("float_"):
-        return LessonError(f"{found} stands for '{last}', and a number is due.", place=place)
+        return LessonError(f"'{last}' is {found}, and a number is expected.", place=place)
     if kind in ("dict_type", "model_type", "model_attributes_type"):
         return LessonError(
-            f"{found} stands for '{last}', and keys with values are due.", place=place, remedy="Write 'key: value' lines, indented."
+            f"'{last}' is {found}, and keys with values are expected.", place=place, remedy="Write 'key: value' lines, indented."
         )
     if kind == "list_type":
-        return LessonError(f"{found} stands for '{last}', and a list is due.", place=place, remedy="Write it as [first, second].")
+        return LessonError(f"'{last}' is {found}, and a list is expected.", place=place, remedy="Write it as [first, second].")
     if kind == "bool_type":
-        return LessonError(f"{found} stands for '{last}', and true or false is due.", place=place)
+        return LessonError(f"'{last}' is {found}, and true or false is expected.", place=place)
     if kind == "literal_error":
-        return LessonError(f"{found} stands for '{last}', and {details['ctx']['expected']} is due.", place=place)
+        return LessonError(f"'{last}' is {found}, and {details['ctx']['expected']} is expected.", place=place)
     return LessonError(f"{details['msg']} (for '{last}').", place=place)
 
 

@@ -76,7 +76,7 @@ def source_of(text: str, name: str) -> YamlFile:
     data = reader.read(root, ())
     if not isinstance(data, dict):
         raise LessonError(
-            f"the file holds {kind_of(data)} where keys and values are due.", place=f"{name}:1:1", remedy="Write 'key: value' lines."
+            f"the file holds {kind_of(data)} where keys and values are expected.", place=f"{name}:1:1", remedy="Write 'key: value' lines."
         )
     return YamlFile(name, text, data, reader.keys, reader.values)
 

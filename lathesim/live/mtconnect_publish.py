@@ -207,7 +207,7 @@ def _number(given: Mapping[str, str], key: str, low: int, high: int) -> int | No
     try:
         value = int(given[key])
     except ValueError:
-        raise RefusalError("INVALID_PARAMETER_VALUE", f"'{key}' is '{given[key]}', and a whole number is due.") from None
+        raise RefusalError("INVALID_PARAMETER_VALUE", f"'{key}' is '{given[key]}', and a whole number is expected.") from None
     if not low <= value <= high:
         raise RefusalError("OUT_OF_RANGE", f"'{key}' is {value}, and must be between {low} and {high}.")
     return value

@@ -127,7 +127,7 @@ class PipeSource:
             self._number(int(values[0]))
             values = values[1:]
         if len(values) != count:
-            self._note(f"a line has {len(values)} numbers, and {count} are due")
+            self._note(f"a line has {len(values)} numbers, and {count} are expected")
             return None
         return values
 

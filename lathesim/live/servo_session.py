@@ -248,12 +248,10 @@ class Playing:
                         raise WireError(f"the stream ends after {read_total(item)} set-points, and {expected} came.")
                     return
                 if item.kind is not FrameKind.SET_POINTS:
-                    raise WireError(f"a {item.kind.name} frame came where set-points are due.")
+                    raise WireError(f"a {item.kind.name} frame came where set-points are expected.")
                 numbers = read_numbers(item)
                 if numbers.first != expected or numbers.values.shape[1] != len(self._machine.axes):
-                    fact = (
-                        f"set-point {numbers.first} of {numbers.values.shape[1]} axes came; due is {expected} of {len(self._machine.axes)}."
-                    )
+                    fact = f"set-point {numbers.first} of {numbers.values.shape[1]} axes came, not {expected} of {len(self._machine.axes)}."
                     raise WireError(fact)
                 await self._store(numbers.values)
                 expected += len(numbers.values)

@@ -183,7 +183,7 @@ class _Greeting:
     @staticmethod
     def read(first: Frame) -> _Greeting:
         if first.kind is not FrameKind.HELLO:
-            raise WireError(f"the first frame is {first.kind.name}, and HELLO is due.")
+            raise WireError(f"the first frame is {first.kind.name}, and HELLO is expected.")
         data = read_text(first)
         axes, period, port = data.get("axes"), data.get("period"), data.get("udp_port", 0)
         if not isinstance(axes, list) or not 1 <= len(axes) <= MOST_AXES or not all(_is_name(name) for name in axes):

@@ -134,7 +134,7 @@ def read_numbers(given: Frame) -> Numbers:
 def read_total(given: Frame) -> int:
     """Return how many set-points a stream had."""
     if len(given.payload) != _TOTAL.size:
-        raise WireError(f"an END frame has {len(given.payload)} bytes, and {_TOTAL.size} are due.")
+        raise WireError(f"an END frame has {len(given.payload)} bytes, and {_TOTAL.size} are expected.")
     return int(_TOTAL.unpack(given.payload)[0])
 
 

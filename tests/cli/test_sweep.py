@@ -175,7 +175,7 @@ def test_a_killed_sweep_ends_with_the_same_table(capsys: pytest.CaptureFixture[s
     [
         ("controller.proportional", "this names no parameters and values."),
         ("controller.proportional=1..2", "'1..2' is no range."),
-        ("controller.proportional=1..2 V/mm:1", "a range has 1 values, and 2 or more are due."),
+        ("controller.proportional=1..2 V/mm:1", "a range has 1 values, and 2 or more are expected."),
         ("controller.proportional=0..2 V/mm:4log", "equal ratios need two ends of one sign, neither of them 0."),
         ("controller.proportional=1..2 mm:4", "'1 mm' is given in mm, but V/m is wanted."),
         ("controller.integral=1..2:4", "the values have no unit, and V/(m*s) is wanted."),

@@ -74,7 +74,7 @@ def test_weights_of_zero_are_no_regulator_at_all() -> None:
 @pytest.mark.parametrize(
     ("rows", "fault"),
     [
-        ("1,0,0,nan,0,0,0\n1,0,0,0,0,0,0", "weights.csv:1: 'nan' stands for of_z, and a finite number is due."),
+        ("1,0,0,nan,0,0,0\n1,0,0,0,0,0,0", "weights.csv:1: of_z is 'nan', and a finite number is expected."),
         ("1,0,0\n", "weights.csv:1: the row has 3 numbers, and weights has 7"),
         ("kind,bias\n", "weights.csv:1: the columns are kind, bias, and weights has kind, bias, of_x"),
         ("kind,bias,of_x,of_z,of_error,to_x,to_z\n", "the table has no rows."),

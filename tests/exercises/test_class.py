@@ -22,6 +22,7 @@ from lathesim.lessons.simulate import simulate
 from lathesim.plugins import Registry, load_registry
 from lathesim.record_writer import save
 from lathesim.shipped import shipped_files
+from lathesim.units import quantity
 from tests.cli.command import call
 from tests.diagnosis.small_case import write_lesson
 
@@ -140,6 +141,28 @@ def test_a_lesson_in_which_nothing_varies_is_refused(registry: Registry, student
     path.write_text(path.read_text().partition("uncertain:")[0], encoding="utf-8")
     with pytest.raises(LessonError, match=r"nothing says which values differ in a class\. Write them in .*teacher/small\.yaml"):
         list(make_class(load_lesson(path), registry, students, tmp_path / "class"))
+
+
+@pytest.mark.parametrize(
+    ("name", "fact"), [("01_contour_error", "the lesson has no recordings"), ("30_how_full_must_a_buffer_be", "nothing that moves feeds")]
+)
+def test_an_effect_is_refused_where_nothing_can_be_hidden(
+    name: str, fact: str, registry: Registry, students: list[Student], tmp_path: Path
+) -> None:
+    with pytest.raises(LessonError, match=rf"{fact}.* Leave --effect out\."):
+        list(make_class(load_lesson(name), registry, students, tmp_path / "class", asked=["CoulombFriction"]))
+    assert not (tmp_path / "class").exists()
+
+
+def test_a_tool_point_and_an_answer_follow_the_machine_of_the_student(registry: Registry, students: list[Student], tmp_path: Path) -> None:
+    (made,) = make_class(load_lesson("18_stability_lobes"), registry, students[:1], tmp_path / "class", seed=1)
+    place = ClassFolder(tmp_path / "class")
+    own = load_lesson(place.students / made.student.folder / "lesson.yaml").source.data
+    assert {mode["stiffness"] for mode in own["tool_point"]["modes"]} == {own["set"]["mode.stiffness"]} != {"1e6 N/m"}
+    assert own["tool_point"]["cutting_stiffness"] == own["set"]["cut.cutting_stiffness"]
+    softer = quantity(own["set"]["mode.stiffness"], "N/m") / 1e6 / (quantity(own["set"]["cut.cutting_stiffness"], "N/m^2") / 7e8)
+    (answer,) = answer_of(tmp_path / "class", made.student)["answers"]  # type: ignore[misc]
+    assert quantity(str(answer), "mm") == pytest.approx(0.915e-3 * softer, rel=1e-4)
 
 
 VARIED = [path for path in shipped_files("lesson_configs", "*.yaml") if teacher_notes(load_lesson(path)).vary]

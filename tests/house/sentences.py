@@ -20,7 +20,7 @@ LONG, LONGEST = 25, 30
 PRIVATE = re.compile(
     r"\bdear(er|est)?\b|\b(is|are|was|were|be|been|being) told\b(?! apart)|\bTold (are|is)\b|\bforetold\b"
     r"|\b(is|are|was|were|be|been|being) asked\b|\basked for\b|\b(is|are|plug-ins?) in order\b|\bfloors off\b|' is no quantity\b"
-    r"|\bnull maximum\b|\bshaken limits\b|\bthat of which\b|\bone that shows it may\b|\bwalks in the loop\b|^Leave$|^Take$"
+    r"|\bnull maximum\b|\bshaken limits\b|\bthat of which\b|\bone that shows it may\b|\bwalks in the loop\b|\b(is|are) due\.|^Leave$|^Take$"
 )
 """Phrases that only the authors understand: "dear" for expensive, "told" for reported, "asked" for required."""
 NOTES = ("thresholds.py", "stability_thresholds.py")

@@ -86,7 +86,7 @@ def test_what_was_measured_moves_between_rows_and_what_was_commanded_is_held(
 
 def test_the_unit_of_a_pure_number_needs_no_quotes() -> None:
     assert [RecordedSignal.model_validate({"column": "feed", "unit": unit}).unit for unit in (1, "1", "mm")] == ["1", "1", "mm"]
-    with pytest.raises(ValidationError, match="the number 2 stands here, and a text is due"):
+    with pytest.raises(ValidationError, match="the number 2 stands here, and a text is expected"):
         RecordedSignal.model_validate({"column": "feed", "unit": 2})
 
 

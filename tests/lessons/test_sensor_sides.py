@@ -71,7 +71,7 @@ def test_a_side_that_a_diagnosis_has_found_is_told_and_no_longer_assumed(tmp_pat
         ("side: {meter: load}", "meter .AnalogSensor. measures no motion, so it sits on no side of a spring"),
         ("side: {table: load}", "table .ForceAxis. measures no motion"),
         ("side: {encodr: load}", "there is no part 'encodr'"),
-        ("side: {encoder: table}", "'motor' or 'load' is due"),
+        ("side: {encoder: table}", "'motor' or 'load' is expected"),
     ],
 )
 def test_what_sits_on_no_side_is_refused_where_it_is_written(tmp_path: Path, registry: Registry, more: str, fact: str) -> None:

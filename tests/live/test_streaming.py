@@ -81,12 +81,12 @@ HOSTILE = {
     "no number": (HELLO + numbers_frame(FrameKind.SET_POINTS, 0, np.array([[np.nan]])), "not finite"),
     "backwards": (
         HELLO + numbers_frame(FrameKind.SET_POINTS, 0, wave(4)) + numbers_frame(FrameKind.SET_POINTS, 2, wave(4)),
-        "set-point 2 of 1 axes came; due is 4 of 1",
+        "set-point 2 of 1 axes came, not 4 of 1",
     ),
-    "other axes": (HELLO + numbers_frame(FrameKind.SET_POINTS, 0, np.zeros((4, 2))), "set-point 0 of 2 axes came; due is 0 of 1"),
+    "other axes": (HELLO + numbers_frame(FrameKind.SET_POINTS, 0, np.zeros((4, 2))), "set-point 0 of 2 axes came, not 0 of 1"),
     "other period": (text_frame(FrameKind.HELLO, {"axes": ["x"], "period": 0.002}), "the set-points come every 2 ms"),
     "unknown axis": (text_frame(FrameKind.HELLO, {"axes": ["y", "x"], "period": 0.001}), "follows the axis 'y'"),
-    "no greeting": (numbers_frame(FrameKind.SET_POINTS, 0, wave(2)), "the first frame is SET_POINTS, and HELLO is due"),
+    "no greeting": (numbers_frame(FrameKind.SET_POINTS, 0, wave(2)), "the first frame is SET_POINTS, and HELLO is expected"),
     "axis that is no text": (text_frame(FrameKind.HELLO, {"axes": ["x\x1b[2J"], "period": 0.001}), "the greeting names no axes"),
     "bad greeting": (text_frame(FrameKind.HELLO, {"axes": ["x"], "period": "soon"}), "the greeting has no period"),
 }

@@ -31,13 +31,13 @@ def class_() -> None:
 @click.option("--seed", type=click.IntRange(min=0), help="Draw the same machines again [default: drawn, and kept in DIR].")
 @plugins_option
 def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | None, plugin_folders: tuple[Path, ...]) -> int:
-    """Make a machine for each student of FILE.csv: LESSON with other values, and a hidden effect where it has recordings.
+    """Make a machine for each student of FILE.csv: LESSON with other values, and a hidden effect if its recordings show one.
 
     DIR/students has a folder for each student, to be handed out. All else in DIR stays with the teacher: the sealed answers and the seed.
     FILE.csv has headings: id, last_name, first_name, email, or those of Moodle, nbgrader and Gradescope. All machines are equally hard, to
     10 %. Stopped and started again, the command goes on where it was; students added to FILE.csv get theirs.
     """
-    from lathesim.classroom.making import make_class
+    from lathesim.classroom.making import hides_effects, make_class
     from lathesim.classroom.roster import read_students
     from lathesim.lessons.lesson import load_lesson
 
@@ -53,7 +53,7 @@ def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | 
         return STOPPED
     hard = sorted(machine.difficulty for machine in made)
     click.echo(f"{len(made)} machines, {sum(not machine.before for machine in made)} of them made now, in {out / 'students'}")
-    hidden = loaded.settings.recordings is not None
+    hidden = hides_effects(loaded, asked)
     by, times = ("the hidden effect moves a channel", "its noise") if hidden else ("the lesson's case misses its goals", "their limits")
     click.echo(f"Difficulty: {by} by {hard[0]:.4g} to {hard[-1]:.4g} times {times}; the median is {hard[len(hard) // 2]:.4g}")
     click.echo(f"To be kept from the class: {out / 'teacher'} and {out / 'class.json'}")
