@@ -15,6 +15,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # afterwards.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.cpu_count = lambda: 1  # each worker has a core of its own, and starting threads takes as long as most batches of the tests
+
 settings.register_profile("lathesim", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("lathesim")
 

@@ -13,6 +13,8 @@ from lathesim.engine.run import run
 from tests.benchmarks.many_axes import axes_plan
 from tests.benchmarks.peers import hand_written_c
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.benchmark(group="one run")
 def test_compiled(benchmark: Any, work: Work) -> None:
@@ -43,7 +45,7 @@ def test_a_batch_of_twenty(benchmark: Any, work: Work, threads: int) -> None:
 
 
 @pytest.mark.benchmark(group="axes")
-@pytest.mark.parametrize("axes", [1, 10, pytest.param(50, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("axes", [1, 10, 50])
 def test_many_axes(benchmark: Any, axes: int) -> None:
     plan = axes_plan(axes)
     record = benchmark(lambda: run(plan, duration=10.0, engine="compiled", check_stability=False))

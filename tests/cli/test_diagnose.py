@@ -47,19 +47,28 @@ def told(said: Said) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def answered(rubbing: tuple[Path, Path, Path], tmp_path_factory: pytest.TempPathFactory) -> tuple[Said, Path]:
-    """What a person is told about the table that rubs, and the folder of what is written besides."""
-    out = tmp_path_factory.mktemp("answered")
-    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(io.StringIO()) as errors:
-        arguments = ("diagnose", *rubbing[:2], "--validate", rubbing[2], *ONLY, "--explain-decision", "--out", out)
-        code = run_command_line([str(each) for each in arguments])
-    return Said(code, printed.getvalue(), errors.getvalue()), out
+def answered(tmp_path_factory: pytest.TempPathFactory) -> tuple[Said, Path]:
+    """What a person is told about the table that rubs, and the folder of the case.
+
+    The machine template stands beside the user's lesson, and the answer goes into a folder below.
+    """
+    folder = tmp_path_factory.mktemp("answered")
+    files = write_case(folder, Hidden(dry=8.0), lesson=LESSON.replace("machine: force_axis", "machine: machine_own"))
+    template = shipped_folder("lesson_configs") / "machines" / "force_axis.yaml"
+    (folder / "machine_own.yaml").write_text(template.read_text(encoding="utf-8"), encoding="utf-8")
+    names = [file.name for file in files]
+    more = (*ONLY, "--explain-decision", "--out", "out", "--json", "answer.json")
+    with pytest.MonkeyPatch.context() as there:
+        there.chdir(folder)
+        with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(io.StringIO()) as errors:
+            code = run_command_line(["diagnose", *names[:2], "--validate", names[2], *more])
+    return Said(code, printed.getvalue(), errors.getvalue()), folder
 
 
-def test_json_is_json_and_nothing_else(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
-    answer = told(diagnosed(capsys, rubbing, "--json", "-", "--no-report"))
+def test_json_tells_what_a_program_needs(answered: tuple[Said, Path]) -> None:
+    answer = json.loads((answered[1] / "answer.json").read_text(encoding="utf-8"))
     assert set(answer) >= KEYS
-    assert (answer["schema"], answer["verdict"], answer["report"]) == ("lathesim-diagnosis/1", "named", None)
+    assert (answer["schema"], answer["verdict"], answer["report"]) == ("lathesim-diagnosis/1", "named", "out/report.html")
     (effect,) = answer["effects"]
     assert set(effect) >= {"effect", "at", "family", "probability", "parameters", "tied_with", "separating_experiment"}
     assert (effect["effect"], effect["at"], effect["family"]) == ("CoulombFriction", "x_axis", "reversal")
@@ -79,7 +88,9 @@ def test_json_is_json_and_nothing_else(rubbing: tuple[Path, Path, Path], capsys:
     assert answer["adequate"] is True
 
 
-def test_an_answer_with_a_step_left_out_says_so(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_is_nothing_else_and_says_which_step_was_left_out(
+    rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
     answer = told(diagnosed(capsys, rubbing, "--json", "-", "--no-report", "--without", "held-out"))
     assert answer["recording"] == ["Answered without held-out: the recording that was fitted judged itself."]
     assert answer["fit"][POSITION]["recording"] == "fit.csv"
@@ -93,7 +104,7 @@ def test_a_person_reads_what_where_and_how_sure(answered: tuple[Said, Path]) -> 
     assert "Where: x_axis" in said.out
     assert "Paste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: " in said.out
     assert "Traceback" not in said.err
-    assert (folder / "report.html").is_file()
+    assert (folder / "out" / "report.html").is_file()
     assert said.out.startswith("The simulation left out CoulombFriction at x_axis.\n")
     decided = said.out.partition("\nHow it was decided:\n")[2].splitlines()
     assert decided[0].split() == ["explanation", "gain", "error", "chance", "level", "kept", "why"]
@@ -105,29 +116,19 @@ def test_a_person_reads_what_where_and_how_sure(answered: tuple[Said, Path]) -> 
 def test_the_lesson_it_writes_explains_the_recording(
     answered: tuple[Said, Path], rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    _, folder = answered
-    explained = load_lesson(folder / "table_explained.yaml")
-    assert "x_axis_coulomb_friction" in {part.name for part in prepare(explained, load_registry(installed=False)).machinery.parts}
-    answer = told(diagnosed(capsys, (folder / "table_explained.yaml", *rubbing[1:]), "--json", "-", "--no-report"))
+    file = answered[1] / "out" / "table_explained.yaml"
+    assert "x_axis_coulomb_friction" in {part.name for part in prepare(load_lesson(file), load_registry()).machinery.parts}
+    answer = told(diagnosed(capsys, (file, *rubbing[1:]), "--json", "-", "--no-report"))
     assert (answer["verdict"], answer["effects"]) == ("no_mismatch", [])
 
 
 def test_the_lesson_it_writes_runs_where_it_stands(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    answered: tuple[Said, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The machine template stands beside the user's lesson, and the answer goes into a folder below."""
-    (tmp_path / "case").mkdir()
-    files = write_case(tmp_path / "case", Hidden(dry=8.0), lesson=LESSON.replace("machine: force_axis", "machine: machine_own"))
-    template = shipped_folder("lesson_configs") / "machines" / "force_axis.yaml"
-    (tmp_path / "case" / "machine_own.yaml").write_text(template.read_text(encoding="utf-8"), encoding="utf-8")
-    monkeypatch.chdir(tmp_path / "case")
-    names = tuple(Path(file.name) for file in files)
-    assert diagnosed(capsys, names, "--out", "out").code == 0  # type: ignore[arg-type]
-    explained = Path("out") / "table_explained.yaml"
-    assert "machine: ../machine_own.yaml" in explained.read_text(encoding="utf-8")
-    for folder in (tmp_path / "case", tmp_path):
+    file = answered[1] / "out" / "table_explained.yaml"
+    assert "machine: ../machine_own.yaml" in file.read_text(encoding="utf-8")
+    for folder in (answered[1], tmp_path):
         monkeypatch.chdir(folder)
-        file = tmp_path / "case" / explained
         assert call(capsys, "check", file).code == 0
         said = call(capsys, "run", file, "--no-plots", "--out", tmp_path / "run.h5")
         assert said.code == 0, said.err

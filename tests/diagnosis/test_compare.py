@@ -355,8 +355,8 @@ def compared(lesson: Lesson, registry: Registry, file: Path, cases: range) -> Co
 
 def test_damaged_numbers_make_no_fault(lesson: Lesson, registry: Registry, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(binary_files, "refuse_deadly_file", lambda path, script: None)  # the file itself is sound
-    ended = compared(lesson, registry, tmp_path / "run.h5", range(10, 16))
-    assert ended["compared"] > 2
+    ended = compared(lesson, registry, tmp_path / "run.h5", range(10, 13))
+    assert ended["compared"] > 1
 
 
 @pytest.mark.slow

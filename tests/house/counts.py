@@ -29,10 +29,16 @@ SPLITTING = ("partition", "rpartition", "split", "rsplit")
 BRANCHES = (ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler, ast.BoolOp, ast.comprehension)
 
 
+@functools.cache
+def parsed(path: Path) -> ast.Module:
+    """Return a module as a tree, which several counts walk."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def files(root: Path) -> dict[str, ast.Module]:
     """Return the modules of the diagnosis by their dotted names."""
     found = [path for folder in FOLDERS for path in sorted((root / "lathesim" / folder).glob("**/*.py"))]
-    return {".".join(path.relative_to(root).with_suffix("").parts): ast.parse(path.read_text(encoding="utf-8")) for path in found}
+    return {".".join(path.relative_to(root).with_suffix("").parts): parsed(path) for path in found}
 
 
 def lines(root: Path) -> int:
@@ -144,7 +150,7 @@ def text_splits(root: Path) -> list[str]:
     """Return where ``lathesim`` takes the text of a place, ``part.port``, apart; the names of modules are no places."""
     found = []
     for path in sorted((root / "lathesim").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(parsed(path)):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in SPLITTING and node.args:
                 at_point = isinstance(node.args[0], ast.Constant) and node.args[0].value == "."
                 if at_point and not (isinstance(node.func.value, ast.Attribute) and node.func.value.attr in ("__module__", "__name__")):

@@ -148,8 +148,8 @@ def damage(folder: Path, kinds: dict[str, Callable[[Path], None]], number: int, 
 
 
 def test_damaged_recordings_make_no_fault(tmp_path: Path) -> None:
-    ended = damage(tmp_path, TEXTS, 300, 5) + damage(tmp_path, BINARY, 10, 6)
-    assert ended["mapped"] > 50 and ended["refused"] > 50
+    ended = damage(tmp_path, TEXTS, 150, 5) + damage(tmp_path, BINARY, 6, 6)
+    assert ended["mapped"] > 25 and ended["refused"] > 25
 
 
 @pytest.mark.slow

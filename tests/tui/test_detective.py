@@ -14,6 +14,9 @@ from textual.widgets import Button, Input, Select, Static, TabbedContent
 
 from lathesim.cli.main import run_command_line
 from lathesim.identification.records import CandidateStanding
+from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.simulate import simulate
+from lathesim.plugins import load_registry
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.model.case_file import COMPARE, TIME, CaseFile, ColumnMeaning, Guess, recordings_entry
 from lathesim.tui.screens.detective import DetectiveScreen
@@ -103,12 +106,8 @@ async def test_a_search_is_stopped_and_a_wrong_answer_refused() -> None:
 
 
 async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> None:
-    assert run_command_line(["run", "01_contour_error", "--variant", "I", "--out", "run.h5", "--no-plots"]) == 0
-    assert run_command_line(["export", "run.h5", "whole.csv"]) == 0
-    rows = Path("whole.csv").read_text(encoding="utf-8").splitlines()
-    names = rows[0].split(",")
-    kept = [names.index(name) for name in ("time [s]", "x_axis.position [m]", "z_axis.position [m]")]
-    data = np.array([[float(row.split(",")[place]) for place in kept] for row in rows[1:2001]])
+    record = simulate(load_lesson("01_contour_error"), load_registry(), "I", engine="compiled")
+    data = np.column_stack([record.time, record["x_axis.position"], record["z_axis.position"]])[:2000]
     header = "time [s],x axis position [m],z axis position [m]"
     np.savetxt("mine.csv", data, delimiter=",", header=header, comments="")
     async with opened("01_contour_error") as (app, pilot):

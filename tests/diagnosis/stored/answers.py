@@ -35,7 +35,7 @@ TABLES = {
 CUTS = ("line", "drift", "chips")
 """What is wrong with a recorded cut."""
 REAL = {"emps": ("emps.yaml", "emps/DATA_EMPS.mat"), "hsm150": ("hsm150.yaml", "hsm150/idf_pos_0.06_1.mat")}
-QUICK = ("table sound", "table mass", "cut drift")
+QUICK = ("table sound", "table mass")
 """Cases that are asked in every run of the tests."""
 NAMES = (
     *(f"table {hidden}" for hidden in TABLES), *(f"cut {wrong}" for wrong in CUTS), *(f"rig {rig} {kind}" for rig, kind in RIGS), *REAL,
