@@ -198,26 +198,3 @@ def product_unit(first: str, second: str) -> str:
     """Return the unit of a product: ``"1/s"`` for ``"1/m"`` and ``"m/s"``."""
     unit = registry().Unit(first) * registry().Unit(second)
     return "1" if unit.dimensionless else f"{unit:~C}"
-
-
-def shown(value: float, unit: str, digits: int = 4) -> str:
-    """Return an SI value as a person reads it, for example ``"0.684 mm"``: with the prefix that keeps the number between 1 and 1000."""
-    if not math.isfinite(value):
-        return f"{value} {unit}"
-    if unit in _PREFIXED and value != 0.0:
-        for factor, name in _PREFIXED[unit]:
-            if abs(value) >= 0.9995 * factor:
-                return f"{value / factor:.{digits}g} {name}"
-        factor, name = _PREFIXED[unit][-1]
-        return f"{value / factor:.{digits}g} {name}"
-    return f"{value:.{digits}g}" if unit == "1" else f"{value:.{digits}g} {unit}"
-
-
-_PREFIXED = {
-    "m": [(1.0, "m"), (1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")],
-    "s": [(1.0, "s"), (1e-3, "ms"), (1e-6, "us")],
-    "N": [(1e3, "kN"), (1.0, "N"), (1e-3, "mN")],
-    "V": [(1.0, "V"), (1e-3, "mV")],
-    "m/s": [(1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "um/s")],
-    "W": [(1e3, "kW"), (1.0, "W")],
-}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from lathesim.analysis.display_unit import display_unit
+from lathesim.analysis.display_unit import display_unit, pretty_unit
 from lathesim.record import FloatArray
 
 INK = "#22262b"
@@ -81,7 +80,7 @@ def legend(panel: Any, **options: Any) -> None:
 
 def label(quantity: str, unit: str) -> str:
     """Return ``"contour error [mm]"``, with proper signs for a figure."""
-    pretty = unit.replace("um", "µm").replace("us", "µs").replace("^2", "²").replace("^3", "³").replace("*", "·")
+    pretty = pretty_unit(unit)
     return f"{quantity} [{pretty}]" if pretty else quantity
 
 
@@ -193,19 +192,14 @@ def picture_figure(picture: PlotPicture, title: str = "") -> Any:
     panel = figure.subplots()
     for line in picture.lines:
         style = (0.0, line.dash) if line.dash[1] else "solid"
-        panel.plot(line.x, line.y, color=line.colour, linewidth=1.2, linestyle=style, label=_signed(line.name))
+        panel.plot(line.x, line.y, color=line.colour, linewidth=1.2, linestyle=style, label=line.name)
     if picture.cursor is not None:
         panel.axvline(picture.cursor, color=QUIET, linewidth=0.8)
     panel.set_xlim(*picture.x_limits)
     panel.set_ylim(*picture.y_limits)
-    dress(panel, _signed(picture.y_label), _signed(picture.x_label))
+    dress(panel, picture.y_label, picture.x_label)
     longest = max((len(line.name) + 6 for line in picture.lines), default=1)
     legend(panel, ncols=max(1, min(len(picture.lines), _NAMES // longest)))
     if title:
         figure.suptitle(textwrap.fill(title, _TITLE), fontsize=10, color=INK, x=0.01, ha="left", fontweight="bold")
     return figure
-
-
-def _signed(text: str) -> str:
-    """Return a text with the micro sign in its units: ``um`` becomes ``µm``."""
-    return re.sub(r"\bu(?=[msA]\b)", "µ", text)

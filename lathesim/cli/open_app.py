@@ -52,20 +52,21 @@ def make_app(opened: str | None = None, variant: str | None = None, plugin_folde
     """Return the app with what shall be opened on its bench."""
     from lathesim.engine.module_cache import tell_compiling_to
     from lathesim.tui.app import LathesimApp
+    from lathesim.tui.model.student_book import KeptState
     from lathesim.tui.model.workbench import Workbench
 
-    workbench = Workbench(lambda: load_with_workspace(plugin_folders))
+    workbench, kept = Workbench(lambda: load_with_workspace(plugin_folders)), KeptState.read()
     if opened is None:
-        app = LathesimApp(workbench, lesson=FIRST_LESSON)
+        app = LathesimApp(workbench, kept.screen, lessons=[(kept.lesson, kept.variant), (FIRST_LESSON, "")], theme=kept.theme)
         tell_compiling_to(app.tell)
         return app
-    first = "bench"
+    first = ""
     if Path(opened).suffix in (".h5", ".hdf5"):
         workbench.open_record(Path(opened))
         first = "results"
     else:
         workbench.open_lesson(opened, variant)
-    app = LathesimApp(workbench, first)
+    app = LathesimApp(workbench, first, theme=kept.theme)
     tell_compiling_to(app.tell)
     return app
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from lathesim.analysis.display_unit import pretty_unit
 from lathesim.diagnosis.records.diagnosis import SCHEMA, with_unit
-from lathesim.diagnosis.reporting.number_text import pretty_unit, quantity_text
+from lathesim.diagnosis.reporting.number_text import quantity_text
 from lathesim.errors import LatheSimError, RecordingError
 from lathesim.exercises.sealed_answer import read_json
 from lathesim.units import same_dimension, si_factor

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -102,10 +102,12 @@ class LathesimApp(RepaintingApp[None]):
         Binding("ctrl+z", "undo", "Undo", show=False),
         Binding("ctrl+y", "redo", "Redo", show=False),
         Binding("ctrl+q", "quit", "Quit", priority=True, show=False),
+        Binding("question_mark", "keys", "Keys of this screen", key_display="?", show=False),
     ]
 
-    def __init__(self, workbench: Workbench, first: str = "bench", lesson: str = "") -> None:
-        """Show ``workbench``, with the screen ``first``; the ``lesson`` is opened once the first screen is painted.
+    def __init__(self, workbench: Workbench, first: str = "", lessons: Sequence[tuple[str, str]] = (), theme: str = "") -> None:
+        """Show ``workbench``, with the screen ``first``. The first of the ``lessons`` that there is, given with its case, is opened once
+        the first screen is painted.
 
         The screens are those of the registry.
         """
@@ -117,9 +119,11 @@ class LathesimApp(RepaintingApp[None]):
         super().__init__()
         self._bindings = BindingsMap.merge((BindingsMap(self._mode_keys), self._bindings))
         self.workbench = workbench
-        self._first = first
-        self._lesson = lesson
-        workbench.is_opening = bool(lesson)
+        self._first = first if first in self.MODES else self.DEFAULT_MODE
+        self._lessons = [lesson for lesson in lessons if lesson[0]]
+        workbench.is_opening = bool(self._lessons)
+        if theme in self.available_themes:
+            self.theme = theme
         self._watched: LiveRun | None = None
         self._book: StudentBook | None = None
         self.droppable = 0
@@ -142,6 +146,20 @@ class LathesimApp(RepaintingApp[None]):
     def _view_keys(self, entry: ScreenEntry) -> list[Binding]:
         views = [view for view in self._views.values() if view.over == entry.name]
         return [Binding(view.key, f"app.open_view('{view.name}')", view.title, tooltip=view.about) for view in views]
+
+    def action_keys(self) -> None:
+        """Show the keys of the screen in front: its own, those of the list or plot with the cursor, and those that hold everywhere."""
+        from lathesim.tui.screens.help import KeysView
+
+        screen = self.screen
+        entry = next((entry for entry in self.entries if entry.name == self.current_mode), None)
+        groups: dict[str, list[BindingType]] = {screen.title or "This screen": [], "Where the cursor is": [], "Everywhere": []}
+        for active in screen.active_bindings.values():
+            if active.binding.action.startswith(("app.focus", "screen.")):
+                continue  # the usual keys of each Textual screen
+            place = 0 if active.node is screen else 2 if active.node is self else 1
+            list(groups.values())[place].append(active.binding)
+        self.push_screen(KeysView(entry.about if entry is not None else "", groups))
 
     def _made(self, entry: ScreenEntry) -> Screen[Any]:
         screen: Screen[Any] = entry.load()()
@@ -180,7 +198,7 @@ class LathesimApp(RepaintingApp[None]):
 
     def on_mount(self) -> None:
         """Show the first screen, and keep the data when the terminal goes away."""
-        if self._lesson:
+        if self._lessons:
             self.call_after_refresh(self.open_first)
         if self._first != self.DEFAULT_MODE:
             self.switch_mode(self._first)
@@ -201,12 +219,13 @@ class LathesimApp(RepaintingApp[None]):
         workbench = self.workbench
         wanted = workbench.run_is_wanted
         workbench.is_opening = workbench.run_is_wanted = False
-        try:
-            workbench.open_lesson(self._lesson)
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        if wanted:
+        for lesson, variant in self._lessons:
+            try:
+                workbench.open_lesson(lesson, variant or None)
+                break
+            except LatheSimError as error:
+                self.tell_fault(str(error))
+        if wanted and workbench.setup is not None:
             self.action_run_or_stop()
 
     def tell(self, sentence: str) -> None:
@@ -219,8 +238,13 @@ class LathesimApp(RepaintingApp[None]):
             self.call_later(self.notify, sentence, markup=False)
 
     def _leave(self) -> None:
-        """End the run, keep its data, and go."""
+        """End the run, keep its data, the lesson and the looks, and go."""
+        from lathesim.tui.model.student_book import KeptState
+
         self.stop_run()
+        setup = self.workbench.setup
+        word, variant = (setup.lesson_word, setup.variant or "") if setup is not None else ("", "")
+        KeptState(self.theme, word, variant, self.current_mode).write()
         self.exit()
 
     def stop_run(self, patience: float = 10.0) -> None:

@@ -13,7 +13,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.widgets import Footer, Label, ProgressBar, Static
 
-from lathesim.analysis.display_unit import display_unit, shown_with_unit
+from lathesim.analysis.display_unit import display_unit, pretty_quantities, pretty_unit, shown_with_unit
 from lathesim.errors import LatheSimError
 from lathesim.live.twin import Twin, TwinLine, TwinStretch
 from lathesim.record import FloatArray
@@ -243,7 +243,7 @@ class TwinApp(RepaintingApp[str]):
             return
         times = self._given if self._given is not None else nice_magnification(ways)
         largest = float(abs(ways.reference).max())
-        factor, unit = display_unit("m", largest)
+        factor, unit = _shown_unit(largest)
         executed = magnified(ways.executed, ways.simulated, times)
         names = ("reference", f"executed, difference x{times:g}", "simulated")
         path = self.query_one("#path", TimePlot)
@@ -257,7 +257,9 @@ class TwinApp(RepaintingApp[str]):
         else:
             rows = (ways.reference, executed, ways.simulated)
             path.show_lines(
-                [PlotLine(ways.time, row[0] / factor, name) for row, name in zip(rows, names, strict=True)], "t / s", f"way / {unit}"
+                [PlotLine(ways.time, row[0] / factor, name) for row, name in zip(rows, names, strict=True)],
+                "t / s",
+                f"way / {unit}",
             )
         self._draw_surface(len(ways.reference), times)
         self._say()
@@ -272,8 +274,8 @@ class TwinApp(RepaintingApp[str]):
         named = [line for line in named if len(line[0]) > 1]
         if not named:
             return
-        along, name = display_unit("m", max(float(abs(line[0]).max()) for line in named))
-        up, unit = display_unit("m", max(float(abs(line[1]).max()) for line in named))
+        along, name = _shown_unit(max(float(abs(line[0]).max()) for line in named))
+        up, unit = _shown_unit(max(float(abs(line[1]).max()) for line in named))
         lines = [PlotLine(place / along, values / up, title) for place, values, title in named]
         label = f"{'radius' if axes > 1 else 'error'} / {unit}"
         self.query_one("#surface", TimePlot).show_lines(lines, f"place / {name}", label)
@@ -286,7 +288,7 @@ class TwinApp(RepaintingApp[str]):
         lost = f", {line.lost} samples lost" if line.lost else ""
         if not self.status:
             self.query_one("#where", Label).update(f"{self._name}: t = {line.time:.1f} s, {self._twin.samples} samples{lost}")
-        worst = ", ".join(f"{name} {shown_with_unit(value, units[name], 3)}" for name, value in line.largest.items())
+        worst = ", ".join(f"{name} {pretty_quantities(shown_with_unit(value, units[name], 3))}" for name, value in line.largest.items())
         self.query_one("#said", Static).update(f"Largest difference: {worst}")
         fill = self._fill()
         bar = self.query_one("#fill", ProgressBar)
@@ -297,3 +299,9 @@ class TwinApp(RepaintingApp[str]):
             bar.display = True
             self.query_one("#waiting", Label).update(f"Buffer: {fill[0]:.0f} of {fill[1]:.0f} set-points ")
             bar.update(total=max(1.0, fill[1]), progress=fill[0])
+
+
+def _shown_unit(largest: float) -> tuple[float, str]:
+    """Return the display unit of a length [m], and its name with proper signs."""
+    factor, name = display_unit("m", largest)
+    return factor, pretty_unit(name)

@@ -14,7 +14,8 @@ from lathesim.engine.run import run
 from lathesim.record import Record
 from lathesim.stability.lobes import rig
 from lathesim.stability.tool_point import Mode, ToolPoint
-from lathesim.tui.drawing.lathe_picture import draw_waves, scene_of_record
+from lathesim.tui.drawing.canvas import draw_waves
+from lathesim.tui.drawing.lathe_picture import scene_of_record
 from tests.tui.driving import opened, run_to_end, until
 from tests.tui.screen_words import words_of
 
@@ -52,7 +53,7 @@ def test_the_waves_are_drawn(cut: Record, tmp_path: Path) -> None:
     assert scene.is_empty
     assert scene.record is cut
     picture = draw_waves(waves_on_part(cut), 60, 20)
-    assert f"R_a {1e6 * wave_roughness(cut):.3g} um" in picture.as_text()
+    assert f"R_a {1e6 * wave_roughness(cut):.3g} µm" in picture.as_text()
 
 
 def test_a_record_without_a_cut_in_the_loop_has_no_waves() -> None:

@@ -13,6 +13,8 @@ from textual.widgets import Select, Static
 from lathesim.cli.main import run_command_line
 from lathesim.cli.open_app import make_app
 from lathesim.record import load
+from lathesim.tui.model.student_book import KeptState
+from lathesim.tui.screens.help import KeysView
 from lathesim.tui.widgets.controls import Slider
 from lathesim.tui.widgets.lathe_view import LatheView
 from lathesim.tui.widgets.program_listing import ProgramListing
@@ -28,7 +30,7 @@ def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 async def test_a_run_is_drawn_kept_and_judged_and_its_command_gives_the_same_bits() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
-        assert "✗ max_contour_error at most 0.2 mm: 0.6851 mm" in str(app.screen.query_one("#result", Static).content)
+        assert "✗ largest contour error at most 0.2 mm: 0.6851 mm" in str(app.screen.query_one("#result", Static).content)
         command = app.workbench.command()
         picture = app.screen.query_one(LatheView).picture
         assert picture is not None
@@ -55,7 +57,7 @@ async def test_a_run_asked_for_before_the_lesson_is_read_begins_once_it_is_there
         assert "STOP" in words_of(app.export_screenshot())
         read_lesson()
         await until(pilot, lambda: bool(app.workbench.runs) and app.workbench.live is None, "the end of the run")
-        await until(pilot, lambda: "max_contour_error" in str(app.screen.query_one("#result", Static).content), "the result")
+        await until(pilot, lambda: "largest contour error" in str(app.screen.query_one("#result", Static).content), "the result")
 
 
 async def test_a_run_asked_for_too_early_can_be_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,6 +76,12 @@ async def test_stop_keeps_the_data() -> None:
         app.workbench.pace = 1.0
         await pilot.press("f5")
         await until(pilot, lambda: app.workbench.live is not None and app.workbench.live.time > 0.3, "a third of a second")
+        live = app.workbench.live
+        assert live is not None
+        assert live.remaining is None  # nothing is known of the speed yet
+        live._begun -= 2.0
+        live.pace = 2.0
+        assert live.remaining == pytest.approx(0.5 * ((live.case.expected_time or 0.0) - live.time), abs=0.2)
         await pilot.press("f5")
         await until(pilot, lambda: app.workbench.live is None, "the end of the run")
     record = load("lathesim_runs/01_contour_error/001.h5")
@@ -81,12 +89,14 @@ async def test_stop_keeps_the_data() -> None:
     assert 0.3 < record.time[-1] < 10.0
 
 
-async def test_leaving_in_a_run_keeps_the_data() -> None:
+async def test_leaving_in_a_run_keeps_the_data_and_the_looks() -> None:
     async with opened() as (app, pilot):
         app.workbench.pace = 1.0
+        app.theme = "nord"
         await pilot.press("f5")
         await until(pilot, lambda: app.workbench.live is not None and app.workbench.live.time > 0.2, "some data")
         await pilot.press("ctrl+q")
+    assert KeptState.read() == KeptState("nord", "01_contour_error", "I", "bench")
     assert load("lathesim_runs/01_contour_error/001.h5").status == "stopped"
 
 
@@ -113,8 +123,17 @@ async def test_a_run_is_played_again_with_the_slider_and_its_block_is_marked() -
         assert back.material.sum() == whole.material.sum()
 
 
-async def test_the_error_is_magnified_and_the_gain_is_told() -> None:
-    async with opened() as (app, pilot):
+async def test_a_first_start_shows_five_keys_and_the_key_for_help_those_of_the_screen_in_front() -> None:
+    async with opened(size=(80, 24)) as (app, pilot):
+        shown = words_of(app.export_screenshot())
+        assert all(key in shown for key in ("Five keys", "F5  Run", "F6  Read", "F4  Change", "F3  Compare", "?  See"))
+        assert "--:--" not in shown
+        await pilot.press("question_mark")
+        await until(pilot, lambda: isinstance(app.screen, KeysView), "the keys")
+        keys = "\n".join(str(widget.content) for widget in app.screen.query(Static))
+        assert "Run a lesson and watch the part being turned" in keys
+        assert keys.index("Magnify the error") < keys.index("Everywhere")
+        await pilot.press("escape")
         await pilot.press("m")
         await pilot.pause()
         assert "error x10" in str(app.screen.query_one(LatheView).border_subtitle)

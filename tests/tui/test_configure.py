@@ -99,6 +99,13 @@ async def test_a_change_is_marked_taken_back_and_undone() -> None:
         await edit(app, pilot, "x_axis.gain", "20 mm/(s*V)")
         table = app.screen.query_one(DataTable)
         assert str(table.get_row_at(table.cursor_row)[0]) == "*"
+        fold = table.row_count - 1
+        assert str(table.get_row_at(fold)[1]) == "2 start values and wired inputs"
+        table.move_cursor(row=fold)
+        await pilot.press("enter")
+        await pilot.pause()
+        assert table.row_count == fold + 3
+        await app.show_parameter("x_axis.gain")
         await pilot.press("x")
         await pilot.pause()
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I"
@@ -294,7 +301,7 @@ async def test_the_simulation_is_set_and_loaded_again() -> None:
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I --seed 11"
         await pilot.press("ctrl+o")
         await pilot.pause()
-        app.screen.query_one("#answer", Input).value = "13_process_control"
+        app.screen.query_one("#path", Input).value = "13_process_control"
         await pilot.press("enter")
         await pilot.pause()
         assert app.workbench.command().startswith("lathesim run 13_process_control")

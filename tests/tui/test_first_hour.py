@@ -34,11 +34,11 @@ async def test_the_first_hour_can_be_walked_with_the_keys_alone(tmp_path: Path, 
         assert "0.6851 mm" in text
         await pilot.press("f4")
         await pilot.pause()
-        for part in ("x_controller", "z_controller"):
+        for part in ("X controller", "Z controller"):
             await change(app, pilot, part, "0.449 V/mm")
         await pilot.press("f2")
         await run_to_end(app, pilot)
-        assert "✗ max_contour_error at most 0.2 mm" in words_of(app.export_screenshot())
+        assert "✗ largest contour error at most 0.2 mm" in words_of(app.export_screenshot())
         await pilot.press("f3", "down", "space", "e")
         await pilot.pause()
         shown = words_of(app.export_screenshot())

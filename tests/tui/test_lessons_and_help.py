@@ -13,6 +13,7 @@ from textual.widgets import Input, Markdown, OptionList, Static, Tree
 from lathesim.tui.model.student_book import suggestion
 from lathesim.tui.widgets.controls import ReadOuts
 from tests.tui.driving import opened, run_to_end, told, until
+from tests.tui.screen_words import words_of
 
 
 @pytest.fixture(autouse=True)
@@ -28,8 +29,9 @@ async def test_a_hint_opens_after_a_try_and_the_book_keeps_the_best() -> None:
         assert "A hint opens after your first run." in str(goals.content)
         listed = app.screen.query_one("#lessons", OptionList)
         rows = [str(listed.get_option_at_index(place).prompt) for place in range(3)]
-        assert rows[0] == "basics"
+        assert rows[0] == "basics  0 of 5"
         assert re.fullmatch(r"→ Servo control and contour er… +40 min ▪ +", rows[1])
+        assert "→ next ✓ met • tried ○ new" in words_of(app.export_screenshot())
         assert rows[2].startswith("○ Quantisation and limit cycles")
         await run_to_end(app, pilot)
         await pilot.press("f6")
@@ -111,7 +113,7 @@ async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it()
         await until(pilot, lambda: "Run the lesson first" in told(app), "the sentence")
         await run_to_end(app, pilot)
         assert "2 questions about this run: press F6, then a." in told(app)
-        assert "cut.force" in str(app.screen.query_one("#plot").border_title)
+        assert "cut force" in str(app.screen.query_one("#plot").border_title)
         assert app.screen.query_one(ReadOuts).readings[1].title == "Force"
         await pilot.press("f6", "a")
         await pilot.pause()
@@ -187,4 +189,4 @@ async def test_the_palette_finds_a_channel_and_plots_it() -> None:
         await until(pilot, lambda: app.screen.query_one(CommandList).option_count > 0, "a hit")
         await pilot.press("enter")
         await run_to_end(app, pilot)
-        await until(pilot, lambda: "cutting_force.radial_force" in str(app.screen.query_one("#plot").border_title), "the curve")
+        await until(pilot, lambda: "cutting radial force" in str(app.screen.query_one("#plot").border_title), "the curve")

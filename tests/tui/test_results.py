@@ -17,6 +17,7 @@ from lathesim.tui.app import LathesimApp
 from lathesim.tui.drawing.curves import PlotLine, Scaled
 from lathesim.tui.widgets.time_plot import TimePlot
 from tests.tui.driving import edit, opened, run_to_end, told
+from tests.tui.screen_words import words_of
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +31,7 @@ def tick_all(app: LathesimApp) -> None:
 
 async def answer(app: LathesimApp, pilot: Pilot[None], text: str) -> None:
     """Answer the question of the dialog that is open."""
-    app.screen.query_one("#answer", Input).value = text
+    app.screen.query_one(Input).value = text
     await pilot.press("enter")
     await pilot.pause()
 
@@ -50,8 +51,8 @@ async def test_a_student_doubles_the_gain_sees_the_error_fall_and_saves_what_run
         tick_all(app)
         await pilot.pause()
         table = app.screen.query_one(DataTable)
-        errors = next(table.get_row_at(row) for row in range(table.row_count) if str(table.get_row_at(row)[0]) == "max_contour_error")
-        assert [str(cell) for cell in errors[1:]] == ["0.3379 mm", "0.6851 mm"]
+        errors = next(table.get_row_at(row) for row in range(table.row_count) if str(table.get_row_at(row)[0]) == "largest contour error")
+        assert [str(cell) for cell in errors[1:]] == ["0.3379 mm", "0.6851 mm", "max_contour_error"]
         assert [name for _, name, _ in app.screen.query_one(TimePlot).named] == ["002", "001"]
         await pilot.press("g")
         await pilot.pause()
@@ -75,7 +76,7 @@ async def test_the_records_of_two_students_are_laid_over_each_other() -> None:
         assert {name for _, name, _ in app.screen.query_one(TimePlot).named} == {"anna/001", "ben/001"}
         assert "contour error in contact" in str(app.screen.query_one(TimePlot).border_title)
         columns = [str(column.label) for column in app.screen.query_one(DataTable).columns.values()]
-        assert sorted(columns) == ["anna/001", "ben/001", "metric"]
+        assert sorted(columns) == ["anna/001", "ben/001", "exact name", "metric"]
         app.screen.query_one(TimePlot).focus()
         await pilot.press("g")
         await pilot.pause()
@@ -140,7 +141,7 @@ def test_a_part_that_is_zoomed_to_keeps_each_sample() -> None:
     assert len(curve.points(100)[0]) <= 202
 
 
-async def test_the_cursor_tells_values_with_units() -> None:
+async def test_cursors_range_spectrum_and_note_of_a_run() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
         await pilot.press("f3")
@@ -150,8 +151,25 @@ async def test_the_cursor_tells_values_with_units() -> None:
         await pilot.pause()
         words = str(app.screen.query_one("#cursor", Static).content)
         assert words.startswith("t = 3.")
-        assert "contour.contour_error: " in words
-        assert words.rstrip().endswith("m")
+        assert "contour error: " in words
+        assert words.rstrip().endswith("m contour.contour_error")
+        await pilot.press("m", "greater_than_sign")
+        await pilot.pause()
+        words = str(app.screen.query_one("#cursor", Static).content)
+        assert "Δt = 1.8" in words
+        assert ", Δ " in words
+        plot = app.screen.query_one(TimePlot)
+        for key, text in (("n", "soft: half the gain"), ("y", "-200 100")):
+            await pilot.press(key)
+            await pilot.pause()
+            await answer(app, pilot, text)
+        assert plot.picture().y_limits == (-200.0, 100.0)
+        assert "soft: half the gain" in app.workbench.runs[0].title
+        await pilot.press("f")
+        await pilot.pause()
+        assert "largest" in plot.named[0][1]
+        assert plot.picture().x_label == "frequency / Hz"
+    assert Path("lathesim_runs/01_contour_error/001.note.txt").read_text(encoding="utf-8") == "soft: half the gain\n"
 
 
 @pytest.mark.slow
@@ -190,9 +208,13 @@ async def test_a_record_that_is_gone_is_told_in_a_sentence() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f3")
         await pilot.pause()
-        Path("lathesim_runs/01_contour_error/01_contour_error_I.h5").unlink()
+        Path("lathesim_runs/01_contour_error/01_contour_error_I.h5").rename("lathesim_runs/other.h5")
         tick_all(app)
         await pilot.pause()
         assert "there is no" in told(app)
+        await pilot.press("o")
+        await pilot.pause()
+        assert "lathesim_runs/other.h5" in words_of(app.export_screenshot())
+        await pilot.press("escape")
         await pilot.press("f2")
         assert app.current_mode == "bench"

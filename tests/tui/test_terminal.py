@@ -41,7 +41,7 @@ def terminal(tmp_path: Path) -> Iterator[Terminal]:
 def test_a_lesson_runs_in_a_real_terminal_though_its_key_is_pressed_before_it_is_read(terminal: Terminal) -> None:
     assert terminal.shows("Half section"), terminal.screen()
     terminal.send("F5")
-    assert terminal.shows("max_contour_error"), terminal.screen()
+    assert terminal.shows("largest contour error"), terminal.screen()
     terminal.send("F4")
     assert terminal.shows("interpolator"), terminal.screen()
     terminal.send("C-q")

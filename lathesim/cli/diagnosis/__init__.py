@@ -22,4 +22,5 @@ def register_commands() -> list[CommandEntry]:
 @hookimpl
 def register_screens() -> list[ScreenEntry]:
     """Return the screen of the detective."""
-    return [ScreenEntry("detective", "lathesim.tui.screens.detective:DetectiveScreen", "f7", "Detective")]
+    about = "Hold a recording against the simulation, guess, diagnose"
+    return [ScreenEntry("detective", "lathesim.tui.screens.detective:DetectiveScreen", "f7", "Detective", about=about)]

@@ -95,7 +95,7 @@ class _Lines:
 
     def show(self, line: TwinLine) -> None:
         """Write a line."""
-        from lathesim.units import shown
+        from lathesim.analysis.display_unit import shown_with_unit as shown
 
         name, unit, reference, executed, simulated = line.axes[0]
         largest = line.largest[name]

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable
 
-from lathesim.analysis.display_unit import display_unit
+from lathesim.analysis.display_unit import display_unit, pretty_unit, resolved
 
 _SMALLEST_PLAIN, _LARGEST_PLAIN = -4, 7
 """Powers of ten between which a number is written without an exponent."""
@@ -14,20 +14,9 @@ _ALMOST_ALL = 0.999
 """Share above which a number would round to all."""
 _NEAR_AN_END = 0.05
 """Distance from nothing or all within which a share has a decimal."""
-_SIGNS = (("um", "µm"), ("us", "µs"), ("^2", "²"), ("^3", "³"), ("*", "·"))
 MINUS = "\N{MINUS SIGN}"
 NOTHING = "\N{EN DASH}"
 ARROW = "\N{RIGHTWARDS ARROW}"
-
-
-def pretty_unit(unit: str) -> str:
-    """Return ``"N·s/m"`` for ``"N*s/m"``, and an empty text for a pure number."""
-    unit = unit.replace("**", "^")
-    while (bare := re.sub(r"\(([^()*/^ ]+)\)", r"\1", unit)) != unit:
-        unit = bare
-    for plain, sign in _SIGNS:
-        unit = unit.replace(plain, sign)
-    return "" if unit == "1" else unit
 
 
 def shared_unit(values: Iterable[float], unit: str) -> tuple[float, str]:
@@ -59,6 +48,7 @@ def number(value: float, decimals: int | None = None, digits: int = 4) -> str:
 
 def quantity_text(value: float, unit: str, digits: int = 4) -> str:
     """Return an SI value with its display unit: ``"27.3 µm"``."""
+    value = resolved(value, unit)
     factor, name = shared_unit([value], unit)
     return f"{number(value / factor, digits=digits)} {name}".strip() if math.isfinite(value) else NOTHING
 

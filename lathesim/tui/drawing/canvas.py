@@ -1,14 +1,25 @@
-"""A canvas of braille dots, and the ticks of its axes."""
+"""Pictures of characters: braille dots, what each character belongs to, the ticks of axes, and the waves on a part."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lathesim.analysis.display_unit import pretty_quantities
+from lathesim.units import from_si, in_unit
+
+if TYPE_CHECKING:
+    from lathesim.analysis.turned_part import Waves
+
 Dots = np.ndarray[Any, np.dtype[np.bool_]]
 Codes = np.ndarray[Any, np.dtype[np.uint8]]
+Cells = np.ndarray[Any, Any]
+
+NOTHING, REFERENCE, ACTUAL, TOOL, LABEL, EDGE, CUT, CENTRE, CHUCK = range(9)
+"""What a character belongs to; where several meet, the tool stands in front of the actual path and that in front of the reference."""
 
 _WEIGHTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint8)
 BRAILLE = 0x2800
@@ -23,7 +34,7 @@ def braille_codes(dots: Dots) -> Codes:
     return codes
 
 
-def trace(dots: Dots, x: Any, y: Any, *, dash: tuple[int, int] = (1, 0)) -> None:
+def trace(dots: Dots, x: Any, y: Any, *, dash: tuple[int, ...] = (1, 0)) -> None:
     """Set the dots along a polyline, x to the right and y upwards in dots from the lower left corner.
 
     ``dash`` is how many dots are set and how many are left out in turn; (1, 0) leaves out none.
@@ -42,7 +53,8 @@ def trace(dots: Dots, x: Any, y: Any, *, dash: tuple[int, int] = (1, 0)) -> None
     rows = height - 1 - np.floor(np.append(y[0], y[index] + share * np.diff(y)[index])).astype(int)
     if dash[1]:
         moved = np.append(True, (np.diff(columns) != 0) | (np.diff(rows) != 0))
-        drawn = (np.cumsum(moved) - 1) % sum(dash) < dash[0]
+        pattern = np.repeat([place % 2 == 0 for place in range(len(dash))], dash)
+        drawn = pattern[(np.cumsum(moved) - 1) % len(pattern)]
         columns, rows = columns[drawn], rows[drawn]
     inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
     dots[rows[inside], columns[inside]] = True
@@ -105,3 +117,59 @@ def even_axis(low: float, high: float, rows: int) -> tuple[float, float, list[fl
 
 def _lowest_row(low: float, scale: float) -> int:
     return math.floor(low / scale + 0.5 + 1e-9)
+
+
+@dataclass(frozen=True)
+class LathePicture:
+    """Characters (rows, columns), what each belongs to, where there is material, and the size of a dot [m]."""
+
+    text: Cells
+    layer: Cells
+    material: Cells
+    dot: float
+
+    def as_text(self) -> str:
+        """Return the picture without colour: material is shown as ``█`` where no other character stands."""
+        shown = np.where(self.material & (self.text == " "), "█", self.text)
+        return "\n".join("".join(row).rstrip() for row in shown)
+
+
+def write(text: Cells, layer: Cells, row: int, column: int, words: str) -> None:
+    """Write words where they find room."""
+    if 0 <= row < text.shape[0] and column >= 0 and column + len(words) <= text.shape[1]:
+        text[row, column : column + len(words)] = list(words)
+        layer[row, column : column + len(words)] = LABEL
+
+
+_RADIUS = 0.38
+"""Radius of the circle over the height of the picture."""
+_LARGEST = 0.09
+"""Waves are magnified until the largest is this share of the height; of a cut without chatter by no more than so many dots a micrometre."""
+_DOTS_A_MICROMETRE = 2.0
+
+
+def draw_waves(waves: Waves, columns: int, rows: int) -> LathePicture:
+    """Return the end of the part, ``columns`` by ``rows`` characters; ``dot`` is the height of a wave that moves the line by a dot [m]."""
+    height, width = 4 * rows, 2 * columns
+    size = min(height, width)
+    deviation = waves.height[-1] - waves.height[-1].mean()
+    largest = float(np.abs(deviation).max())
+    gain = min(_LARGEST * size / largest, from_si(_DOTS_A_MICROMETRE, "um")) if largest > 0.0 else 0.0
+    text, layer = np.full((rows, columns), " "), np.full((rows, columns), NOTHING)
+    angle = np.append(waves.angle, waves.angle[0])
+    circle = np.full(len(angle), _RADIUS * size)
+    # a higher surface is one that the tool cut less deep: it stands out
+    seen = circle + gain * np.append(deviation, deviation[0])
+    for radius, kind, dash in ((circle, REFERENCE, (1, 2)), (seen, ACTUAL, (1, 0))):
+        dots = np.zeros((height, width), dtype=np.bool_)
+        trace(dots, 0.5 * width + radius * np.cos(angle), 0.5 * height + radius * np.sin(angle), dash=dash)
+        codes = braille_codes(dots)
+        drawn = codes > 0
+        text[drawn] = [chr(BRAILLE + int(code)) for code in codes[drawn]]
+        layer[drawn] = kind
+    words = f" R_a {pretty_quantities(in_unit(waves.roughness, 'um', '.3g'))} "
+    if columns > len(words) and rows > 2:
+        begin = (columns - len(words)) // 2
+        text[rows // 2, begin : begin + len(words)] = list(words)
+        layer[rows // 2, begin : begin + len(words)] = LABEL
+    return LathePicture(text, layer, np.zeros((rows, columns), dtype=np.bool_), 1.0 / gain if gain > 0.0 else 0.0)

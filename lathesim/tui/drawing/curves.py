@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.analysis.display_unit import display_unit
+from lathesim.analysis.display_unit import display_unit, plain_name, pretty_quantities, pretty_unit, shown_with_unit
 from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.record import FloatArray, Record
@@ -35,6 +35,8 @@ def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatA
 BoolArray = npt.NDArray[np.bool_]
 _MOST_POINTS = 4000
 """Largest number of points drawn of a line (assumed)."""
+_FEWEST_SAMPLES = 8
+"""Samples below which there is no spectrum (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -233,7 +235,7 @@ def wave_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
             waves = waves_on_part(record, turns=1)
         except LatheSimError:
             continue
-        name = f"{title}, R_a {in_unit(waves.roughness, 'um', '.3g')}"
+        name = f"{title}, R_a {pretty_quantities(in_unit(waves.roughness, 'um', '.3g'))}"
         lines.append(PlotLine(np.degrees(waves.angle), MICROMETRES * waves.height[-1], name))
     return lines
 
@@ -250,6 +252,32 @@ def surface_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
             continue
         if len(surface.z):
             lines.append(PlotLine(np.asarray(surface.z) * MILLIMETRES, np.asarray(surface.roughness) * MICROMETRES, title))
+    return lines
+
+
+def spectrum_lines(curves: Sequence[Curve], span: tuple[float, float] | None) -> list[PlotLine]:
+    """Return the amplitudes of curves over the frequency [Hz], of the samples within ``span`` [s]; the title names unit and largest peak.
+
+    The mean is taken off, and a Hann window holds the ends down: a sine of amplitude 1 has a peak of 1.
+    """
+    lines = []
+    for curve in curves:
+        if curve.channel not in curve.record:
+            continue
+        record = curve.record.between(*span) if span is not None else curve.record
+        values = record[curve.channel]
+        values = values[np.isfinite(values)]
+        if len(values) < _FEWEST_SAMPLES:
+            continue
+        window = np.hanning(len(values))
+        amplitude = 2.0 * np.abs(np.fft.rfft((values - values.mean()) * window)) / window.sum()
+        frequency = np.asarray(np.fft.rfftfreq(len(values), record.sample_period), dtype=np.float64)
+        peak = 1 + int(np.argmax(amplitude[1:]))
+        unit = record.unit(curve.channel)
+        factor, name = display_unit(unit, float(amplitude[peak]))
+        largest = f"{pretty_quantities(shown_with_unit(float(amplitude[peak]), unit, 3))} at {frequency[peak]:.4g} Hz"
+        words = f"{curve.title or plain_name(curve.channel)} [{pretty_unit(name) or '1'}], largest {largest}"
+        lines.append(PlotLine(frequency[1:], amplitude[1:] / factor, f"{words} {curve.run}".strip()))
     return lines
 
 
@@ -289,3 +317,44 @@ def value_at(record: Record, channel: str, time: float) -> float:
     if place > 0 and time - record.time[place - 1] < record.time[place] - time:
         place -= 1
     return float(record[channel][place])
+
+
+@dataclass(frozen=True)
+class Cursors:
+    """The cursor that moves and the one that stays, both times [s]; None where there is none."""
+
+    place: float | None = None
+    mark: float | None = None
+
+    def at(self, place: float) -> Cursors:
+        """Return the cursors with the first one at another place."""
+        return replace(self, place=place)
+
+    def marked(self) -> Cursors:
+        """Return the cursors with the second one where the first is, or without it."""
+        return replace(self, mark=self.place if self.mark is None else None)
+
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """The time between the cursors [s]; None where there are not two, or both at one place."""
+        if self.place is None or self.mark is None or self.place == self.mark:
+            return None
+        return min(self.place, self.mark), max(self.place, self.mark)
+
+    @property
+    def words(self) -> str:
+        """Where the cursors stand, or how to move them."""
+        if self.place is None:
+            return "Cursor: , and . or a click; m sets a second one. Zoom: + and -, pan: arrows."
+        if self.mark is None:
+            return f"t = {self.place:.4g} s"
+        apart = self.place - self.mark
+        rate = f" ({1.0 / abs(apart):.4g} Hz)" if apart else ""
+        return f"t = {self.place:.4g} s, from {self.mark:.4g} s: Δt = {pretty_quantities(shown_with_unit(apart, 's'))}{rate}"
+
+    def value_words(self, record: Record, channel: str) -> str:
+        """Return the value of a channel at the first cursor, and by how much it differs from that at the second; empty without a value."""
+        value, before = (value_at(record, channel, place) if place is not None else math.nan for place in (self.place, self.mark))
+        unit = record.unit(channel)
+        texts = [pretty_quantities(shown_with_unit(item, unit)) for item in (value, value - before)]
+        return "" if not math.isfinite(value) else f": {texts[0]}" + (f", Δ {texts[1]}" if math.isfinite(before) else "")

@@ -1,4 +1,4 @@
-"""The lathe as a picture of braille dots: motion, stock and tool, and the waves on the part."""
+"""The lathe as a picture of braille dots: the stock as it is cut, chuck and centre line, the path asked for, and the motion of the tool."""
 
 from __future__ import annotations
 
@@ -11,11 +11,26 @@ import numpy as np
 from lathesim.analysis.failed_run import RawStock
 from lathesim.analysis.metric import find_channel
 from lathesim.record import FloatArray, Record
-from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, trace
-from lathesim.units import from_si, in_unit
+from lathesim.tui.drawing.canvas import (
+    ACTUAL,
+    BRAILLE,
+    CENTRE,
+    CHUCK,
+    CUT,
+    EDGE,
+    NOTHING,
+    REFERENCE,
+    TOOL,
+    Cells,
+    LathePicture,
+    axis_ticks,
+    braille_codes,
+    trace,
+    write,
+)
+from lathesim.units import from_si
 
 if TYPE_CHECKING:
-    from lathesim.analysis.turned_part import Waves
     from lathesim.lessons.simulate import Prepared
 
 
@@ -93,7 +108,9 @@ class CarvedStock:
 _ARC_POINTS = 32
 _NEAR = 0.5
 """Share of the length of the stock, beyond its ends, within which the path is always shown; across it is twice as much of the radius."""
-_MOST_POINTS = 20_000
+MOST_POINTS = 20_000
+_CHUCK_WIDTH, _CHUCK_RADIUS = 0.08, 1.3
+"""Of the chuck as it is drawn, over the length and the radius of the stock."""
 
 
 @dataclass
@@ -115,6 +132,22 @@ class LatheScene:
         """Whether there is nothing to show."""
         return self.stock is None and not len(self.path_x)
 
+    @property
+    def _chuck(self) -> tuple[float, float, float]:
+        """The ends of the chuck along z, and its radius [m]; it holds the stock at the end that is not free. Its size is assumed."""
+        assert self.stock is not None
+        length = self.stock.stock_length
+        first = self.stock.face + (length if self.stock.free_end < 0.0 else -_CHUCK_WIDTH * length)
+        return first, first + _CHUCK_WIDTH * length, _CHUCK_RADIUS * self.stock.stock_radius
+
+    def chuck(self, z: FloatArray, x: FloatArray) -> Cells:
+        """Return where places z (columns,) and heights x (rows,) [m] lie in the chuck, (rows, columns)."""
+        if self.stock is None:
+            return np.zeros((len(x), len(z)), dtype=bool)
+        first, last, radius = self._chuck
+        found: Cells = (z > first) & (z < last) & (x[:, None] > 0.0) & (x[:, None] < radius)
+        return found
+
     def bounds(self) -> tuple[float, float, float, float]:
         """Return the smallest and largest z and the smallest and largest x [m] of stock and path; the axis of the spindle is inside.
 
@@ -128,8 +161,8 @@ class LatheScene:
         z = [*self.path_z[usable]]
         x = [0.0, *self.path_x[usable]]
         if self.stock is not None:
-            z += [self.stock.face, self.stock.face + self.stock.stock_length]
-            x.append(self.stock.stock_radius)
+            z += [self.stock.face, self.stock.face + self.stock.stock_length, *self._chuck[:2]]
+            x.append(self._chuck[2])
         if not z:
             return 0.0, 1.0, 0.0, 1.0
         return min(z), max(z), min(x), max(x)
@@ -187,23 +220,22 @@ def scene_of_record(record: Record) -> LatheScene:
     if motion is None:
         has_waves = find_channel(record, "wave") is not None and find_channel(record, "angle") is not None
         return LatheScene(None, np.empty(0), np.empty(0), record if has_waves else None)
-    stride = max(1, len(motion) // _MOST_POINTS)
+    stride = max(1, len(motion) // MOST_POINTS)
     return LatheScene(RawStock.of(record), motion.x_reference[::stride], motion.z_reference[::stride])
 
 
-NOTHING, REFERENCE, ACTUAL, TOOL, LABEL, EDGE = range(6)
-"""What a character belongs to; where several meet, the tool stands in front of the actual path and that in front of the reference."""
 _EIGHTHS = " ▁▂▃▄▅▆▇"
-_DASH = (3, 3)
+_DASH, _CENTRE_DASH = (3, 3), (9, 3, 1, 3)
+_FULL, _CHUCK_SIGN = 0xFF, "▒"
 _MARGIN = 0.03
+_SCALE = 4.0
+"""Dots below the picture that the marks along Z take up."""
 _TOOL_DOTS = 14
 _ROWS_A_TICK, _COLUMNS_A_TICK = 4, 14
 """Rows and columns of the picture for each mark of a scale."""
 _Z_LABEL = " Z [mm]"
 _SHARE_OF_PAIR = 0.6
 """Share of a zoomed picture that the drawn tip and its reference may take up between them."""
-
-Cells = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True)
@@ -215,21 +247,6 @@ class View:
     as_diameter: bool = False
 
 
-@dataclass(frozen=True)
-class LathePicture:
-    """Characters (rows, columns), what each belongs to, where there is material, and the size of a dot [m]."""
-
-    text: Cells
-    layer: Cells
-    material: Cells
-    dot: float
-
-    def as_text(self) -> str:
-        """Return the picture without colour: material is shown as ``█`` where no other character stands."""
-        shown = np.where(self.material & (self.text == " "), "█", self.text)
-        return "\n".join("".join(row).rstrip() for row in shown)
-
-
 def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int, rows: int, view: View | None = None) -> LathePicture:
     """Return the picture after ``until`` samples, ``columns`` by ``rows`` characters; a dot is as wide as it is high.
 
@@ -238,11 +255,12 @@ def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int,
     view = view or View()
     until = min(until, len(motion)) if motion is not None else 0
     frame = _frame(scene, motion, until, columns, rows, view)
-    reference, actual, tool = (np.zeros((4 * rows, 2 * columns), dtype=bool) for _ in range(3))
+    reference, centre, actual, tool = (np.zeros((4 * rows, 2 * columns), dtype=bool) for _ in range(4))
     trace(reference, *frame.dots(scene.path_z, scene.path_x), dash=_DASH)
+    trace(centre, [0.0, 2.0 * columns], np.full(2, frame.dots(0.0, 0.0)[1]), dash=_CENTRE_DASH)
     material, height = _material(scene, motion, until, frame, columns, rows)
     if motion is not None and until:
-        stride = max(1, until // _MOST_POINTS)
+        stride = max(1, until // MOST_POINTS)
         taken = np.append(np.arange(0, until - 1, stride), until - 1)
         x, z = motion.x[taken], motion.z[taken]
         if view.gain > 1.0:
@@ -251,10 +269,19 @@ def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int,
         trace(actual, *frame.dots(z, x))
         _draw_tool(tool, *(float(item[-1]) for item in frame.dots(z[-1:], x[-1:])))
     text, layer = _edges(material, height)
-    for dots, number in ((reference, REFERENCE), (actual, ACTUAL), (tool, TOOL)):
+    surface = layer == EDGE
+    along, up = np.arange(columns, dtype=np.float64), np.arange(rows, dtype=np.float64)[::-1]
+    held = scene.chuck(frame.z + (along + 0.5) * 2.0 * frame.dot, frame.x + (up + 0.5) * 4.0 * frame.dot)
+    text[held], layer[held] = _CHUCK_SIGN, CHUCK
+    for dots, number in ((reference, REFERENCE), (centre, CENTRE), (actual, ACTUAL), (tool, TOOL)):
         codes = braille_codes(dots)
         there = codes > 0
-        text[there] = (codes[there].astype(np.int32) + BRAILLE).view("<U1") if there.any() else text[there]
+        signs = np.where(codes == _FULL, "█", (codes.astype(np.int32) + BRAILLE).view("<U1"))
+        if number == REFERENCE or (number == ACTUAL and view.gain == 1.0):
+            # the surface keeps its height, which a character of dots cannot show; where it was cut it is the actual path
+            layer[there & surface] = CUT if number == ACTUAL else EDGE
+            there &= ~surface
+        text[there] = signs[there]
         layer[there] = number
         material |= there & (height >= 0.5)
     _label(text, layer, frame, rows, view)
@@ -281,8 +308,8 @@ def _frame(scene: LatheScene, motion: ToolMotion | None, until: int, columns: in
     margin = _MARGIN * max(z_high - z_low, x_high - x_low, 1e-6)
     z_low, z_high, x_high = z_low - margin, z_high + margin, x_high + 2.0 * margin
     x_low = x_low - margin if x_low < 0.0 else 0.0
-    dot = max((z_high - z_low) / wide, (x_high - x_low) / high)
-    return _Frame(z_low - 0.5 * (wide * dot - (z_high - z_low)), x_low, dot)
+    dot = max((z_high - z_low) / wide, (x_high - x_low) / max(high - _SCALE, 1.0))
+    return _Frame(z_low - 0.5 * (wide * dot - (z_high - z_low)), x_low - _SCALE * dot, dot)
 
 
 def _near_the_tip(motion: ToolMotion, sample: int, wide: float, high: float, view: View) -> _Frame:
@@ -335,55 +362,14 @@ def _label(text: Cells, layer: Cells, frame: _Frame, rows: int, view: View) -> N
     columns = text.shape[1]
     wide, high = from_si(2.0 * frame.dot, "mm"), from_si(4.0 * frame.dot * factor, "mm")
     left, bottom = from_si(frame.z, "mm"), from_si(frame.x * factor, "mm")
-    _write(text, layer, 0, 0, f"X {name} [mm]")
+    write(text, layer, 0, 0, f"X {name} [mm]")
     for tick, label in zip(*axis_ticks(bottom, bottom + rows * high, max(1, rows // _ROWS_A_TICK)), strict=True):
         row = rows - 1 - int((tick - bottom) / high)
         if 0 < row < rows - 1:
-            _write(text, layer, row, 0, f"{label}╴")
+            write(text, layer, row, 0, f"{label}╴")
     end = columns - len(_Z_LABEL)
-    _write(text, layer, rows - 1, end, _Z_LABEL)
+    write(text, layer, rows - 1, end, _Z_LABEL)
     for tick, label in zip(*axis_ticks(left, left + columns * wide, max(1, columns // _COLUMNS_A_TICK)), strict=True):
         column = int((tick - left) / wide) - (len(label) - 1) // 2
         if column >= 0 and column + len(label) < end:
-            _write(text, layer, rows - 1, column, label)
-
-
-def _write(text: Cells, layer: Cells, row: int, column: int, words: str) -> None:
-    """Write words where they find room."""
-    if 0 <= row < text.shape[0] and column >= 0 and column + len(words) <= text.shape[1]:
-        text[row, column : column + len(words)] = list(words)
-        layer[row, column : column + len(words)] = LABEL
-
-
-_RADIUS = 0.38
-"""Radius of the circle over the height of the picture."""
-_LARGEST = 0.09
-"""Waves are magnified until the largest is this share of the height; of a cut without chatter by no more than so many dots a micrometre."""
-_DOTS_A_MICROMETRE = 2.0
-
-
-def draw_waves(waves: Waves, columns: int, rows: int) -> LathePicture:
-    """Return the end of the part, ``columns`` by ``rows`` characters; ``dot`` is the height of a wave that moves the line by a dot [m]."""
-    height, width = 4 * rows, 2 * columns
-    size = min(height, width)
-    deviation = waves.height[-1] - waves.height[-1].mean()
-    largest = float(np.abs(deviation).max())
-    gain = min(_LARGEST * size / largest, from_si(_DOTS_A_MICROMETRE, "um")) if largest > 0.0 else 0.0
-    text, layer = np.full((rows, columns), " "), np.full((rows, columns), NOTHING)
-    angle = np.append(waves.angle, waves.angle[0])
-    circle = np.full(len(angle), _RADIUS * size)
-    # a higher surface is one that the tool cut less deep: it stands out
-    seen = circle + gain * np.append(deviation, deviation[0])
-    for radius, kind, dash in ((circle, REFERENCE, (1, 2)), (seen, ACTUAL, (1, 0))):
-        dots = np.zeros((height, width), dtype=np.bool_)
-        trace(dots, 0.5 * width + radius * np.cos(angle), 0.5 * height + radius * np.sin(angle), dash=dash)
-        codes = braille_codes(dots)
-        drawn = codes > 0
-        text[drawn] = [chr(BRAILLE + int(code)) for code in codes[drawn]]
-        layer[drawn] = kind
-    words = f" R_a {in_unit(waves.roughness, 'um', '.3g')} "
-    if columns > len(words) and rows > 2:
-        begin = (columns - len(words)) // 2
-        text[rows // 2, begin : begin + len(words)] = list(words)
-        layer[rows // 2, begin : begin + len(words)] = LABEL
-    return LathePicture(text, layer, np.zeros((rows, columns), dtype=np.bool_), 1.0 / gain if gain > 0.0 else 0.0)
+            write(text, layer, rows - 1, column, label)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time as clock
 from itertools import count
@@ -21,6 +22,8 @@ from lathesim.whole_file import write_text
 BLOCK_TIME = 0.1
 """Simulated seconds of a block at most: a run at real time is drawn ten times a second."""
 _FIRST_ROOM = 4096
+_SPEED_KNOWN = 1.0
+"""Seconds after which the speed of a run is known."""
 
 
 def numbered(number: int) -> str:
@@ -49,6 +52,7 @@ class LiveRun:
         self._pace = pace
         self._due_from: tuple[float, float] | None = None
         self._count = 0
+        self._begun = math.inf
         expected = round((case.expected_time or 0.0) / case.plan.assembly.sample_period * 1.1) + 2
         self._values: FloatArray = np.empty((len(case.plan.channels) + 1, min(max(expected, _FIRST_ROOM), 4_000_000)))
 
@@ -72,6 +76,14 @@ class LiveRun:
         """How much of the run is done, 0 to 1; None where its length is unknown."""
         expected = self.case.expected_time
         return min(1.0, self.time / expected) if expected else None
+
+    @property
+    def remaining(self) -> float | None:
+        """Seconds of the clock until the end; None where the length or the speed of the run is not known, or it takes longer."""
+        expected, elapsed = self.case.expected_time, clock.monotonic() - self._begun
+        if not expected or elapsed < _SPEED_KNOWN or not 0.0 < self.time < expected or self.is_over:
+            return None
+        return (expected - self.time) / (self._pace or self.time / elapsed)
 
     @property
     def pace(self) -> float:
@@ -101,6 +113,7 @@ class LiveRun:
 
     def run(self, registry: Registry) -> None:
         """Simulate to the end in this thread, save, measure and judge; never raises for what a person can mend."""
+        self._begun = clock.monotonic()
         samples = max(1, round(BLOCK_TIME / self.case.plan.assembly.sample_period))
         further = (self.path.with_name(numbered(number)) for number in count(int(self.path.stem) + 1))
         how: dict[str, Any] = {"seed": self.seed, "stop": self._stop, "onlooker": self, "largest_block": samples}

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import GROUPS, Component, Input, Parameter, State
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Part, Place
@@ -142,7 +143,7 @@ class Setup:
 
     def command(self, out: Path | None = None, file: Path | None = None) -> str:
         """Return the command that runs the same; ``file`` is the lesson file it was written to where it needs one."""
-        words = ["lathesim", "run", str(file) if file is not None and self.needs_file else self._lesson_word()]
+        words = ["lathesim", "run", str(file) if file is not None and self.needs_file else self.lesson_word]
         if not (file is not None and self.needs_file):
             words += ["--variant", self.variant] if self.variant else []
             for name, quantity in self.values.items():
@@ -152,7 +153,9 @@ class Setup:
         words += ["--out", str(out)] if out is not None else []
         return shlex.join(words)
 
-    def _lesson_word(self) -> str:
+    @property
+    def lesson_word(self) -> str:
+        """The lesson as a command names it: by its name where it is shipped or lies in ``lesson_configs``, else by its file."""
         shipped = {path.resolve() for path in shipped_files("lesson_configs", "*.yaml")}
         own = Path("lesson_configs").resolve()
         path = self.lesson.path.resolve()
@@ -178,7 +181,10 @@ _SIMULATION_WORDS = {
 
 @dataclass(frozen=True)
 class Entry:
-    """One thing that can be set: ``text`` as it is written now, ``default`` and ``bounds`` in words, ``fed`` by a wire or not."""
+    """One thing that can be set: ``text`` as it is written now, ``default`` and ``bounds`` in words, ``fed`` by a wire or not.
+
+    What ``is_aside`` a person seldom sets: a start value, and a parameter that comes by a wire.
+    """
 
     name: str
     text: str
@@ -188,6 +194,7 @@ class Entry:
     doc: str
     changed: bool = False
     fed: str = ""
+    is_aside: bool = False
 
 
 def grouped_parts(case: Prepared) -> dict[str, list[Part]]:
@@ -200,7 +207,7 @@ def grouped_parts(case: Prepared) -> dict[str, list[Part]]:
 
 
 def part_entries(case: Prepared, setup: Setup, part: Part) -> list[Entry]:
-    """Return the parameters and start values of a part, in the order of their declaration."""
+    """Return the parameters and start values of a part, in the order of their declaration; those that stand aside come last."""
     entries = []
     for item, declared in part.component.declarations.items():
         name = f"{part.name}.{item}"
@@ -213,12 +220,13 @@ def part_entries(case: Prepared, setup: Setup, part: Part) -> list[Entry]:
             fed, limits, default = "", [-math.inf, math.inf], declared.start
         else:
             continue
-        text = fed or _written(case, setup, part, item) or _with_unit(f"{default:g}", declared.unit)
+        text = fed or _written(case, setup, part, item) or shown_with_unit(default, declared.unit, 6)
         changed = name in setup.values or _inserted_value(setup, part.name, item) is not None
         doc = declared.doc if isinstance(declared, Parameter) else f"at the start: {declared.doc}"
         bounds = _bounds(*(_in_unit_of(text, limit, declared.unit) if math.isfinite(limit) else "" for limit in limits))
-        entries.append(Entry(name, text, declared.unit, _in_unit_of(text, default, declared.unit), bounds, doc, changed, fed))
-    return entries
+        aside = not changed and (bool(fed) or isinstance(declared, State))
+        entries.append(Entry(name, text, declared.unit, _in_unit_of(text, default, declared.unit), bounds, doc, changed, fed, aside))
+    return sorted(entries, key=lambda entry: entry.is_aside)
 
 
 def simulation_entries(case: Prepared, setup: Setup) -> list[Entry]:
@@ -356,7 +364,7 @@ def _written(case: Prepared, setup: Setup, part: Part, item: str) -> str:
         if insertion.part_name == part.name and item in insertion.further:
             return str(insertion.further[item].value)
     values = {**part.parameters, **part.start}
-    return _with_unit(f"{values[item]:g}", part.component.declarations[item].unit) if item in values else ""
+    return shown_with_unit(values[item], part.component.declarations[item].unit, 6) if item in values else ""
 
 
 def _in_unit_of(text: str, value: float, unit: str) -> str:

@@ -1,4 +1,4 @@
-"""The student's book: what was tried in each lesson and the best that was reached, in one file of the folder, never sent anywhere."""
+"""What is kept in the folder and never sent anywhere: the student's book of what was tried and reached, and how the app was left."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import datetime
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 
 BOOK = Path("lathesim_progress.json")
+STATE = Path("lathesim_app.json")
 SCHEMA = "lathesim-progress/1"
 
 
@@ -164,3 +165,31 @@ def suggestion(text: str, variants: tuple[str, ...]) -> Suggestion:
         named = [word for word in dict.fromkeys(re.findall(r"[\w+-]+", text)) if word in variants]
         named = named if len(named) == 1 else []
     return Suggestion(text, values, named[0] if named else None)
+
+
+@dataclass(frozen=True)
+class KeptState:
+    """The theme, the lesson by its name or file, its case, and the name of the screen; empty where nothing was kept."""
+
+    theme: str = ""
+    lesson: str = ""
+    variant: str = ""
+    screen: str = ""
+
+    @classmethod
+    def read(cls, path: Path = STATE) -> KeptState:
+        """Return what was kept in this folder; what cannot be read counts as nothing."""
+        try:
+            data = parsed_json(path.read_text(encoding="utf-8"))
+            return cls(**{item.name: str(data[item.name]) for item in fields(cls)})
+        except (OSError, ValueError, KeyError, TypeError):
+            return cls()
+
+    def write(self, path: Path = STATE) -> None:
+        """Keep it in this folder, if it differs from what was kept; a folder that cannot be written is left as it is."""
+        if self == self.read(path):
+            return
+        try:
+            write_text(path, json.dumps(asdict(self), indent=2) + "\n")
+        except WriteError:
+            return

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lathesim.errors import LatheSimError, LessonError
+from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.lessons.lesson import Lesson
@@ -71,8 +72,25 @@ class BenchRun:
 
     @property
     def title(self) -> str:
-        """The number of a run with its setup, or the name of an older record."""
-        return f"{self.path.stem} {self.name}" if self.live is not None else self.name
+        """The number of a run with its note and its setup, or the name of an older record with its note."""
+        words = (self.path.stem, self.note, self.name) if self.live is not None else (self.name, self.note)
+        return " ".join(word for word in words if word)
+
+    @property
+    def note(self) -> str:
+        """The name a person gave the run, and behind a colon the note; it stands in a file beside the record."""
+        try:
+            return self._note_file.read_text(encoding="utf-8").strip()
+        except (OSError, UnicodeDecodeError):
+            return ""
+
+    @note.setter
+    def note(self, text: str) -> None:
+        write_text(self._note_file, f"{text}\n")
+
+    @property
+    def _note_file(self) -> Path:
+        return self.path.with_suffix(".note.txt")
 
     def record(self) -> Record:
         """Return the record, from memory where it is there, else from its file; :class:`RecordError` where that cannot be read."""
@@ -243,3 +261,9 @@ def _newest(folder: Path) -> int:
     """Return the largest number of a record or lesson in a folder, or 0."""
     found = (path.stem for path in folder.glob("*") if path.suffix in (".h5", ".yaml")) if folder.is_dir() else ()
     return max((int(stem) for stem in found if stem.isdecimal()), default=0)
+
+
+def short_name(path: Path, among: list[Path]) -> str:
+    """Return the number of a run, with its folder where another of the same number is shown too."""
+    same = [other for other in among if other.stem == path.stem]
+    return path.stem if len(same) < 2 else f"{path.parent.name}/{path.stem}"

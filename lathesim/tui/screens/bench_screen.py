@@ -14,7 +14,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import Label, ProgressBar, Select, Static
 
-from lathesim.analysis.display_unit import plain_number
+from lathesim.analysis.display_unit import plain_name, plain_number, pretty_quantities
 from lathesim.analysis.metric import CONTOUR_ERROR, find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 
 def goal_text(goal: GoalResult) -> str:
-    """Return one goal with what was reached: ``✗ max_contour_error at most 0.4 mm: 0.685 mm``; the sign says whether it is met."""
+    """Return one goal with what was reached: ``✗ largest contour error at most 0.4 mm: 0.685 mm``; the sign says whether it is met."""
     reached = f"{plain_number(goal.value, 4)} {goal.unit}" if math.isfinite(goal.value) else goal.reason or "not measured"
-    return f"{'✓' if goal.met else '✗'} {goal.metric} {goal.sense} {goal.limit}: {reached}"
+    return pretty_quantities(f"{'✓' if goal.met else '✗'} {plain_name(goal.metric)} {goal.sense} {goal.limit}: {reached}")
 
 
 GAINS = (1.0, 10.0, 30.0, 100.0, 1000.0)
@@ -44,6 +44,14 @@ RATES = (10.0, 4.0, 1.0, 0.0)
 """Choices a key goes through: error magnifier, width around the tip [m], simulated seconds a second, pictures a second."""
 _REPLAY_TIME = 12.0
 """Seconds in which a run is played again where the pace is as fast as possible."""
+_FIRST_KEYS = """\
+[b]Five keys to begin with[/b]
+[b]F5[/b]  Run this lesson, or stop the run
+[b]F6[/b]  Read the lessons: goals and hints
+[b]F4[/b]  Change the machine: values and parts
+[b]F3[/b]  Compare your runs as curves and numbers
+[b] ?[/b]  See all keys of the screen in front"""
+"""What stands in the place of the plot until something ran."""
 _FIRST_CHANNELS = (*CONTOUR_ERROR, "following_error", "error")
 
 
@@ -81,6 +89,7 @@ class BenchScreen(WorkbenchScreen):
             with Vertical(id="pictures"):
                 yield LatheView(id="lathe")
                 yield TimePlot(id="plot")
+                yield Static(_FIRST_KEYS, id="first")
                 with Horizontal(id="transport"):
                     yield Label("", id="playing")
                     yield Slider(id="slider")
@@ -91,7 +100,7 @@ class BenchScreen(WorkbenchScreen):
                 yield ReadOuts(id="readings")
                 yield ProgramListing(id="listing")
                 yield Static("", id="result", markup=False)
-                yield ProgressBar(id="progress", show_eta=True, total=100.0)
+                yield ProgressBar(id="progress", show_eta=False, total=100.0)
 
     def on_mount(self) -> None:
         """Begin to look at the run under way."""
@@ -242,7 +251,7 @@ class BenchScreen(WorkbenchScreen):
         plot = self.query_one(TimePlot)
         self.set_class(record is not None, "-has-run")
         if record is None or not len(record):
-            plot.show([], nothing="F5 runs the lesson")
+            plot.show([])
             self.query_one(ReadOuts).show(blank_readings(as_diameter=lathe.view.as_diameter))
             self.query_one(ProgramListing).mark(None)
             return
@@ -273,7 +282,9 @@ class BenchScreen(WorkbenchScreen):
         sign = {1: "▶", -1: "◀", 0: "■"}[self._playing]
         under_way = live is not None and not live.is_over
         rate = f"{self._rate:g} fps" if self._rate else "not drawn"
-        words = f"{'●' if under_way else sign} {pace} {rate} "
+        remaining = live.remaining if live is not None else None
+        left = f", {remaining:.0f} s left" if remaining is not None else ""
+        words = f"{'●' if under_way else sign} {pace} {rate}{left} "
         if words != self._words:
             self._words = words
             self.query_one("#playing", Label).update(words)

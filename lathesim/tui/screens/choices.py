@@ -1,8 +1,9 @@
-"""Dialogs to choose from lists: a part and its place, a part program, channels."""
+"""Dialogs to choose from lists: a part and its place, a file, channels."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from rich.text import Text
@@ -15,10 +16,17 @@ from textual.widgets import Button, Input, Label, OptionList, SelectionList, Sta
 from textual.widgets.option_list import Option
 from textual.widgets.selection_list import Selection
 
+from lathesim.analysis.display_unit import plain_name
 from lathesim.component import Component
+from lathesim.errors import LatheSimError
+from lathesim.lessons.lesson import lesson_files
+from lathesim.lessons.simulate import Prepared
 from lathesim.manual.component_page import component_page
+from lathesim.plugins import Registry
+from lathesim.record import load
 from lathesim.shipped import shipped_folder
-from lathesim.tui.widgets.controls import BrowseList, TickList
+from lathesim.tui.model.machine_tree import proposed_place
+from lathesim.tui.widgets.controls import BrowseList, TickList, channel_words
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
 
 
@@ -112,46 +120,50 @@ class PartChoice(ModalScreen[tuple[str, str] | None]):
         self.dismiss(None)
 
 
-_ENDINGS = {".nc", ".ngc", ".tap", ".cnc", ".gcode", ".mpf", ".iso", ".txt"}
+def effect_choice(case: Prepared, registry: Registry, part: str) -> PartChoice:
+    """Return the choice of an effect with its page, and of its place: at a part, or at the first that has the ports it sits on."""
+    propose = partial(proposed_place, case, chosen=part)
+    return PartChoice("Effect", registry.effects, registry.origins, place=part, propose=propose)
 
 
-class ProgramChoice(ModalScreen[Path | None]):
-    """Gives the file chosen; None where the dialog was left."""
+class FileChoice(ModalScreen[Path | None]):
+    """Gives the file chosen, or the path typed, which need not exist; None where the dialog was left. ``show`` gives a file's lines."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
-    ProgramChoice .dialog { width: 96%; max-width: 130; height: 90%; padding: 0 1; }
-    ProgramChoice .columns { height: 1fr; }
-    ProgramChoice #found { width: 40; height: 1fr; }
-    ProgramChoice ProgramListing { width: 1fr; }
+    FileChoice .dialog { width: 96%; max-width: 130; height: 90%; padding: 0 1; }
+    FileChoice .columns { height: 1fr; }
+    FileChoice #found { width: 40; height: 1fr; }
+    FileChoice ProgramListing { width: 1fr; }
     """
 
-    def __init__(self, beside: Path) -> None:
+    def __init__(self, title: str, paths: Sequence[Path], show: Callable[[Path], list[str]], placeholder: str) -> None:
         super().__init__()
-        folders = [Path("part_programs"), Path(), beside, shipped_folder("part_programs")]
-        found: dict[Path, Path] = {}
-        for folder in folders:
-            if folder.is_dir():
-                for path in sorted(folder.iterdir()):
-                    if path.suffix.lower() in _ENDINGS and path.is_file():
-                        found.setdefault(path.resolve(), path)
-        self._paths = list(found.values())
+        self._title, self._paths, self._lines, self._placeholder = title, list(paths), show, placeholder
 
     def compose(self) -> ComposeResult:
         """Return the list with a listing beside, a field for a path, and two buttons."""
+        here = Path.cwd()
+        names = [str(path.resolve().relative_to(here)) if path.resolve().is_relative_to(here) else path.name for path in self._paths]
         with Vertical(classes="dialog"):
+            yield Label(self._title)
             with Horizontal(classes="columns"):
-                yield BrowseList(*[Option(Text(path.name)) for path in self._paths], id="found")
+                yield BrowseList(*[Option(Text(name)) for name in names], id="found")
                 yield ProgramListing()
             yield Label("or a path")
-            yield Input(placeholder="programs/shaft.nc", id="path", compact=True)
+            yield Input(placeholder=self._placeholder, id="path", compact=True)
             with Horizontal(classes="buttons"):
                 yield Button("Use", variant="primary", id="take", compact=True)
                 yield Button("Cancel", id="leave", compact=True)
 
+    def on_mount(self) -> None:
+        """Begin in the field where the list is empty."""
+        if not self._paths:
+            self.query_one("#path", Input).focus()
+
     @on(OptionList.OptionHighlighted)
     def _look(self, event: OptionList.OptionHighlighted) -> None:
-        self.query_one(ProgramListing).show(program_lines(self._paths[event.option_index]))
+        self.query_one(ProgramListing).show(self._lines(self._paths[event.option_index]))
 
     @on(OptionList.OptionSelected)
     @on(Button.Pressed, "#take")
@@ -160,17 +172,59 @@ class ProgramChoice(ModalScreen[Path | None]):
         typed = self.query_one("#path", Input).value.strip()
         place = self.query_one(BrowseList).highlighted
         if typed:
-            path = Path(typed).expanduser()
-            if not path.is_file():
-                self.notify(f"There is no file '{typed}'.", severity="error", markup=False)
-                return
-            self.dismiss(path)
+            self.dismiss(Path(typed).expanduser())
         elif place is not None:
             self.dismiss(self._paths[place])
 
     @on(Button.Pressed, "#leave")
     def _leave(self) -> None:
         self.dismiss(None)
+
+
+_PROGRAM_ENDINGS = {".nc", ".ngc", ".tap", ".cnc", ".gcode", ".mpf", ".iso", ".txt"}
+
+
+def files_in(folders: Iterable[Path], endings: Container[str]) -> list[Path]:
+    """Return the files of these folders with one of the endings, each once."""
+    found: dict[Path, Path] = {}
+    for folder in folders:
+        for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+            if path.suffix.lower() in endings and path.is_file():
+                found.setdefault(path.resolve(), path)
+    return list(found.values())
+
+
+def program_choice(beside: Path) -> FileChoice:
+    """Return the choice of a part program: of this folder, those beside a lesson, and those shipped."""
+    folders = [Path("part_programs"), Path(), beside, shipped_folder("part_programs")]
+    return FileChoice("Part program", files_in(folders, _PROGRAM_ENDINGS), program_lines, "programs/shaft.nc")
+
+
+def lesson_choice() -> FileChoice:
+    """Return the choice of a lesson: the files of this folder, and the lessons at hand."""
+    paths = list(dict.fromkeys([*files_in([Path()], {".yaml"}), *lesson_files()]))
+    return FileChoice("Lesson to load", paths, program_lines, "mine.yaml, or the name of a lesson")
+
+
+def record_choice() -> FileChoice:
+    """Return the choice of a record: those of this folder and of its runs, the newest first."""
+    runs = Path("lathesim_runs")
+    paths = [*(runs.rglob("*.h5") if runs.is_dir() else ()), *files_in([Path()], {".h5", ".hdf5"})]
+    newest = sorted(paths, key=lambda path: path.stat().st_mtime, reverse=True)
+    return FileChoice("Record to open", newest, _record_lines, "lathesim_runs/01_contour_error/001.h5")
+
+
+_MOST_CHARACTERS = 200
+
+
+def _record_lines(path: Path) -> list[str]:
+    """Return the length of a record and what it says about itself, or why it cannot be read."""
+    try:
+        record = load(path)
+    except LatheSimError as error:
+        return [str(error)]
+    about = [f"{name}: {str(value)[:_MOST_CHARACTERS]}" for name, value in sorted(record.meta.items())]
+    return [f"{len(record)} samples of {len(record.channels)} channels", *(line.replace("\n", " ") for line in about)]
 
 
 class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
@@ -205,9 +259,8 @@ class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
         with self.prevent(SelectionList.SelectedChanged):
             listed.clear_options()
             for name, (unit, doc) in self._known.items():
-                if wanted in name.lower() or wanted in doc.lower():
-                    text = Text.assemble((name, "bold"), f" [{unit}] ", (doc, "dim"))
-                    listed.add_option(Selection(text, name, name in self._chosen))
+                if any(wanted in text.lower() for text in (name, plain_name(name), doc)):
+                    listed.add_option(Selection(channel_words(name, unit, doc), name, name in self._chosen))
 
     @on(SelectionList.SelectionToggled)
     def _toggle(self, event: SelectionList.SelectionToggled[str]) -> None:

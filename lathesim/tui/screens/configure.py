@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from textual.widget import Widget
 from textual.widgets import DataTable, Input, Label, Static, TabbedContent, TabPane, Tree
 from textual.widgets.tree import TreeNode
 
+from lathesim.analysis.display_unit import plain_name
 from lathesim.engine.assembly import Part, Place
 from lathesim.errors import LatheSimError, WriteError
 from lathesim.lessons.simulate import Prepared
@@ -29,7 +29,6 @@ from lathesim.tui.model.machine_tree import (
     candidates,
     grouped_parts,
     part_entries,
-    proposed_place,
     simulation_entries,
     taken_value,
     with_component,
@@ -83,6 +82,8 @@ class ConfigureScreen(WorkbenchScreen):
         super().__init__()
         self._choice = _Choice("")
         self._entries: list[Entry] = []
+        self._shows_aside = False
+        """Whether start values and wired parameters are unfolded."""
         self._saved: set[Path] = set()
         """Files that this app wrote: they may be written again."""
         self._placed: TreeNode[_Choice] | None = None
@@ -136,7 +137,7 @@ class ConfigureScreen(WorkbenchScreen):
             node = tree.root.add(group, expand=first or group in open_before or group == EFFECTS)
             for part in parts:
                 sign = "*" if part.name in changed or group == EFFECTS else " "
-                leaf = node.add_leaf(Text(f"{sign} {part.name}"), _Choice(part.name))
+                leaf = node.add_leaf(Text(f"{sign} {plain_name(part.name)}"), _Choice(part.name))
                 chosen = leaf if part.name == self._choice.part else chosen
         leaf = tree.root.add_leaf(Text(f"{'*' if self._setup.simulation else ' '} {SIMULATION}"), _Choice(""))
         start = tree.root.children[0].children[0] if first and not self._choice.part else leaf
@@ -184,21 +185,29 @@ class ConfigureScreen(WorkbenchScreen):
         row = table.cursor_row
         table.clear(columns=True)
         table.add_columns(*_COLUMNS)
-        for entry in self._entries:
-            name = Place.of(entry.name).port or entry.name
+        aside = sum(entry.is_aside for entry in self._entries)
+        for entry in self._entries[: None if self._shows_aside else len(self._entries) - aside]:
             sign = "*" if entry.changed else "~" if entry.fed else ""
-            style = "bold" if entry.changed else "dim" if entry.fed else ""
-            cells = (sign, name, entry.text, entry.default, entry.bounds, entry.doc)
+            style = "bold" if entry.changed else "dim" if entry.is_aside else ""
+            cells = (sign, plain_name(Place.of(entry.name).port or entry.name), entry.text, entry.default, entry.bounds, entry.doc)
             table.add_row(*(Text(cell, style=style) for cell in cells))
-        if self._entries:
-            table.move_cursor(row=min(row, len(self._entries) - 1))
+        if aside:
+            more = f"{aside} start value{'s' * (aside > 1)} and wired inputs"
+            table.add_row(Text("▾" if self._shows_aside else "▸"), Text(more, style="dim"), *[""] * (len(_COLUMNS) - 2))
+        if table.row_count:
+            table.move_cursor(row=min(row, table.row_count - 1))
         self._show_edited()
 
     @property
     def entry(self) -> Entry | None:
         """What the cursor of the table stands on."""
         row = self.query_one("#entries", DataTable).cursor_row
-        return self._entries[row] if 0 <= row < len(self._entries) else None
+        return self._entries[row] if 0 <= row < len(self._entries) and not self._is_fold(row) else None
+
+    def _is_fold(self, row: int) -> bool:
+        """Return whether a row of the table folds what stands aside, or unfolds it."""
+        table = self.query_one("#entries", DataTable)
+        return any(entry.is_aside for entry in self._entries) and row == table.row_count - 1
 
     @on(Tree.NodeSelected, "#machine")
     def _go_to_values(self, event: Tree.NodeSelected[_Choice]) -> None:
@@ -209,10 +218,10 @@ class ConfigureScreen(WorkbenchScreen):
     @on(DataTable.RowHighlighted, "#entries")
     def _show_edited(self) -> None:
         entry, field = self.entry, self.query_one("#value", Input)
-        label = self.query_one("#edited", Label)
+        label, table = self.query_one("#edited", Label), self.query_one("#entries", DataTable)
         with self.prevent(Input.Changed):
             if entry is None:
-                label.update("nothing to set")
+                label.update("Enter shows or hides them." if table.row_count else "nothing to set")
                 field.value, field.disabled = "", True
             elif entry.fed:
                 label.update(f"{entry.name} comes by a wire from {entry.fed}")
@@ -225,7 +234,10 @@ class ConfigureScreen(WorkbenchScreen):
     @on(DataTable.RowSelected, "#entries")
     def _edit(self) -> None:
         field = self.query_one("#value", Input)
-        if not field.disabled:
+        if self._is_fold(self.query_one("#entries", DataTable).cursor_row):
+            self._shows_aside = not self._shows_aside
+            self._show_part(self.workbench.prepared())
+        elif not field.disabled:
             field.focus()
 
     @on(Input.Changed, "#value")
@@ -317,16 +329,13 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_effect(self) -> None:
         """Insert an effect at the part that is chosen."""
-        from lathesim.tui.screens.choices import PartChoice
+        from lathesim.tui.screens.choices import effect_choice
 
         try:
-            case = self.workbench.prepared()
+            choice = effect_choice(self.workbench.prepared(), self.workbench.registry, self._choice.part)
         except LatheSimError as error:
             self.tell_fault(str(error))
             return
-        registry, part = self.workbench.registry, self._choice.part
-        propose = partial(proposed_place, case, chosen=part)
-        choice = PartChoice("Insert an effect", registry.effects, registry.origins, place=part, propose=propose)
         self.app.push_screen(choice, self._take_effect)
 
     def _take_effect(self, chosen: tuple[str, str] | None) -> None:
@@ -344,10 +353,10 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_program(self) -> None:
         """Choose the part program."""
-        from lathesim.tui.screens.choices import ProgramChoice
+        from lathesim.tui.screens.choices import program_choice
 
         if self._setup is not None:
-            self.app.push_screen(ProgramChoice(self._setup.lesson.path.parent), self._take_program)
+            self.app.push_screen(program_choice(self._setup.lesson.path.parent), self._take_program)
 
     def action_cut(self) -> None:
         """Make a part program from a form."""
@@ -392,15 +401,15 @@ class ConfigureScreen(WorkbenchScreen):
 
     def action_load(self) -> None:
         """Load a lesson file."""
-        from lathesim.tui.screens.forms import TextQuestion
+        from lathesim.tui.screens.choices import lesson_choice
 
-        self.app.push_screen(TextQuestion("Lesson to load (a file or a name)", placeholder="mine.yaml"), self._load)
+        self.app.push_screen(lesson_choice(), self._load)
 
-    def _load(self, name: str | None) -> None:
-        if name is None:
+    def _load(self, path: Path | None) -> None:
+        if path is None:
             return
         try:
-            self.workbench.open_lesson(name)
+            self.workbench.open_lesson(str(path))
         except LatheSimError as error:
             self.tell_fault(str(error))
 
@@ -412,6 +421,8 @@ class ConfigureScreen(WorkbenchScreen):
         self._fill_tree(case)
         self._show_part(case)
         row = next((place for place, entry in enumerate(self._entries) if entry.name == name), 0)
+        self._shows_aside = bool(self._entries) and self._entries[row].is_aside
+        self._show_part(case)
         table = self.query_one("#entries", DataTable)
         table.move_cursor(row=row)
         table.focus()

@@ -367,11 +367,18 @@ class DetectiveScreen(WorkbenchScreen):
     @on(Button.Pressed, "#do-conceal")
     def action_conceal(self) -> None:
         """Hide an effect for somebody else."""
+        from lathesim.tui.screens.choices import effect_choice
         from lathesim.tui.screens.forms import ConcealForm
 
         setup = self.workbench.setup
-        if setup is not None:
-            self.app.push_screen(ConcealForm(setup.lesson.name), self._conceal)
+        if setup is None:
+            return
+        try:
+            choice = partial(effect_choice, self.workbench.prepared(), self.workbench.registry, "")
+        except LatheSimError as error:
+            self.tell_fault(str(error))
+            return
+        self.app.push_screen(ConcealForm(setup.lesson.name, choice), self._conceal)
 
     def _conceal(self, order: Order | None) -> None:
         setup = self.workbench.setup

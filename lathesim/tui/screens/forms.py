@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,12 +85,13 @@ class ConcealForm(ModalScreen[Order | None]):
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     ConcealForm #fault { color: $error; height: auto; }
-    ConcealForm Input { margin-bottom: 1; }
+    ConcealForm Input, ConcealForm #choose { margin-bottom: 1; }
     """
 
-    def __init__(self, lesson: str) -> None:
+    def __init__(self, lesson: str, choice: Callable[[], ModalScreen[tuple[str, str] | None]]) -> None:
+        """Ask for what is hidden in the machine of ``lesson``; ``choice`` makes the list of effects with their pages."""
         super().__init__()
-        self._lesson = lesson
+        self._lesson, self._choice = lesson, choice
 
     def compose(self) -> ComposeResult:
         """Return the fields and two buttons."""
@@ -98,6 +99,7 @@ class ConcealForm(ModalScreen[Order | None]):
             yield Label(f"Hide something in the machine of {self._lesson}", markup=False)
             yield Label("Effect: empty for one drawn at random, 'none' for nothing")
             yield Input(id="hidden", compact=True, placeholder="CoulombFriction:level=20 N@x_axis")
+            yield Button("Choose from the list", id="choose", compact=True)
             yield Label("Folder for the class; the answer goes beside it")
             yield Input("case_1", id="folder", compact=True)
             yield Label("How many cases (numbered)")
@@ -107,6 +109,14 @@ class ConcealForm(ModalScreen[Order | None]):
             with Horizontal(classes="buttons"):
                 yield Button("Make it", variant="primary", id="take", compact=True)
                 yield Button("Cancel", id="leave", compact=True)
+
+    @on(Button.Pressed, "#choose")
+    def _choose(self) -> None:
+        self.app.push_screen(self._choice(), self._take_effect)
+
+    def _take_effect(self, chosen: tuple[str, str] | None) -> None:
+        if chosen is not None:
+            self.query_one("#hidden", Input).value = "@".join(chosen)
 
     @on(Button.Pressed, "#take")
     @on(Input.Submitted)

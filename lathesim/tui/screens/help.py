@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from rich.text import Text
 from textual import on
+from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.screen import ModalScreen
 from textual.widget import Widget
 from textual.widgets import Button, Input, Markdown, Static, Tree
 from textual.widgets.tree import TreeNode
@@ -140,6 +142,29 @@ def _fits(wanted: str, *texts: str | None) -> bool:
     return any(wanted in (text or "").lower() for text in texts)
 
 
+class KeysView(ModalScreen[None]):
+    """Shows what a screen is for and the keys that hold there, in groups."""
+
+    BINDINGS = [Binding("escape,question_mark,enter", "dismiss(None)", "Close")]
+    DEFAULT_CSS = """
+    KeysView .dialog { height: auto; max-height: 90%; }
+    """
+
+    def __init__(self, about: str, groups: Mapping[str, Sequence[Any]]) -> None:
+        super().__init__()
+        self._about, self._groups = about, groups
+
+    def compose(self) -> ComposeResult:
+        """Return the keys, and how the dialog is left."""
+        text = Text(f"{self._about}\nEsc closes this; F1 opens the manual.\n".lstrip(), style="not bold")
+        for title, bindings in self._groups.items():
+            if any(binding.description for binding in bindings):
+                text.append(f"\n{title}\n", style="bold")
+                _add_keys(text, bindings)
+        with VerticalScroll(classes="dialog"):
+            yield Static(text)
+
+
 def _keys(app: LathesimApp) -> Text:
     """Return all keys, as the screens declare them."""
     found = Text("Keys everywhere\n", style="bold")
@@ -151,10 +176,15 @@ def _keys(app: LathesimApp) -> Text:
     return found
 
 
+_SIGNS = {"slash": "/", "plus": "+", "minus": "-"}
+
+
 def _add_keys(text: Text, bindings: Iterable[Any]) -> None:
+    listed: set[str] = set()
     for binding in bindings:
-        if isinstance(binding, Binding) and binding.description:
-            key = binding.key_display or binding.key.replace("slash", "/").replace("ctrl+", "Ctrl+")
+        if isinstance(binding, Binding) and binding.description and binding.description not in listed:
+            listed.add(binding.description)
+            key = binding.key_display or _SIGNS.get(binding.key, binding.key).replace("ctrl+", "Ctrl+")
             key = key.upper() if key.startswith("f") and key[1:].isdigit() else key
             text.append(f"  {key:<10} ", style="not bold cyan")
             text.append(f"{binding.tooltip or binding.description}\n", style="not bold")

@@ -13,6 +13,7 @@ from textual.widget import Widget
 from textual.widgets import Button, Label, Markdown, OptionList, Static
 from textual.widgets.option_list import Option
 
+from lathesim.analysis.display_unit import plain_name, pretty_quantities
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import Lesson, by_unit, lesson_files, load_lesson, results_folder
 from lathesim.lessons.questions import Answered, is_right, keep_answer, read_answers, results
@@ -28,7 +29,7 @@ _LEVELS = ("beginner", "intermediate", "advanced")
 _NOTHING = "○"
 _WIDE = 110
 """Columns from which on the app is no longer ``-narrow``."""
-_ROOM = {False: 41, True: 28}
+_ROOM = {False: 41, True: 29}
 """Columns for title, minutes and level: the width of the list without the sign and the scroll bar."""
 _MINUTES = {False: " min", True: "'"}
 
@@ -40,6 +41,7 @@ class LessonsScreen(WorkbenchScreen):
     LessonsScreen #listed { width: 46; }
     LessonsScreen.-narrow #listed { width: 33; }
     LessonsScreen #lessons { height: 1fr; }
+    LessonsScreen #lessons > .option-list--option-disabled { color: $foreground; }
     LessonsScreen #open { width: 1fr; }
     LessonsScreen #page { padding: 0 1; height: 1fr; }
     LessonsScreen #text { padding: 0; }
@@ -67,6 +69,7 @@ class LessonsScreen(WorkbenchScreen):
         with Horizontal():
             with Vertical(id="listed"):
                 yield BrowseList(id="lessons")
+                yield Static("→ next ✓ met • tried ○ new", classes="heading")
                 yield Button("Put on the bench (Enter)", id="open", compact=True, variant="primary")
             with Vertical():
                 with VerticalScroll(id="page"):
@@ -103,12 +106,13 @@ class LessonsScreen(WorkbenchScreen):
         if chosen is None:
             here = [place for place, (_, lesson, _) in enumerate(self._lessons) if lesson is not None and self._is_on_bench(lesson)]
             chosen = here[0] if here else 0
-        units, following = iter(self._units), self._next()
+        units, following = iter(zip(self._units, self._counts(), strict=True)), self._next()
         with self.prevent(OptionList.OptionHighlighted):
             listed.clear_options()
             for place in self._rows:
                 if place is None:
-                    listed.add_option(Option(Text(next(units), style="bold underline"), disabled=True))
+                    unit, (met, count) = next(units)
+                    listed.add_option(Option(Text.assemble((unit, "bold underline"), f"  {met} of {count}"), disabled=True))
                 else:
                     listed.add_option(Option(self._row(place, is_next=place == following)))
             listed.highlighted = self._rows.index(chosen)
@@ -124,6 +128,17 @@ class LessonsScreen(WorkbenchScreen):
     def _place(self, row: int | None) -> int | None:
         """Return the place of the lesson in a row of the list."""
         return self._rows[row] if row is not None and row < len(self._rows) else None
+
+    def _counts(self) -> list[tuple[int, int]]:
+        """Return for each unit how many of its lessons have their goals met, and how many it has."""
+        found: list[tuple[int, int]] = []
+        for place in self._rows:
+            if place is None:
+                found.append((0, 0))
+            elif found and self._lessons[place][1] is not None:
+                met, count = found[-1]
+                found[-1] = met + (self._sign(*self._lessons[place][:2]) == "✓"), count + 1
+        return found
 
     def _next(self) -> int | None:
         """Return the place of the first lesson of the course whose goals are not met yet."""
@@ -141,7 +156,7 @@ class LessonsScreen(WorkbenchScreen):
         minutes = lesson.settings.minutes
         level = "▪" * (1 + _LEVELS.index(lesson.settings.level)) if lesson.settings.level is not None else ""
         is_narrow = self.app.size.width < _WIDE
-        end = f" {minutes:>3}{_MINUTES[is_narrow]} {level:<3}" if minutes is not None else ""
+        end = f" {minutes:>3}{_MINUTES[is_narrow]}{'' if is_narrow else f' {level:<3}'}" if minutes is not None else ""
         title = Text(lesson.title)
         title.truncate(_ROOM[is_narrow] - len(end), overflow="ellipsis", pad=bool(end))
         return Text.assemble(f"{'→' if is_next and sign == _NOTHING else sign} ", title, (end, "dim"), no_wrap=True, overflow="ellipsis")
@@ -322,7 +337,9 @@ def _goals_text(lesson: Lesson, entry: LessonEntry) -> Text:
         best = entry.best.get(key)
         sign = "✓" if best is not None and best.met else "✗" if best is not None else "○"
         reached = f", best {best.value:.4g} {best.unit}" if best is not None else ""
-        text.append(f"\n{sign} {key} {limit}{reached}", style="not bold")
+        metric, _, sense = key.partition(" ")
+        text.append(pretty_quantities(f"\n{sign} {plain_name(metric)} {sense} {limit}{reached} "), style="not bold")
+        text.append(metric, style="not bold dim")
         if goal.hint and not (best is not None and best.met):
             text.append("".join(f"\n  Hint: {hint}" for hint in goal.hint[: entry.tries]), style="not bold italic")
             if entry.tries < len(goal.hint):

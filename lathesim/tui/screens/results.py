@@ -2,36 +2,45 @@
 
 from __future__ import annotations
 
-import math
 import shlex
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
 
 from rich.text import Text
 from textual import on
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
-from textual.widgets import DataTable, Input, Label, SelectionList, Static
+from textual.widgets import Input, Label, SelectionList, Static
 from textual.widgets.selection_list import Selection
 
-from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metric import CONTOUR_ERROR, Measurements, find_channel, measure
+from lathesim.analysis.display_unit import plain_name
+from lathesim.analysis.metric import CONTOUR_ERROR, find_channel
 from lathesim.errors import LatheSimError
 from lathesim.record import Record
-from lathesim.tui.drawing.curves import Curve, contact, figure_title, overlaid, path_lines, surface_lines, value_at, wave_lines
-from lathesim.tui.model.workbench import RUN, RUNS, BenchRun
+from lathesim.tui.drawing.curves import (
+    Cursors,
+    Curve,
+    contact,
+    figure_title,
+    overlaid,
+    path_lines,
+    spectrum_lines,
+    surface_lines,
+    wave_lines,
+)
+from lathesim.tui.model.workbench import RUN, RUNS, BenchRun, short_name
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.controls import TickList
+from lathesim.tui.widgets.controls import MetricsTable, TickList, channel_words
 from lathesim.tui.widgets.time_plot import TimePlot
 
-TIME, PATH, ERROR, SURFACE = "over time", "path", "contour error", "surface"
-_FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFACE: "surface"}
+TIME, PATH, ERROR, SURFACE, SPECTRUM = "over time", "path", "contour error", "surface", "spectrum"
+_FIGURE_ENDING = {TIME: "channels", PATH: "path", ERROR: "contour_error", SURFACE: "surface", SPECTRUM: "spectrum"}
 _FIRST_CHANNELS = (*CONTOUR_ERROR, "following_error", "position")
 _SEEN = {
     PATH: "The programmed path, and where the tip went.",
     SURFACE: "Roughness R_a along the part, from feed, nose and tool wear; of a cut in the loop the waves of its last turn.",
+    SPECTRUM: "Amplitudes over the frequency, of the time between the two cursors or of the whole run.",
 }
 _STEPS = 100
 """Steps in which the cursor goes along the plot."""
@@ -58,11 +67,15 @@ class ResultsScreen(WorkbenchScreen):
         Binding("x", "view('path')", "Path", tooltip="Show the path in the plane of Z and X"),
         Binding("e", "view('contour error')", "Error", tooltip="Show the contour error while tool and part are in contact"),
         Binding("u", "view('surface')", "Surface", tooltip="Show the roughness along the part"),
+        Binding("f", "view('spectrum')", "FFT", tooltip="Show the amplitudes of the ticked channels over the frequency"),
         Binding("comma", "cursor(-1)", "Cursor", key_display=", .", tooltip="Move the cursor; < and > move it ten times as far"),
         Binding("full_stop", "cursor(1)", show=False),
         Binding("less_than_sign", "cursor(-10)", show=False),
         Binding("greater_than_sign", "cursor(10)", show=False),
-        Binding("o", "open", "Open", tooltip="Open any record by its path"),
+        Binding("m", "mark", "Mark", tooltip="Put the second cursor where the first is, to read differences; or take it away"),
+        Binding("y", "range", "Range", tooltip="Set the lowest and highest value of the axis"),
+        Binding("n", "note", "Name", tooltip="Give the run under the cursor a name and a note"),
+        Binding("o", "open", "Open", tooltip="Open a record from a list, or by its path"),
         Binding("g", "figure", "Figure", tooltip="Save what is shown as a figure"),
         Binding("w", "csv", "Data", tooltip="Write the data as CSV or MAT"),
     ]
@@ -73,9 +86,8 @@ class ResultsScreen(WorkbenchScreen):
         self._channels: list[str] = []
         self._ticked: list[Path] = []
         self._older: list[BenchRun] = []
-        self._cursor: float | None = None
+        self._cursors = Cursors()
         self._command = ""
-        self._measured: dict[Record, Measurements] = {}
 
     def compose_body(self) -> Iterable[Widget]:
         """Return the choices at the left, the curves with their values and the metrics at the right."""
@@ -89,7 +101,7 @@ class ResultsScreen(WorkbenchScreen):
             with Vertical():
                 yield TimePlot(id="curves")
                 yield Static("", id="cursor", markup=False)
-                yield DataTable[Any](id="metrics", cursor_type="row", zebra_stripes=True)
+                yield MetricsTable(id="metrics", cursor_type="row", zebra_stripes=True)
 
     def on_mount(self) -> None:
         """Look for older records."""
@@ -128,7 +140,8 @@ class ResultsScreen(WorkbenchScreen):
         ticked = [run for run in self._all if run.path in self._ticked]
         for run in ticked:
             try:
-                found.append((short_name(run.path, [other.path for other in ticked]), run.record()))
+                name = run.note.partition(":")[0]
+                found.append((f"{short_name(run.path, [other.path for other in ticked])} {name}".rstrip(), run.record()))
             except LatheSimError as error:
                 self._ticked.remove(run.path)
                 self.tell_fault(str(error))
@@ -136,15 +149,14 @@ class ResultsScreen(WorkbenchScreen):
 
     def _show_all(self) -> None:
         runs = self._records()
-        known: dict[str, str] = {}
-        for _, record in runs:
-            known |= {name: record.channel(name).description for name in record if name not in known}
-        self._channels = [name for name in self._channels if name in known]
+        self._channels = [name for name in self._channels if any(name in record for _, record in runs)]
         if not self._channels and runs:
             self._channels = self._first_channels(runs[0][1])
-        self._fill_channels(known, runs)
+        self._fill_channels(runs)
         self._draw(runs)
-        self._fill_metrics(runs)
+        run = self.workbench.shown
+        goals = [goal.metric for goal in run.setup.lesson.settings.goals] if run is not None and run.setup is not None else []
+        self.query_one(MetricsTable).show(runs, goals, self.workbench.registry.metrics)
 
     def _first_channels(self, record: Record) -> list[str]:
         """Return the channels that the lesson of the run plots, and show them over time; else one of the usual channels."""
@@ -157,40 +169,47 @@ class ResultsScreen(WorkbenchScreen):
         first = find_channel(record, *_FIRST_CHANNELS) or next(iter(record), None)
         return [first] if first is not None else []
 
-    def _fill_channels(self, known: dict[str, str], runs: list[tuple[str, Record]]) -> None:
+    def _fill_channels(self, runs: list[tuple[str, Record]]) -> None:
         listed = self.query_one("#channels", SelectionList)
         wanted = self.query_one("#wanted", Input).value.lower()
-        units = {name: record.unit(name) for _, record in runs for name in record}
+        known = {name: record.channel(name) for _, record in reversed(runs) for name in record}
         with self.prevent(SelectionList.SelectedChanged):
             listed.clear_options()
-            for name, doc in sorted(known.items(), key=lambda item: item[0] not in self._channels):
-                if wanted in name.lower() or wanted in doc.lower():
-                    text = Text.assemble((name, "bold"), f" [{units[name]}] ", (doc, "dim"), no_wrap=True, overflow="ellipsis")
-                    listed.add_option(Selection(text, name, name in self._channels))
+            for name, channel in sorted(known.items(), key=lambda item: item[0] not in self._channels):
+                doc = channel.description
+                if any(wanted in text.lower() for text in (name, plain_name(name), doc)):
+                    listed.add_option(Selection(channel_words(name, channel.unit, doc), name, name in self._channels))
 
     def _draw(self, runs: list[tuple[str, Record]]) -> None:
         self._command = ""
         plot = self.query_one(TimePlot)
         several = len(runs) > 1
         if self._view == TIME:
-            curves = [Curve(record, name, run=title if several else "") for name in self._channels for title, record in runs]
-            plot.show(curves, cursor=self._cursor)
+            plot.show(self._curves(runs))
         elif self._view == ERROR:
             curves = []
             for title, record in runs:
                 name = find_channel(record, *CONTOUR_ERROR)
                 if name is not None:
                     curves.append(Curve(record, name, "contour error in contact", run=title if several else "", only=contact(record)))
-            plot.show(curves, cursor=self._cursor)
+            plot.show(curves)
         elif self._view == PATH:
             plot.show_lines(path_lines(runs), "Z / mm", "X (radius) / mm")
+        elif self._view == SPECTRUM:
+            plot.show_lines(spectrum_lines(self._curves(runs), self._cursors.span), "frequency / Hz", "amplitude")
         else:
             surface = surface_lines(runs)
             waves = [] if surface else wave_lines(runs)
-            words = ("angle of the part / deg", "height / um") if waves else ("Z / mm", "R_a / um")
+            words = ("angle of the part / deg", "height / µm") if waves else ("Z / mm", "R_a / µm")
             plot.show_lines(surface or waves, *words)
+        if self._view in (TIME, ERROR):
+            plot.show_cursors(self._cursors.place, self._cursors.mark)
         self._show_cursor(runs)
         self.show_command()
+
+    def _curves(self, runs: list[tuple[str, Record]]) -> list[Curve]:
+        """Return the ticked channels of runs as curves."""
+        return [Curve(record, name, run=title if len(runs) > 1 else "") for name in self._channels for title, record in runs]
 
     def _show_cursor(self, runs: list[tuple[str, Record]]) -> None:
         words = self.query_one("#cursor", Static)
@@ -202,35 +221,13 @@ class ResultsScreen(WorkbenchScreen):
             words.update(_SEEN[self._view])
             return
         found: list[str | Text | tuple[str, str]] = []
-        found.append("Cursor: , and . or a click. Zoom: + and -, pan: arrows." if self._cursor is None else f"t = {self._cursor:.4g} s")
+        found.append(self._cursors.words)
         names = self._channels if self._view == TIME else ["contour.contour_error"]
         curves = [(name, title, record) for name in names for title, record in runs if name in record]
         for (name, title, record), (mark, _, colour) in zip(curves, self.query_one(TimePlot).named, strict=False):
-            value = value_at(record, name, self._cursor) if self._cursor is not None else math.nan
-            shown = f": {shown_with_unit(value, record.unit(name))}" if math.isfinite(value) else ""
-            found += ["\n", (mark, colour), f" {_named(name, title, len(runs) > 1)}{shown}"]
+            shown = self._cursors.value_words(record, name)
+            found += ["\n", (mark, colour), f" {plain_name(name)}{f' ({title})' if len(runs) > 1 else ''}{shown} ", (name, "dim")]
         words.update(Text.assemble(*found, no_wrap=True, overflow="ellipsis"))
-
-    def _fill_metrics(self, runs: list[tuple[str, Record]]) -> None:
-        table = self.query_one(DataTable)
-        table.clear(columns=True)
-        if not runs:
-            return
-        table.add_columns("metric", *(Text(title[:24]) for title, _ in runs))
-        measured = [self._measurements(record) for _, record in runs]
-        run = self.workbench.shown
-        goals = [goal.metric for goal in run.setup.lesson.settings.goals] if run is not None and run.setup is not None else []
-        for name in dict.fromkeys([*goals, *self.workbench.registry.metrics]):
-            if any(name in found.values for found in measured):
-                cells = [str(found.values[name]) if name in found.values else "-" for found in measured]
-                table.add_row(Text(name), *(Text(cell) for cell in cells))
-
-    def _measurements(self, record: Record) -> Measurements:
-        if record.status == "running":
-            return measure(record, self.workbench.registry.metrics)
-        if record not in self._measured:
-            self._measured[record] = measure(record, self.workbench.registry.metrics)
-        return self._measured[record]
 
     @on(SelectionList.SelectedChanged, "#runs")
     def _tick_runs(self, event: SelectionList.SelectedChanged[int]) -> None:
@@ -250,11 +247,7 @@ class ResultsScreen(WorkbenchScreen):
 
     @on(Input.Changed, "#wanted")
     def _search(self) -> None:
-        runs = self._records()
-        known: dict[str, str] = {}
-        for _, record in runs:
-            known |= {name: record.channel(name).description for name in record if name not in known}
-        self._fill_channels(known, runs)
+        self._fill_channels(self._records())
 
     @on(Input.Submitted, "#wanted")
     def _to_channels(self) -> None:
@@ -263,19 +256,61 @@ class ResultsScreen(WorkbenchScreen):
     @on(TimePlot.Picked)
     def _pick(self, event: TimePlot.Picked) -> None:
         if self._view in (TIME, ERROR):
-            self._cursor = event.x
+            self._cursors = self._cursors.at(event.x)
             self._draw_keeping_zoom()
 
     def action_cursor(self, steps: int) -> None:
         """Move the cursor along."""
         low, high = self.query_one(TimePlot).span
-        here = self._cursor if self._cursor is not None else low
-        self._cursor = min(high, max(low, here + steps * (high - low) / _STEPS))
+        here = self._cursors.place if self._cursors.place is not None else low
+        self._cursors = self._cursors.at(min(high, max(low, here + steps * (high - low) / _STEPS)))
         self._draw_keeping_zoom()
 
     def _draw_keeping_zoom(self) -> None:
-        self.query_one(TimePlot).show_cursor(self._cursor)
+        self.query_one(TimePlot).show_cursors(self._cursors.place, self._cursors.mark)
         self._show_cursor(self._records())
+
+    def action_mark(self) -> None:
+        """Put the second cursor where the first is, or take it away."""
+        if self._cursors.place is None:
+            self.notify("Move the first cursor to the place first, with , and . or a click.")
+            return
+        self._cursors = self._cursors.marked()
+        self._draw_keeping_zoom()
+
+    def action_range(self) -> None:
+        """Ask for the lowest and highest value of the axis."""
+        low, high = self.query_one(TimePlot).picture().y_limits
+        self._ask(self._set_range, "Lowest and highest value of the axis; r resets it", f"{low:.4g} {high:.4g}")
+
+    def _set_range(self, text: str | None) -> None:
+        if text is None:
+            return
+        try:
+            low, high = (float(word) for word in text.split())
+        except ValueError:
+            low = high = 0.0
+        if not low < high:
+            self.tell_fault(f"'{text}' are no two numbers of which the first is smaller. Write them as -200 50.")
+            return
+        self.query_one(TimePlot).show_values(low, high)
+
+    def action_note(self) -> None:
+        """Name the run under the cursor of the list, and keep a note."""
+        place = self.query_one("#runs", SelectionList).highlighted or 0
+        if place >= len(self._all):
+            self.tell_fault("There is no run to name. Run something first.")
+            return
+        run = self._all[place]
+
+        def keep(text: str | None) -> None:
+            try:
+                run.note = text if text is not None else run.note
+            except LatheSimError as error:
+                self.tell_fault(str(error))
+            self.show_changes({RUNS})
+
+        self._ask(keep, f"Name of {run.path.stem}, and after a colon a note", run.note, "soft: half the gain")
 
     def action_view(self, view: str) -> None:
         """Look at the runs in another way."""
@@ -283,32 +318,36 @@ class ResultsScreen(WorkbenchScreen):
         self._draw(self._records())
 
     def action_open(self) -> None:
-        """Open any record by its path."""
-        from lathesim.tui.screens.forms import TextQuestion
+        """Open any record, from a list or by its path."""
+        from lathesim.tui.screens.choices import record_choice
 
-        self.app.push_screen(TextQuestion("Record to open (.h5)", placeholder="lathesim_runs/01_contour_error/001.h5"), self._open)
+        self.app.push_screen(record_choice(), self._open)
 
-    def _open(self, name: str | None) -> None:
-        if name is None:
+    def _open(self, path: Path | None) -> None:
+        if path is None:
             return
         try:
-            run = self.workbench.open_record(Path(name))
+            run = self.workbench.open_record(path)
         except LatheSimError as error:
             self.tell_fault(str(error))
             return
         self._ticked.append(run.path)
 
-    def action_figure(self) -> None:
-        """Save the plot as a figure."""
+    def _ask(self, then: Callable[[str | None], None], question: str, text: str, placeholder: str = "") -> None:
+        """Ask for a line of text, and do what follows with it."""
         from lathesim.tui.screens.forms import TextQuestion
 
+        self.app.push_screen(TextQuestion(question, text, placeholder), then)
+
+    def action_figure(self) -> None:
+        """Save the plot as a figure."""
         runs = self._records()
         if not runs:
             self.tell_fault("There is no run to draw. Run something first.")
             return
         paths = [run.path for run in self._all if run.path in self._ticked]
         name = paths[0].with_name("_".join([*(path.stem for path in paths[:4]), _FIGURE_ENDING[self._view]]) + ".png")
-        self.app.push_screen(TextQuestion("Save the figure as (.png, .svg or .pdf)", str(name)), self._save_figure)
+        self._ask(self._save_figure, "Save the figure as (.png, .svg or .pdf)", str(name))
 
     def _save_figure(self, name: str | None) -> None:
         if name is None:
@@ -326,13 +365,11 @@ class ResultsScreen(WorkbenchScreen):
 
     def action_csv(self) -> None:
         """Write the data of the run as a CSV file."""
-        from lathesim.tui.screens.forms import TextQuestion
-
         ticked = [run for run in self._all if run.path in self._ticked]
         if not ticked:
             self.tell_fault("There is no run to write. Run something first.")
             return
-        self.app.push_screen(TextQuestion("Write the data as (.csv or .mat)", str(ticked[0].path.with_suffix(".csv"))), self._save_csv)
+        self._ask(self._save_csv, "Write the data as (.csv or .mat)", str(ticked[0].path.with_suffix(".csv")))
 
     def _save_csv(self, name: str | None) -> None:
         runs = self._records()
@@ -359,13 +396,3 @@ class ResultsScreen(WorkbenchScreen):
         if not ticked:
             return "lathesim plot RUN.h5"
         return shlex.join(["lathesim", "plot", str(ticked[0].path), *(self._channels if self._view == TIME else [])])
-
-
-def short_name(path: Path, among: list[Path]) -> str:
-    """Return the number of a run, with its folder where another of the same number is shown too."""
-    same = [other for other in among if other.stem == path.stem]
-    return path.stem if len(same) < 2 else f"{path.parent.name}/{path.stem}"
-
-
-def _named(name: str, title: str, several: bool) -> str:
-    return f"{name} ({title})" if several else name

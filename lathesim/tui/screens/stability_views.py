@@ -102,7 +102,7 @@ def _words(found: FoundModes) -> str:
             f"stiffness {k.value:.4g} N/m (+-{reach[2]:.2g} %)"
         )
     lowest = float(np.min(found.model.response(np.linspace(1.0, 1.6 * found.modes[-1].frequency.value, 4000)).real))
-    rows.append(f"The lowest real part, {from_si(lowest, 'um'):.3g} um/N, sets the smallest limit.")
+    rows.append(f"The lowest real part, {from_si(lowest, 'um'):.3g} µm/N, sets the smallest limit.")
     return "\n".join(rows)
 
 
@@ -212,7 +212,7 @@ class ToolPointView(ModalScreen[None]):
             PlotLine(found.frequency, MICROMETRES * found.real, "response"),
             PlotLine(found.frequency, MICROMETRES * found.fitted, "fitted modes"),
         ]
-        self.query_one(TimePlot).show_lines(lines, "frequency / Hz", "real part / (um/N)")
+        self.query_one(TimePlot).show_lines(lines, "frequency / Hz", "real part / (µm/N)")
         words.update(f"{found.words}\nThe same: {found.command}")
 
     @on(Button.Pressed, "#leave")

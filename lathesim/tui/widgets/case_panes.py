@@ -13,7 +13,7 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
 from textual.widgets import RichLog, Select, Static
 
-from lathesim.analysis.display_unit import display_unit
+from lathesim.analysis.display_unit import display_unit, plain_name, pretty_unit
 from lathesim.record import FloatArray
 from lathesim.tui.drawing.curves import PlotLine
 from lathesim.tui.model.case_file import CaseFile, comparison_text, diagnosis_text, judged_guess
@@ -45,7 +45,7 @@ def scaled(unit: str, *values: FloatArray) -> tuple[str, list[FloatArray]]:
     """Return the display unit of values [SI] and the values in it."""
     largest = max((float(np.nanmax(np.abs(item))) for item in values if len(item) and np.isfinite(item).any()), default=0.0)
     factor, name = display_unit(unit, largest)
-    return name or "1", [item / factor for item in values]
+    return pretty_unit(name) or "1", [item / factor for item in values]
 
 
 _BAR, _MOST = 10, 8
@@ -108,7 +108,10 @@ class ComparePane(Vertical):
         with self.prevent(Select.Changed):
             names = [item.channel for item in case.comparison.channels]
             select.set_options(
-                [(f"{item.channel}: {item.over_floor:.3g} times the noise", item.channel) for item in case.comparison.channels]
+                [
+                    (f"{plain_name(item.channel)}: {item.over_floor:.3g} times the noise ({item.channel})", item.channel)
+                    for item in case.comparison.channels
+                ]
             )
             if names:
                 select.value = names[0]

@@ -1,24 +1,26 @@
-"""Small controls: a slider, a list to look through, a list to tick; and the read-outs of the bench."""
+"""Small controls: a slider, a list to look through, a list to tick; the read-outs of the bench, and the table of the metrics."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from rich.segment import Segment
+from rich.text import Text
 from textual import events
 from textual.binding import Binding
 from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
-from textual.widgets import OptionList, SelectionList
+from textual.widgets import DataTable, OptionList, SelectionList
 from textual.widgets.option_list import OptionDoesNotExist
 
-from lathesim.analysis.display_unit import shown_with_unit
-from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, find_channel
+from lathesim.analysis.display_unit import plain_name, plain_number, pretty_quantities, pretty_unit, resolved, shown_with_unit
+from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, Measurements, Metric, find_channel, measure
 from lathesim.record import Place, Record
+from lathesim.units import from_si
 
 
 class Slider(Widget, can_focus=True):
@@ -185,7 +187,7 @@ def _standard_readings(record: Record, sample: int, *, as_diameter: bool) -> lis
         ReadOutLine("Z", values.shown("m", "z_axis.position"), values.shown("m", "z_reference")),
         ReadOutLine("Error", values.shown("m", *CONTOUR_ERROR) if values.in_cut else "not in cut"),
         ReadOutLine("Spindle", values.shown("rad/s", *SPINDLE_SPEED), values.shown("rad/s", "spindle_reference")),
-        ReadOutLine("Feed", _text(speed, "m/s"), values.shown("m/s", "feed_speed")),
+        ReadOutLine("Feed", _feed(speed), _feed(values.value("feed_speed"))),
         ReadOutLine("Feed/rev", values.shown("m", "cutting.feed"), values.shown("m", ".feed_per_revolution")),
         ReadOutLine("Depth", values.shown("m", "depth_of_cut")),
         ReadOutLine("Force", values.shown("N", "cutting_force")),
@@ -231,7 +233,18 @@ class _At:
 
 
 def _text(value: float, unit: str) -> str:
-    return shown_with_unit(value, unit) if math.isfinite(value) else NONE
+    return pretty_quantities(shown_with_unit(value, unit)) if math.isfinite(value) else NONE
+
+
+def _feed(value: float) -> str:
+    """Return a feed [m/s] in millimetres a minute, as a part program has it."""
+    return f"{plain_number(from_si(resolved(value, 'm/s'), 'mm/min'), 4)} mm/min" if math.isfinite(value) else NONE
+
+
+def channel_words(name: str, unit: str, doc: str) -> Text:
+    """Return the row of a channel in a list: its name in plain words, its unit, and dim its exact name and what it is."""
+    words = ((plain_name(name), "bold"), f" [{pretty_unit(unit) or '1'}] ", (f"{name}  {doc}", "dim"))
+    return Text.assemble(*words, no_wrap=True, overflow="ellipsis")
 
 
 _TITLE = 10
@@ -244,9 +257,9 @@ class ReadOuts(Widget):
     DEFAULT_CSS = """
     ReadOuts {
         height: 11;
-        & > .readings--title { color: $foreground; }
-        & > .readings--actual { color: $foreground; text-style: bold; }
-        & > .readings--wanted { color: $text-muted; }
+        & > .readings--title { color: auto 90%; }
+        & > .readings--actual { color: auto 90%; text-style: bold; }
+        & > .readings--wanted { color: auto 75%; }
     }
     """
 
@@ -274,3 +287,30 @@ class ReadOuts(Widget):
         )
         strip = Strip([Segment(text, self.get_component_rich_style(f"readings--{name}")) for name, text in parts])
         return strip.crop_extend(0, width, self.rich_style)
+
+
+class MetricsTable(DataTable[Any]):
+    """Shows what was measured on each run: the metric in plain words, the values, and dim its exact name."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self._measured: dict[Record, Measurements] = {}
+
+    def show(self, runs: Sequence[tuple[str, Record]], first: Sequence[str], metrics: Mapping[str, Metric]) -> None:
+        """Show the metrics that any of the runs has, those that come ``first`` above the others."""
+        self.clear(columns=True)
+        if not runs:
+            return
+        self.add_columns("metric", *(Text(title[:24]) for title, _ in runs), "exact name")
+        measured = [self._measurements(record, metrics) for _, record in runs]
+        for name in dict.fromkeys([*first, *metrics]):
+            if any(name in found.values for found in measured):
+                cells = [str(found.values[name]) if name in found.values else "-" for found in measured]
+                self.add_row(Text(plain_name(name)), *(Text(pretty_quantities(cell)) for cell in cells), Text(name, style="dim"))
+
+    def _measurements(self, record: Record, metrics: Mapping[str, Metric]) -> Measurements:
+        if record.status == "running":
+            return measure(record, metrics)
+        if record not in self._measured:
+            self._measured[record] = measure(record, metrics)
+        return self._measured[record]

@@ -9,20 +9,10 @@ from textual.content import Content
 from textual.strip import Strip
 from textual.widget import Widget
 
+from lathesim.analysis.display_unit import pretty_quantities
 from lathesim.errors import LatheSimError
-from lathesim.tui.drawing.lathe_picture import (
-    ACTUAL,
-    EDGE,
-    LABEL,
-    NOTHING,
-    REFERENCE,
-    TOOL,
-    LathePicture,
-    LatheScene,
-    ToolMotion,
-    View,
-    draw,
-)
+from lathesim.tui.drawing.canvas import ACTUAL, CENTRE, CHUCK, CUT, EDGE, LABEL, NOTHING, REFERENCE, TOOL, LathePicture, draw_waves
+from lathesim.tui.drawing.lathe_picture import LatheScene, ToolMotion, View, draw
 from lathesim.units import in_unit
 
 _CLASSES = {
@@ -32,23 +22,30 @@ _CLASSES = {
     TOOL: "lathe--tool",
     LABEL: "lathe--label",
     EDGE: "lathe--edge",
+    CUT: "lathe--cut",
+    CENTRE: "lathe--label",
+    CHUCK: "lathe--chuck",
 }
 
 
 class LatheView(Widget):
     """Shows a scene and the motion up to a sample; drawn anew when :meth:`show` is called or the size changes."""
 
-    COMPONENT_CLASSES = {"lathe--material", "lathe--edge", "lathe--reference", "lathe--actual", "lathe--tool", "lathe--label"}
+    COMPONENT_CLASSES = {"lathe--material", *_CLASSES.values()}
     DEFAULT_CSS = """
     LatheView {
-        background: $surface;
-        & > .lathe--material { background: #46607a; color: $foreground; }
+        background: $background;
+        & > .lathe--material { background: #46607a; color: #ffffff; }
+        & > .lathe--cut { color: #589d8b; }
+        & > .lathe--chuck { color: #94a3b8; }
         & > .lathe--edge { color: #46607a; }
         & > .lathe--reference { color: #fbbf24; }
         & > .lathe--actual { color: #6ee7a0; text-style: bold; }
         & > .lathe--tool { color: #f87171; text-style: bold; }
         & > .lathe--label { color: $foreground; }
-        &:light > .lathe--material { background: #b9c9d9; }
+        &:light > .lathe--material { background: #b9c9d9; color: #1f1f1f; }
+        &:light > .lathe--cut { color: #709c8f; }
+        &:light > .lathe--chuck { color: #64748b; }
         &:light > .lathe--edge { color: #b9c9d9; }
         &:light > .lathe--reference { color: #92400e; }
         &:light > .lathe--actual { color: #166534; text-style: bold; }
@@ -89,7 +86,6 @@ class LatheView(Widget):
         if self._scene.record is None:
             return None
         from lathesim.analysis.turned_part import waves_on_part
-        from lathesim.tui.drawing.lathe_picture import draw_waves
 
         try:
             waves = waves_on_part(self._scene.record, self._until or None, turns=1)
@@ -139,7 +135,7 @@ class LatheView(Widget):
         if picture is None:
             return ""
         if self._scene.is_empty:
-            return f"a dot is {in_unit(picture.dot, 'um', '.2g')} of a wave" if picture.dot > 0.0 else ""
+            return f"a dot is {pretty_quantities(in_unit(picture.dot, 'um', '.2g'))} of a wave" if picture.dot > 0.0 else ""
         measure = "diameter" if self._view.as_diameter else "radius"
         gain = f"error x{self._view.gain:g}, " if self._view.gain != 1.0 else ""
         return f"{gain}X as {measure}, dot {in_unit(picture.dot, 'mm', '.2g')}"
@@ -163,6 +159,7 @@ class LatheView(Widget):
         return Strip(segments, width)
 
     def _style(self, layer: int, material: bool, ground: Style) -> Style:
-        background = self.get_component_rich_style("lathe--material", partial=True).bgcolor if material else ground.bgcolor
-        colour = self.get_component_rich_style(_CLASSES[layer], partial=True)
+        within = self.get_component_rich_style("lathe--material", partial=True)
+        background = within.bgcolor if material else ground.bgcolor
+        colour = within if material and _CLASSES[layer] == "lathe--label" else self.get_component_rich_style(_CLASSES[layer], partial=True)
         return Style(color=colour.color, bgcolor=background, bold=colour.bold)

@@ -20,6 +20,7 @@ from textual_plot import HiResMode, PlotWidget
 from textual_plot.axis_formatter import NumericAxisFormatter
 from textual_plot.plot_widget import Legend, LinePlot
 
+from lathesim.analysis.display_unit import plain_name, pretty_unit
 from lathesim.analysis.figure_style import DrawnLine, PlotPicture
 from lathesim.record import FloatArray
 from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, even_axis, labels_of, trace
@@ -84,7 +85,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
 
     DEFAULT_CSS = """
     TimePlot { border-top: solid $secondary; border-title-align: right; border-title-color: $foreground; }
-    TimePlot > .plot--tick { color: $foreground-muted; text-style: none; }
+    TimePlot > .plot--tick, TimePlot > .plot--label { color: $foreground; text-style: none; }
     """
 
     class Picked(Message):
@@ -211,9 +212,8 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         cursor: float | None = None,
         fit_to_feed: bool = False,
         keep_zoom: bool = False,
-        nothing: str = "",
     ) -> None:
-        """Draw curves. ``span`` [s] bounds the time axis; ``cursor`` [s] stands as a line; ``nothing`` is said where there is no curve.
+        """Draw curves. ``span`` [s] bounds the time axis; ``cursor`` [s] stands as a line.
 
         With ``fit_to_feed`` the value axis spans what happened in the cut, or else in blocks run at feed, where the record tells; rapid
         moves may leave the frame. ``keep_zoom`` leaves the axes as a person has set them.
@@ -232,17 +232,17 @@ class TimePlot(PlotWidget, inherit_bindings=False):
                 )
                 power = power_beside(largest, max(abs(item.low), abs(item.high)), set(units))
                 times = f" x{power:g}" if power != 1.0 else ""
-                labels.append((f"{curve.title or curve.channel} [{item.unit or '1'}]{times}", curve.run))
+                labels.append((f"{curve.title or plain_name(curve.channel)} [{pretty_unit(item.unit) or '1'}]{times}", curve.run))
                 self._draw(item.times(power), max(10, 2 * (self.size.width - self.margin_left)))
             ends = self._ends()
             if not keep_zoom:
                 self._fit(span, (min(ends), max(ends)) if ends else None)
             self.set_xlabel("t / s" if units else "")
-            self.set_ylabel(f"{units[0] or '1'}" if len(set(units)) == 1 else "")
+            self.set_ylabel(pretty_unit(units[0]) or "1" if len(set(units)) == 1 else "")
             if cursor is not None and units:
                 self.add_v_line(cursor, line_style="grey50")
             before, names = said_once(labels)
-            self._show_names(names, before if names else nothing, says_unit=True)
+            self._show_names(names, before, says_unit=True)
 
     def _draw(self, item: Scaled | PlotLine, columns: int) -> None:
         self._drawn.append(item)
@@ -270,14 +270,20 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         cursor = next((line.x for line in self._v_lines), None)
         return PlotPicture(tuple(lines), self._x_label, before or self._y_label, *limits, cursor)
 
-    def show_cursor(self, cursor: float | None) -> None:
-        """Move the cursor and leave everything else as it is."""
+    def show_cursors(self, *places: float | None) -> None:
+        """Move the cursors and leave everything else as it is."""
         self._v_lines.clear()
         self._v_lines_labels.clear()
-        if cursor is not None:
-            self.add_v_line(cursor, line_style="grey50")
+        for place in places:
+            if place is not None:
+                self.add_v_line(place, line_style="grey50")
 
-    def show_lines(self, lines: Sequence[PlotLine], x_label: str, y_label: str, *, cursor: float | None = None) -> None:
+    def show_values(self, low: float, high: float) -> None:
+        """Show the axis up from ``low`` to ``high`` in its unit."""
+        self._values = None
+        self.set_ylimits(low, high)
+
+    def show_lines(self, lines: Sequence[PlotLine], x_label: str, y_label: str) -> None:
         """Draw lines of any two quantities; the axes fit all of them."""
         if not self.is_mounted:
             return
@@ -289,8 +295,6 @@ class TimePlot(PlotWidget, inherit_bindings=False):
             self._fit(None, range_of([line.y for line in lines]))
             self.set_xlabel(x_label)
             self.set_ylabel(y_label)
-            if cursor is not None and lines:
-                self.add_v_line(cursor, line_style="grey50")
             self._show_names([line.title for line in lines], says_unit=False)
 
     def _show_names(self, names: list[str], before: str = "", *, says_unit: bool) -> None:
