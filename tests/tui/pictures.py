@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import chdir
 
 from textual.pilot import Pilot
-from textual.widgets import SelectionList
+from textual.widgets import Input, SelectionList
 
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.widgets.controls import Slider
@@ -47,6 +47,7 @@ async def results(app: LathesimApp, pilot: Pilot[None]) -> None:
     await pilot.press("f3")
     await pilot.pause()
     app.screen.query_one("#runs", SelectionList).select_all()
+    app.screen.query_one("#wanted", Input).value = "contour"
     app.screen.query_one(TimePlot).focus()
     await pilot.press("e")
 

@@ -301,12 +301,16 @@ class MetricsTable(DataTable[Any]):
         self.clear(columns=True)
         if not runs:
             return
-        self.add_columns("metric", *(Text(title[:24]) for title, _ in runs), "exact name")
         measured = [self._measurements(record, metrics) for _, record in runs]
+        rows = [("metric", *(title[:24] for title, _ in runs), "exact name")]
         for name in dict.fromkeys([*first, *metrics]):
             if any(name in found.values for found in measured):
-                cells = [str(found.values[name]) if name in found.values else "-" for found in measured]
-                self.add_row(Text(plain_name(name)), *(Text(pretty_quantities(cell)) for cell in cells), Text(name, style="dim"))
+                cells = [str(found.values[name]) if name in found.values else NONE for found in measured]
+                rows.append((plain_name(name), *map(pretty_quantities, cells), name))
+        for column in zip(*rows, strict=True):  # a width that is measured when the table is idle comes too late for the first picture
+            self.add_column(Text(column[0]), width=max(map(len, column)))
+        for *cells, name in rows[1:]:
+            self.add_row(*map(Text, cells), Text(name, style="dim"))
 
     def _measurements(self, record: Record, metrics: Mapping[str, Metric]) -> Measurements:
         if record.status == "running":
