@@ -90,7 +90,8 @@ def posterior_of(recording: Recording, terms: Sequence[Term]) -> Posterior:
         places[term] = slice(begin, begin + width)
         begin += width
     diagonal = np.maximum(np.diag(gram), _TINY)
-    noise = max(power / number, _TINY)
+    least = _TINY**0.25 * float(diagonal.max())  # a residual of zeros has no noise: gram / noise^2 stays within the range of numbers
+    noise = max(power, least) / number
     precision = np.ones(len(index))
     precision[0] = 1e-9 * diagonal[0] / noise
     for place in places.values():
@@ -105,7 +106,7 @@ def posterior_of(recording: Recording, terms: Sequence[Term]) -> Posterior:
             new = min(max(float(known[place].sum()), 1e-9) / max(float(mean[place] @ mean[place]), _TINY), largest)
             changed = max(changed, abs(math.log(new / precision[place.start])))
             precision[place] = new
-        left = max(power - 2.0 * float(mean @ moment) + float(mean @ gram @ mean), _TINY)
+        left = max(power - 2.0 * float(mean @ moment) + float(mean @ gram @ mean), least)
         noise = left / max(number - float(known.sum()), 1.0)
         if changed < Rules.settled:
             break
@@ -155,6 +156,8 @@ def prediction(recording: Recording, posterior: Posterior) -> FloatArray:
 def _grown(recording: Recording, terms: Sequence[Term]) -> Posterior:
     """Return the posterior of the terms that raise the marginal likelihood by more than chance among so many does, the strongest first."""
     posterior = posterior_of(recording, ())
+    if not recording.white.any():  # what a law follows exactly leaves nothing to explain
+        return posterior
     pool, due = list(terms), math.log(len(recording.functions.terms))
     search = WaveSearch(ways_of(recording.functions, recording.conditions), recording.colour, recording.counted)
     for _ in range(Rules.most_terms):

@@ -47,6 +47,11 @@ def test_nothing_is_found_in_noise_that_remembers():
     assert sum(one.gain > 0.0 for one in found) <= 1
 
 
+def test_a_residual_of_zeros_depends_on_nothing():
+    found = flexible(moved(3), 0.0 * noise(3), (moved(4), 0.0 * noise(4)))
+    assert (found.gain, found.terms) == (0.0, ())
+
+
 def test_what_steps_with_the_direction_is_a_dry_friction():
     found = asked(lambda conditions, recording: np.sign(conditions.motions[0].velocity))
     assert str(found.terms[0]) in ("depends on sign of velocity of table", "depends on direction of the last motion of table")
