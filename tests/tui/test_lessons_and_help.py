@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from textual.command import Hit
-from textual.widgets import Input, Markdown, OptionList, Static, Tree
+from textual.widgets import Input, Markdown, OptionList, RichLog, Static, Tree
 
 from lathesim.tui.model.student_book import suggestion
 from lathesim.tui.widgets.controls import ReadOuts
@@ -176,6 +176,25 @@ async def test_the_palette_finds_lessons_channels_parameters_components_effects_
             assert any(str(hit.match_display) == query and about in str(hit.help) for hit in hits if isinstance(hit, Hit)), query
         await app.do_on("configure", "cut")
         await until(pilot, lambda: bool(app.screen.query("#length")), "the form")
+
+
+async def test_commands_are_forms_that_show_what_the_command_prints() -> None:
+    async with opened() as (app, pilot):
+        await pilot.press("w")
+        await until(pilot, lambda: bool(app.screen.query("#field-0")), "the form")
+        app.screen.query_one("#field-0", Input).value = "x_dac.bits=8,12"
+        await pilot.pause()
+        line = "$ lathesim sweep 01_contour_error --vary x_dac.bits=8,12 --variant I"
+        assert str(app.screen.query_one("#line", Static).content) == line
+        await pilot.press("escape", "f6")
+        await until(pilot, lambda: app.current_mode == "lessons", "the lessons")
+        await pilot.press("g")
+        await until(pilot, lambda: bool(app.screen.query("#field-0")), "the form")
+        app.screen.query_one("#field-0", Input).focus()
+        await pilot.press("enter")
+        log = app.screen.query_one(RichLog)
+        await until(pilot, lambda: any("exit code" in line.text for line in log.lines), "the end of the command")
+        assert "class" in log.lines[1].text
 
 
 @pytest.mark.slow

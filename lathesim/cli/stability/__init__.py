@@ -23,7 +23,7 @@ def register_commands() -> list[CommandEntry]:
 @hookimpl
 def register_screens() -> list[ScreenEntry]:
     """Return the views that open over the machine of a lesson."""
-    views = "lathesim.tui.screens.stability_views"
+    views = "lathesim.tui.screens.views"
     tap = "Tap the tool with a hammer, or put its beams together, and fit its modes"
     return [
         ScreenEntry("tool_point", f"{views}:ToolPointView", "k", "Tool point", "configure", tap),

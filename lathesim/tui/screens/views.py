@@ -1,10 +1,16 @@
-"""Views of stability: the lobes of a lesson's cut, and the tool point in frequency."""
+"""Views that open over a screen: stability lobes, the tool point in frequency, and commands as forms to fill in."""
 
 from __future__ import annotations
 
 import math
+import os
+import shlex
+import subprocess
+import sys
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from textual import on
@@ -12,10 +18,10 @@ from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.screen import ModalScreen
-from textual.widgets import Button, Label, Static
+from textual.widgets import Button, Input, Label, RichLog, Static
 
 from lathesim.errors import LatheSimError, LessonError
-from lathesim.lessons.lesson import Lesson
+from lathesim.lessons.lesson import Lesson, results_folder
 from lathesim.record import FloatArray
 from lathesim.stability.choose_modes import FoundModes, find_modes
 from lathesim.stability.frequency_limit import speeds_of
@@ -25,6 +31,10 @@ from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.tui.drawing.curves import MICROMETRES, PlotLine
 from lathesim.tui.widgets.time_plot import TimePlot
 from lathesim.units import from_si, in_unit
+
+if TYPE_CHECKING:
+    from lathesim.tui.app import LathesimApp
+
 
 _SHOWN = 1.6
 """The response is shown up to so many times the highest mode."""
@@ -218,3 +228,172 @@ class ToolPointView(ModalScreen[None]):
     @on(Button.Pressed, "#leave")
     def _leave(self) -> None:
         self.dismiss(None)
+
+
+@dataclass(frozen=True)
+class CommandField:
+    """A field of a form: its title, an example, and the option that takes its text; without an option the text stands by itself."""
+
+    title: str
+    example: str
+    option: str = ""
+    text: str = ""
+
+
+class CommandForm(ModalScreen[None]):
+    """Fills in a command of ``lathesim``, runs it beside the app, and shows what it prints. Closing the form ends the command."""
+
+    BINDINGS = [Binding("escape", "dismiss(None)", "Close")]
+    DEFAULT_CSS = """
+    CommandForm .dialog { width: 96%; max-width: 140; height: 92%; }
+    CommandForm .field { height: 1; }
+    CommandForm .field Label { width: 28; }
+    CommandForm .field Input { width: 1fr; }
+    CommandForm #line { height: auto; max-height: 3; color: $text-muted; }
+    CommandForm RichLog { height: 1fr; }
+    """
+
+    def __init__(self, title: str, words: Sequence[str], fields: Sequence[CommandField], *, of_bench: bool = False) -> None:
+        """Take ``title``, the first ``words`` of the command and its fields; ``of_bench`` adds case and values of the bench."""
+        super().__init__()
+        self._title, self._words, self._fields, self._of_bench = title, list(words), list(fields), of_bench
+        self._process: subprocess.Popen[str] | None = None
+
+    def compose(self) -> ComposeResult:
+        """Return the fields, the command they make, what it prints, and two buttons."""
+        if self._of_bench:
+            self._fields.append(CommandField("Case and values", "--variant I --set x_dac.bits=12", text=self._options_of_bench()))
+        with Vertical(classes="dialog"):
+            yield Label(self._title, markup=False)
+            for place, field in enumerate(self._fields):
+                with Horizontal(classes="field"):
+                    yield Label(field.title)
+                    yield Input(field.text, placeholder=field.example, id=f"field-{place}", compact=True)
+            yield Static("", id="line", markup=False)
+            yield RichLog(wrap=True, min_width=20)
+            with Horizontal(classes="buttons"):
+                yield Button("Run", variant="primary", id="take", compact=True)
+                yield Button("Close", id="leave", compact=True)
+
+    def _options_of_bench(self) -> str:
+        setup = cast("LathesimApp", self.app).workbench.setup
+        return shlex.join(shlex.split(setup.command())[3:]) if setup is not None else ""
+
+    def on_mount(self) -> None:
+        """Show the command; a machine that was rebuilt on the bench is in no lesson that a command could take."""
+        self._show_line()
+        setup = cast("LathesimApp", self.app).workbench.setup
+        if self._of_bench and setup is not None and setup.needs_file:
+            self.query_one(RichLog).write(
+                "Other parts and effects of the bench are left out. Save them as a lesson first, with Ctrl+S in Configure."
+            )
+
+    @property
+    def words(self) -> list[str]:
+        """The words of the command as it is filled in; raises :class:`ValueError` where a quotation mark is open."""
+        found = list(self._words)
+        for place, field in enumerate(self._fields):
+            text = self.query_one(f"#field-{place}", Input).value.strip()
+            found += [field.option, text] if field.option and text else shlex.split(text)
+        return found
+
+    @on(Input.Changed)
+    def _show_line(self) -> None:
+        try:
+            line = f"$ {shlex.join(['lathesim', *self.words])}"
+        except ValueError:
+            line = "A quotation mark is not closed."
+        self.query_one("#line", Static).update(line)
+
+    @on(Input.Submitted)
+    @on(Button.Pressed, "#take")
+    def _run(self) -> None:
+        log = self.query_one(RichLog)
+        try:
+            words = self.words
+        except ValueError:
+            return
+        if self._process is not None and self._process.poll() is None:
+            self.notify("The command is still at work. Close the form to end it.")
+            return
+        log.clear()
+        log.write("Working ...")
+        surroundings = {**os.environ, "NO_COLOR": "1", "COLUMNS": str(max(40, log.size.width - 2)), "PYTHONUTF8": "1"}
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "lathesim", *words],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            encoding="utf-8",
+            env=surroundings,
+        )
+        threading.Thread(target=self._read, args=(self._process,), daemon=True).start()
+
+    def _read(self, process: subprocess.Popen[str]) -> None:
+        assert process.stdout is not None
+        with process.stdout as lines:
+            for line in lines:
+                self._write(line.rstrip())
+        code = process.wait()
+        self._write("Done." if code == 0 else f"Ended with the exit code {code}.")
+
+    def _write(self, line: str) -> None:
+        if self.is_attached and self.app.is_running:
+            self.call_later(self.query_one(RichLog).write, line)
+
+    def on_unmount(self) -> None:
+        """End the command."""
+        if self._process is not None:
+            self._process.terminate()
+
+    @on(Button.Pressed, "#leave")
+    def _leave(self) -> None:
+        self.dismiss(None)
+
+
+def sweep_form(lesson: Lesson) -> CommandForm:
+    """Return the form that runs a lesson over ranges of its parameters."""
+    vary = CommandField("What is varied", "x_controller.proportional+z_controller.proportional=0.2..0.8:4", "--vary")
+    return CommandForm("Sweep", ["sweep", _word(lesson)], [vary, CommandField("Metric", "that of the goal", "--metric")], of_bench=True)
+
+
+def circle_form(lesson: Lesson) -> CommandForm:
+    """Return the form that runs the circular test on a lesson."""
+    return CommandForm("Circular test", ["circle", _word(lesson)], [CommandField("Picture", "circle.png", "--save")], of_bench=True)
+
+
+def remedy_form(lesson: Lesson) -> CommandForm:
+    """Return the form that goes from a diagnosis to its compensation."""
+    fields = [
+        CommandField("Diagnosis", "mine.json, as 'lathesim diagnose --json' writes it"),
+        CommandField("As", "lesson, program or table", "--as"),
+        CommandField("Folder for the files", "remedy", "--out", "remedy"),
+    ]
+    return CommandForm("Remedy", ["remedy", _word(lesson)], fields)
+
+
+def grade_form(lesson: Lesson) -> CommandForm:
+    """Return the form that holds records against the goals of a lesson."""
+    runs = shlex.join(str(path) for path in sorted(results_folder(lesson).glob("*.h5")))
+    return CommandForm("Grade", ["grade", _word(lesson)], [CommandField("Records", "lathesim_runs/01_contour_error/001.h5", text=runs)])
+
+
+def class_form(lesson: Lesson) -> CommandForm:
+    """Return the form that makes a machine for each student of a class."""
+    fields = [
+        CommandField("List of the class", "students.csv", "--students"),
+        CommandField("Folder of the class", "class", "--out", "class"),
+        CommandField("Effects to hide", "CoulombFriction@x_axis, or empty", "--effect"),
+    ]
+    return CommandForm("New class", ["class", "new", _word(lesson)], fields)
+
+
+def class_grade_form(lesson: Lesson) -> CommandForm:
+    """Return the form that grades what a class handed in."""
+    return CommandForm("Grade a class", ["class", "grade"], [CommandField("Folder of the class", "class", text="class")])
+
+
+def _word(lesson: Lesson) -> str:
+    from lathesim.tui.model.machine_tree import Setup
+
+    return Setup(lesson).lesson_word
