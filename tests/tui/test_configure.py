@@ -11,6 +11,7 @@ from lathesim.cli.main import run_command_line
 from lathesim.record import load
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.screens.configure import ConfigureScreen
+from lathesim.tui.widgets.machine_panes import ValuesPane
 from lathesim.tui.widgets.program_listing import ProgramListing
 from tests.tui.driving import edit, opened, run_to_end, told, until
 from tests.tui.screen_words import words_of
@@ -128,7 +129,7 @@ async def test_the_interpolator_is_exchanged_and_its_own_parameters_appear() -> 
         await pilot.press("enter")
         await pilot.pause()
         assert isinstance(app.screen, ConfigureScreen)
-        assert not [entry for entry in app.screen._entries if "e+300" in entry.text]  # a sign of the law's own
+        assert not [entry for entry in app.screen.query_one(ValuesPane)._entries if "e+300" in entry.text]  # a sign of the law's own
         await edit(app, pilot, "interpolator.acceleration", "0.01 m/s^2")
         await run_to_end(app, pilot)
         assert app.workbench.command().startswith("lathesim run lathesim_runs/01_contour_error/001.yaml")

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError, RecordingError
+from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.diagnosis.comparison.compare import Comparison
@@ -95,6 +96,17 @@ def recordings_entry(columns: Sequence[ColumnMeaning], rate: str = "") -> dict[s
 def _signal(item: ColumnMeaning) -> dict[str, Any]:
     found: dict[str, Any] = {"column": item.column, "unit": item.unit}
     return found | ({"scale": item.scale} if item.scale != 1.0 else {})
+
+
+def write_mapping(case: CaseFile, variant: str | None, columns: Sequence[ColumnMeaning]) -> Path:
+    """Write the lesson of a case with what the columns of its recording mean beside the recording, and return its path."""
+    from lathesim.lessons.changed_lesson import changed_lesson
+    from lathesim.lessons.lesson import results_folder
+
+    folder = case.recording.parent
+    path = folder / f"{'_'.join(results_folder(case.lesson).parts[1:])}_{case.recording.stem}.yaml"
+    write_text(path, changed_lesson(case.lesson, (), {}, folder, variant=variant, further={"recordings": recordings_entry(columns)}))
+    return path
 
 
 RECORDING_ENDINGS = {".csv", ".txt", ".tsv", ".dat", ".lvm", ".mat", ".h5", ".hdf5"}

@@ -6,14 +6,13 @@ import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rich.text import Text
 from textual import on
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widget import Widget
-from textual.widgets import DataTable, Input, Label, Static, TabbedContent, TabPane, Tree
+from textual.widgets import Static, TabbedContent, TabPane, Tree
 from textual.widgets.tree import TreeNode
 
 from lathesim.analysis.display_unit import plain_name
@@ -37,11 +36,9 @@ from lathesim.tui.model.machine_tree import (
 )
 from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
+from lathesim.tui.widgets.machine_panes import ValuesPane, WiringView
 from lathesim.tui.widgets.program_listing import ProgramPane
-from lathesim.tui.widgets.wiring_view import WiringView
 from lathesim.whole_file import make_folder, write_new, write_text
-
-_COLUMNS = ("", "name", "value", "default", "bounds", "what it is")
 
 
 @dataclass(frozen=True)
@@ -60,12 +57,6 @@ class ConfigureScreen(WorkbenchScreen):
     ConfigureScreen #about { height: auto; max-height: 3; padding: 0 1; background: $panel; }
     ConfigureScreen TabbedContent { height: 1fr; }
     ConfigureScreen TabPane { padding: 0; }
-    ConfigureScreen #entries { height: 1fr; }
-    ConfigureScreen #edit { height: 1; }
-    ConfigureScreen #edit Label { width: auto; padding: 0 1; }
-    ConfigureScreen #value { width: 1fr; }
-    ConfigureScreen #fault { height: auto; max-height: 3; padding: 0 1; }
-    ConfigureScreen #fault.-wrong { color: $error; }
     """
     BINDINGS = [
         Binding("c", "component", "Part", tooltip="Put another component in the place of the part"),
@@ -81,9 +72,6 @@ class ConfigureScreen(WorkbenchScreen):
     def __init__(self) -> None:
         super().__init__()
         self._choice = _Choice("")
-        self._entries: list[Entry] = []
-        self._shows_aside = False
-        """Whether start values and wired parameters are unfolded."""
         self._saved: set[Path] = set()
         """Files that this app wrote: they may be written again."""
         self._placed: TreeNode[_Choice] | None = None
@@ -97,11 +85,7 @@ class ConfigureScreen(WorkbenchScreen):
                 yield Static("", id="about", markup=False)
                 with TabbedContent(id="tabs"):
                     with TabPane("Values", id="values"):
-                        yield DataTable[Any](id="entries", cursor_type="row", zebra_stripes=True)
-                        with Horizontal(id="edit"):
-                            yield Label("", id="edited", markup=False)
-                            yield Input(id="value", compact=True, disabled=True)
-                        yield Static("", id="fault", markup=False)
+                        yield ValuesPane(self._checked)
                     with TabPane("Wiring", id="wiring"), VerticalScroll():
                         yield WiringView(id="box")
                     with TabPane("Program", id="program"):
@@ -114,7 +98,7 @@ class ConfigureScreen(WorkbenchScreen):
         try:
             case = self.workbench.prepared()
         except LatheSimError as error:
-            self._tell(None, f"This setup cannot run: {error} Undo with Ctrl+Z.")
+            self.query_one(ValuesPane).say(f"This setup cannot run: {error} Undo with Ctrl+Z.")
             return
         self._fill_tree(case)
         self._show_part(case)
@@ -173,115 +157,42 @@ class ConfigureScreen(WorkbenchScreen):
     def _show_part(self, case: Prepared) -> None:
         setup, part = self._setup, self._part(case)
         assert setup is not None
-        about, table = self.query_one("#about", Static), self.query_one("#entries", DataTable)
+        about = self.query_one("#about", Static)
         if part is None:
-            self._entries = simulation_entries(case, setup)
+            entries = simulation_entries(case, setup)
             about.update("The simulation: periods and seed")
             self.query_one(WiringView).show(case, "")
         else:
-            self._entries = part_entries(case, setup, part)
+            entries = part_entries(case, setup, part)
             about.update(f"{part.name}: {part.component.__name__}. {first_sentence(part.component)}")
             self.query_one(WiringView).show(case, part.name)
-        row = table.cursor_row
-        table.clear(columns=True)
-        table.add_columns(*_COLUMNS)
-        aside = sum(entry.is_aside for entry in self._entries)
-        for entry in self._entries[: None if self._shows_aside else len(self._entries) - aside]:
-            sign = "*" if entry.changed else "~" if entry.fed else ""
-            style = "bold" if entry.changed else "dim" if entry.is_aside else ""
-            cells = (sign, plain_name(Place.of(entry.name).port or entry.name), entry.text, entry.default, entry.bounds, entry.doc)
-            table.add_row(*(Text(cell, style=style) for cell in cells))
-        if aside:
-            more = f"{aside} start value{'s' * (aside > 1)} and wired inputs"
-            table.add_row(Text("▾" if self._shows_aside else "▸"), Text(more, style="dim"), *[""] * (len(_COLUMNS) - 2))
-        if table.row_count:
-            table.move_cursor(row=min(row, table.row_count - 1))
-        self._show_edited()
+        self.query_one(ValuesPane).show(entries)
 
     @property
     def entry(self) -> Entry | None:
         """What the cursor of the table stands on."""
-        row = self.query_one("#entries", DataTable).cursor_row
-        return self._entries[row] if 0 <= row < len(self._entries) and not self._is_fold(row) else None
+        return self.query_one(ValuesPane).entry
 
-    def _is_fold(self, row: int) -> bool:
-        """Return whether a row of the table folds what stands aside, or unfolds it."""
-        table = self.query_one("#entries", DataTable)
-        return any(entry.is_aside for entry in self._entries) and row == table.row_count - 1
+    def _checked(self, entry: Entry, typed: str) -> str:
+        return taken_value(self.workbench.prepared(), entry, typed)
+
+    @on(ValuesPane.Taken)
+    def _take(self, event: ValuesPane.Taken) -> None:
+        if self._setup is not None:
+            self._try(with_entry(self._setup, event.entry, event.text))
 
     @on(Tree.NodeSelected, "#machine")
     def _go_to_values(self, event: Tree.NodeSelected[_Choice]) -> None:
         if event.node.data is not None:
             self.query_one("#tabs", TabbedContent).active = "values"
-            self.query_one("#entries", DataTable).focus()
-
-    @on(DataTable.RowHighlighted, "#entries")
-    def _show_edited(self) -> None:
-        entry, field = self.entry, self.query_one("#value", Input)
-        label, table = self.query_one("#edited", Label), self.query_one("#entries", DataTable)
-        with self.prevent(Input.Changed):
-            if entry is None:
-                label.update("Enter shows or hides them." if table.row_count else "nothing to set")
-                field.value, field.disabled = "", True
-            elif entry.fed:
-                label.update(f"{entry.name} comes by a wire from {entry.fed}")
-                field.value, field.disabled = "", True
-            else:
-                label.update(f"{entry.name} =")
-                field.value, field.disabled = entry.text, False
-        self._tell(entry, "")
-
-    @on(DataTable.RowSelected, "#entries")
-    def _edit(self) -> None:
-        field = self.query_one("#value", Input)
-        if self._is_fold(self.query_one("#entries", DataTable).cursor_row):
-            self._shows_aside = not self._shows_aside
-            self._show_part(self.workbench.prepared())
-        elif not field.disabled:
-            field.focus()
-
-    @on(Input.Changed, "#value")
-    def _check(self, event: Input.Changed) -> None:
-        self._taken(event.value)
-
-    def _taken(self, typed: str) -> str | None:
-        """Return the typed text as a value, and show below the field the value taken, or the fault."""
-        entry = self.entry
-        if entry is None:
-            return None
-        try:
-            text = taken_value(self.workbench.prepared(), entry, typed)
-        except LatheSimError as error:
-            self._tell(entry, str(error))
-            return None
-        self._tell(entry, "", "" if text == typed.strip() else f"Taken as {text}. ")
-        return text
-
-    def _tell(self, entry: Entry | None, fault: str, taken: str = "") -> None:
-        """Show below the field the fault of the text, or else the value taken, the description of the entry and its bounds."""
-        bounds = f" ({entry.bounds})" if entry is not None and entry.bounds else ""
-        words = f"✗ {fault}" if fault else f"{taken}{entry.doc}{bounds}" if entry is not None else ""
-        self.query_one("#fault", Static).update(words)
-        self.query_one("#fault", Static).set_class(bool(fault), "-wrong")
-
-    @on(Input.Submitted, "#value")
-    def _take(self, event: Input.Submitted) -> None:
-        entry, setup = self.entry, self._setup
-        if entry is None or setup is None:
-            return
-        text = self._taken(event.value)
-        if text is None:
-            return
-        if text != entry.text:
-            self._try(with_entry(setup, entry, text))
-        self.query_one("#entries", DataTable).focus()
+            self.query_one(ValuesPane).focus_table()
 
     def _try(self, setup: Setup) -> bool:
         """Put a setup on the bench where it can run; else say why not."""
         try:
             setup.prepared(self.workbench.registry)
         except LatheSimError as error:
-            self._tell(None, str(error))
+            self.query_one(ValuesPane).say(str(error))
             self.tell_fault(str(error))
             return False
         self.workbench.change(setup)
@@ -420,9 +331,4 @@ class ConfigureScreen(WorkbenchScreen):
         case = self.workbench.prepared()
         self._fill_tree(case)
         self._show_part(case)
-        row = next((place for place, entry in enumerate(self._entries) if entry.name == name), 0)
-        self._shows_aside = bool(self._entries) and self._entries[row].is_aside
-        self._show_part(case)
-        table = self.query_one("#entries", DataTable)
-        table.move_cursor(row=row)
-        table.focus()
+        self.query_one(ValuesPane).go_to(name)

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from rich.text import Text
 from textual import on
@@ -20,12 +20,12 @@ from textual.widgets.option_list import Option
 from lathesim.component import Parameter
 from lathesim.errors import LatheSimError
 from lathesim.tui.model import case_file
-from lathesim.tui.model.case_file import CaseFile, ColumnMeaning, Guess, guessed_columns, recordings_entry
+from lathesim.tui.model.case_file import CaseFile, ColumnMeaning, Guess, guessed_columns
 from lathesim.tui.model.workbench import REGISTRY, SETUP
+from lathesim.tui.screens.help import EFFECT, part_page
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.case_panes import ComparePane, DiagnosisPane
 from lathesim.tui.widgets.controls import BrowseList
-from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
     from lathesim.tui.screens.forms import Order
@@ -154,8 +154,6 @@ class DetectiveScreen(WorkbenchScreen):
             self.set_focus(None)
         self.query_one(TabbedContent).active = tab
 
-    # 1 Recording
-
     @on(OptionList.OptionSelected, "#nearby")
     def _open_nearby(self, event: OptionList.OptionSelected) -> None:
         self.open(self._nearby[event.option_index])
@@ -198,17 +196,11 @@ class DetectiveScreen(WorkbenchScreen):
         self.app.push_screen(MappingForm(case.recording, columns, targets), self._take_mapping)
 
     def _take_mapping(self, columns: list[ColumnMeaning] | None) -> None:
-        from lathesim.lessons.changed_lesson import changed_lesson
-        from lathesim.lessons.lesson import results_folder
-
         case, setup = self.case, self.workbench.setup
         if columns is None or case is None or setup is None:
             return
-        folder = case.recording.parent
-        path = folder / f"{'_'.join(results_folder(case.lesson).parts[1:])}_{case.recording.stem}.yaml"
         try:
-            text = changed_lesson(case.lesson, (), {}, folder, variant=setup.variant, further={"recordings": recordings_entry(columns)})
-            write_text(path, text)
+            path = case_file.write_mapping(case, setup.variant, columns)
             self.workbench.open_lesson(path)
             assert self.workbench.setup is not None
             self.case = CaseFile(self.workbench.setup.lesson, case.recording)
@@ -217,8 +209,6 @@ class DetectiveScreen(WorkbenchScreen):
             return
         self.notify(f"The meaning of the columns is kept in {path}.", markup=False)
         self.action_compare()
-
-    # 2 Compare
 
     @on(Button.Pressed, "#do-compare")
     def action_compare(self) -> None:
@@ -238,8 +228,6 @@ class DetectiveScreen(WorkbenchScreen):
             self.query_one("#place", Input).value = case.comparison.suspect
         self._go(COMPARE)
 
-    # 3 Guess
-
     def action_guess(self) -> None:
         """Go to the guess."""
         self._go(GUESS)
@@ -247,15 +235,9 @@ class DetectiveScreen(WorkbenchScreen):
 
     @on(OptionList.OptionHighlighted, "#effects")
     def _look_at_effect(self, event: OptionList.OptionHighlighted) -> None:
-        from typing import Any, cast
-
-        from lathesim.manual.component_page import component_page, effect_notes
-
-        registry = self.workbench.registry
-        effect = registry.effect(self._effects[event.option_index])
-        page = self.query_one("#page", Static)
-        notes = effect_notes(cast("Any", effect), max(40, self.size.width - _BESIDE_LIST))
-        page.update(f"{component_page(effect, registry.origins[effect.__name__])}\n\n{notes}")
+        registry, name = self.workbench.registry, self._effects[event.option_index]
+        effect = registry.effect(name)
+        self.query_one("#page", Static).update(part_page(registry, EFFECT, name, max(40, self.size.width - _BESIDE_LIST)))
         sizes = [name for name in effect.declared(Parameter) if name not in cast("Any", effect).identification.nuisance]
         self.query_one("#size", Input).placeholder = f"{sizes[0]} with its unit" if sizes else "nothing to guess"
 
@@ -281,8 +263,6 @@ class DetectiveScreen(WorkbenchScreen):
         self.case.guess = guess
         self.query_one(DiagnosisPane).say(f"Your guess: {guess.words}. s starts the search.")
         self._go(DIAGNOSIS)
-
-    # 4 Diagnosis
 
     @on(Button.Pressed, "#do-diagnose")
     def action_diagnose(self) -> None:
@@ -343,25 +323,22 @@ class DetectiveScreen(WorkbenchScreen):
         self.lathesim.action_run_or_stop()
         self.action_compare()
 
-    # 5 Answer
-
     @on(Button.Pressed, "#do-reveal")
     def action_reveal(self) -> None:
         """Open the sealed answer."""
         self._go(ANSWER)
         seal, answer = (self.query_one(f"#{name}", Input).value.strip() for name in ("seal", "sealed"))
-        if not seal or not answer:
+        if seal and answer:
+            self.reveal(seal, answer)
+        else:
             self.tell_fault("Write the case folder and the file of the answer.")
-            return
-        self.reveal(seal, answer)
 
     def reveal(self, seal: str, answer: str) -> None:
         """Show the sealed answer, or why it cannot be opened."""
         try:
             lines = case_file.reveal(Path(seal), Path(answer), self.case)
         except (LatheSimError, OSError) as error:
-            self.query_one("#truth", Static).update(f"✗ {error}")
-            return
+            lines = [f"✗ {error}"]
         self.query_one("#truth", Static).update("\n".join(lines))
 
     @on(Button.Pressed, "#do-conceal")

@@ -23,6 +23,7 @@ from lathesim.tui.model.workbench import REGISTRY
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 
 if TYPE_CHECKING:
+    from lathesim.plugins import Registry
     from lathesim.tui.app import LathesimApp
 
 
@@ -111,20 +112,11 @@ class HelpScreen(WorkbenchScreen):
             text.update(_keys(self.lathesim))
         else:
             try:
-                text.update(self._part_page(kind, name))
+                text.update(part_page(self.workbench.registry, kind, name, max(40, self.query_one("#page").size.width - 3)))
             except LatheSimError as error:
                 text.update(str(error))
         self.query_one("#page", VerticalScroll).scroll_home(animate=False)
         self.show_command()
-
-    def _part_page(self, kind: str, name: str) -> str:
-        from lathesim.manual.component_page import component_page, effect_notes
-
-        registry = self.workbench.registry
-        item = registry.effect(name) if kind == EFFECT else registry.component(name)
-        page = component_page(item, registry.origins[name])
-        width = max(40, self.query_one("#page").size.width - 3)
-        return f"{page}\n\n{effect_notes(cast('Any', item), width)}" if kind == EFFECT else page
 
     def command(self) -> str:
         """Return the command that prints the page."""
@@ -136,6 +128,15 @@ class HelpScreen(WorkbenchScreen):
     def action_search(self) -> None:
         """Go to the field to search in."""
         self.query_one("#wanted", Input).focus()
+
+
+def part_page(registry: Registry, kind: str, name: str, width: int) -> str:
+    """Return the page of a component or an effect in lines of ``width`` characters; raises :class:`LatheSimError` for an unknown name."""
+    from lathesim.manual.component_page import component_page, effect_notes
+
+    item = registry.effect(name) if kind == EFFECT else registry.component(name)
+    page = component_page(item, registry.origins[name])
+    return f"{page}\n\n{effect_notes(cast('Any', item), width)}" if kind == EFFECT else page
 
 
 def _fits(wanted: str, *texts: str | None) -> bool:
