@@ -13,7 +13,7 @@ from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.location import Compared, compared, resting
+from lathesim.diagnosis.location import Compared, _showing, compared, resting
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_measured, other_laws
 from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
@@ -41,7 +41,7 @@ from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validatio
 from lathesim.diagnosis.reporting.number_text import percent
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import without_name
-from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, ranked, removed_share
+from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, ranked, recordable, removed_share
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import (
     CONFIDENCE,
@@ -52,6 +52,7 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
 from lathesim.identification.records import Candidate, Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.recordings.raw_table import Finding
 
@@ -132,7 +133,20 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
         rule=rule.reason,
         history=found.history,
         explanations=explanations_of(study, found, moved, doubted, differ=differ),
+        easiest=_easiest(experiment),
     )
+
+
+def _easiest(experiment: Experiment) -> str:
+    """Return the channel, easiest to log, that shows more than the place or speed that a compared one shows; empty where none does."""
+    parts = {part.name: part for part in experiment.machine.assembly.parts}
+    wires = {item.target: item for item in experiment.machine.assembly.wires}
+    for name in recordable(experiment):
+        part, port = Place.of(measured_output(parts, wires, name))
+        ports = parts[part].component.ports
+        if port not in (ports.get("displacement"), ports.get("flow")) or not _showing(experiment, part):
+            return name
+    return ""
 
 
 def _sides(outcome: _Outcome, ranked: Sequence[RankedEffect]) -> list[str]:
@@ -271,7 +285,7 @@ def _baseline(experiment: Experiment, found: Found, values: Estimates) -> dict[s
         declared = declared_in(experiment, item.name)
         interval = bounded(Interval(estimate.value, declared.unit, estimate.value - half, estimate.value + half), declared)
         without = found.baseline.fitted.by_name[item.name]
-        result[item.name] = BaselineValue(declared.unit, item.given, without, estimate.value, interval.low, interval.high)
+        result[item.name] = BaselineValue(declared.unit, item.given, without, estimate.value, interval.low, interval.high, interval.ends)
     if other := found.controller:
         half = CONFIDENCE * other.error
         result[other.name] = BaselineValue(other.unit, other.given, other.value, other.value, other.value - half, other.value + half)

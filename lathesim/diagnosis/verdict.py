@@ -203,7 +203,7 @@ def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, m
     chosen = found.worth.get(item.candidate.part)
     tied = {candidate.part for candidate in item.tied}
     rivals = [trial.model.fitted for trial in found.rivals.get(item.candidate.part, ()) if trial.candidate.part in tied]
-    channels = _recordable(experiment)
+    channels = recordable(experiment)
     if chosen is None or not rivals or not channels:
         return None
     first, *others = _simulated(experiment, channels, [chosen.model.fitted, *rivals])
@@ -216,7 +216,7 @@ def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, m
     )
 
 
-def _recordable(experiment: Experiment) -> list[str]:
+def recordable(experiment: Experiment) -> list[str]:
     """Return what could be recorded and no compared channel shows, the easiest first."""
     parts = {part.name: part for part in experiment.machine.assembly.parts}
     wires = {item.target: item for item in experiment.machine.assembly.wires}

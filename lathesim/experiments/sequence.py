@@ -171,7 +171,8 @@ def _tied_names(effect: FoundEffect) -> list[str]:
 
 def _with_verdict(answers: Sequence[Diagnosis], chosen: Diagnosis, effects: tuple[FoundEffect, ...], *, is_tied: bool) -> Diagnosis:
     verdict: Verdict = chosen.verdict if chosen.verdict not in NAMING else "tied" if is_tied else "named"
-    return replace(chosen, effects=effects, verdict=verdict, wall_time=sum(answer.wall_time for answer in answers))
+    wall_time, judges = sum(answer.wall_time for answer in answers), tuple(answer.validation for answer in answers)
+    return replace(chosen, effects=effects, verdict=verdict, wall_time=wall_time, judges=judges)
 
 
 def _by_odds(answers: Sequence[Diagnosis]) -> Diagnosis:

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import re
 import signal
 import threading
 from pathlib import Path
@@ -78,7 +79,11 @@ def test_json_tells_what_a_program_needs(answered: tuple[Said, Path]) -> None:
     assert set(answer["fit"][POSITION]) >= {"unit", "floor", "before", "after", "recording"}
     assert answer["fit"][POSITION]["recording"] == "check.csv"
     assert set(answer["baseline"]["x_axis.viscous"]) >= {"unit", "given", "refit_without", "refit_with"}
-    assert (answer["summary"][0], answer["sentence"]) == ("The simulation left out CoulombFriction at x_axis.",) * 2
+    assert answer["summary"][0] == answer["sentence"]
+    assert re.fullmatch(
+        r"The simulation left out CoulombFriction at x_axis\. x_encoder\.position stays off by [\d.]+ um, \d+ times its noise\.",
+        answer["sentence"],
+    )
     kept = [one for one in answer["explanations"] if one["kept"] and one["kind"] == "effect"]
     assert [(one["name"], one["place"], one["kind"]) for one in kept] == [("CoulombFriction", "x_axis", "effect")]
     assert kept[0]["gain"] > kept[0]["chance"] + 5.0 * kept[0]["standard_error"] > 0.0
@@ -105,7 +110,7 @@ def test_a_person_reads_what_where_and_how_sure(answered: tuple[Said, Path]) -> 
     assert "Paste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: " in said.out
     assert "Traceback" not in said.err
     assert (folder / "out" / "report.html").is_file()
-    assert said.out.startswith("The simulation left out CoulombFriction at x_axis.\n")
+    assert said.out.startswith("The simulation left out CoulombFriction at x_axis. x_encoder.position stays off by ")
     decided = said.out.partition("\nHow it was decided:\n")[2].splitlines()
     assert decided[0].split() == ["explanation", "gain", "error", "chance", "level", "kept", "why"]
     assert decided[2].startswith("the lesson, its uncertain values fitted")
@@ -277,7 +282,7 @@ def test_beside_a_recording_from_before_only_what_changed_is_named(
         for earlier in (sound[1], rubbing[2])
     )
     assert [effect["effect"] for effect in changed["effects"]] == ["CoulombFriction"]
-    assert changed["sentence"] == "New since fit.csv: CoulombFriction at x_axis."
+    assert changed["sentence"].startswith("New since fit.csv: CoulombFriction at x_axis. x_encoder.position stays off by ")
     assert unchanged["effects"] == []
     assert any("from before the change" in line for line in unchanged["left"])
 

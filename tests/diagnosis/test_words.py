@@ -1,7 +1,9 @@
 """The words of an answer: six lines, its table and remarks at a terminal; nothing that another line contradicts."""
 
+import ast
 import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,12 +23,15 @@ from lathesim.diagnosis.records.diagnosis import (
     as_json,
     with_unit,
 )
-from lathesim.diagnosis.reporting.explanations import explanation_lines
+from lathesim.diagnosis.reporting import explanations
+from lathesim.diagnosis.reporting.explanations import NOT_REACHED, explanation_lines
+from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.number_text import plain
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from tests.diagnosis.sample_diagnoses import ALL, CLEAN, COULOMB, FAULT, NAMED, PARAMETERS, TIED, UNKNOWN
+from tests.diagnosis.stored.answers import stored
 
 FOREIGN = re.compile(r"\b(floors?|nats?|shaken|replicates?|null|of the rest|residual|held.out|catalogue)\b")
 """Words that a reader from outside does not know."""
@@ -88,15 +93,33 @@ def test_beside_a_recording_from_before_a_change_the_answer_is_what_is_new() -> 
     ids=["as it is", "other values"],
 )
 def test_a_channel_that_stays_off_and_that_nothing_predicts_is_said_beside_the_verdict(diagnosis: Diagnosis, beginning: str) -> None:
-    told = headline(replace(diagnosis, fit=OFF))
-    assert told == f"No physics is missing: {beginning}. {SCALE} stays off by 1.77 µm; nothing recorded predicts that."
-    assert "Where" not in lines(replace(diagnosis, fit=OFF))
+    off = replace(diagnosis, fit=OFF, easiest="x_drive.current")
+    stays = f"{SCALE} stays off by 1.77 µm, 5.9 times its noise."
+    part = f"{beginning.removesuffix(' the recording')} a part of the recording."
+    assert headline(off) == f"{part[0].upper()}{part[1:]} {stays} No known effect and nothing recorded predicts that."
+    told = lines(off)
+    assert "Where" not in told
+    more = "Record more motion: longer, at other speeds and places."
+    assert told["Next"].endswith(f"{more} Log x_drive.current too: of what nothing compared shows, it is the easiest.")
+    assert "with --validate." in lines(replace(off, judges_itself=True))["Next"]
+    assert ", in part<" in report_html(off) or "Explained in part" in report_html(off)
+    assert "may be used as it is" not in "".join(answer_lines(off)) + report_html(off)
     assert headline(replace(diagnosis, fit=CLEAN.fit)) == f"No physics is missing: {beginning}."
 
 
+def test_a_channel_that_stays_off_is_named_also_where_effects_are() -> None:
+    assert (
+        headline(replace(NAMED, fit=OFF))
+        == f"The simulation left out CoulombFriction at x_axis. {SCALE} stays off by 1.77 µm, 5.9 times its noise."
+    )
+    assert lines(replace(NAMED, fit=OFF))["Next"].endswith("The report shows when most is left.")
+
+
 def test_a_value_that_is_far_off_is_named() -> None:
-    told = headline(replace(PARAMETERS, far_off=("x_axis.mass",), fit=CLEAN.fit))
-    assert told == "No physics is missing, but x_axis.mass is further off than the lesson declares possible."
+    far = replace(PARAMETERS, far_off=("x_axis.mass",))
+    said = "x_axis.mass is further off than the lesson declares possible."
+    assert headline(replace(far, fit=CLEAN.fit)) == f"No physics is missing, but {said}"
+    assert f"explain a part of the recording. {said} {SCALE} stays off by " in headline(replace(far, fit=OFF))
 
 
 @pytest.mark.parametrize("name", ["named", "tied", "unknown", "parameters_only"])
@@ -186,6 +209,51 @@ def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> Non
     assert "Sure" not in lines(replace(CLEAN, explanations=()))
 
 
+def test_every_reason_for_which_an_effect_is_left_out_reads_as_a_sentence_after_its_name() -> None:
+    """A reason that begins with a verb reads after a name, in the line and in the table."""
+    tree = ast.parse(Path(explanations.__file__).read_text(encoding="utf-8"))
+    made = [one for one in ast.walk(tree) if isinstance(one, ast.FunctionDef) and one.name in ("_why_not", "_too_small", "_why_another")]
+    texts = [one for function in made for one in ast.walk(function) if isinstance(one, ast.Return)]
+    begun = [word for one in texts for word in re.findall(r"(?:return |if kept else )f?['\"](\w+)", ast.unparse(one))]
+    verbs = {"predicts", "explains", "gains", "fits", "needs", "changes", "is", "was"}
+    assert len(begun) >= 14
+    assert set(begun) <= verbs
+    for reason in {one["reason"] for answer in stored().values() for one in answer["explanations"] if one["kind"] == "effect"}:
+        assert reason.split()[0] in verbs
+        one = Explanation("Backlash", SCALE, "effect", 90.0, 1.0, 3.0, False, reason)
+        assert lines(replace(CLEAN, explanations=(one,)))["Sure"] == f"The best of the effects, Backlash at {SCALE}, {reason}."
+
+
+def test_where_the_verdict_is_of_the_lesson_and_values_moved_both_are_told() -> None:
+    """The verdict asks what is likelier, the table which values the recordings hold."""
+    moved = replace(CLEAN, baseline={"x_axis.mass": BaselineValue("kg", 10.0, 10.0, 12.0, 11.0, 13.0)})
+    told = lines(moved)
+    assert told["Size"] == "x_axis.mass is 12.0 kg (95 % interval 11.0 to 13.0 kg) and not 10 kg."
+    assert told["Next"] == "Measure x_axis.mass: the lesson may be used as it is, for motions like these."
+    needed = replace(moved, fit={SCALE: ChannelFit("m", 3e-7, 9e-6, 5e-7, "v")})
+    assert headline(needed) == "No physics is missing: the lesson explains the recording, with other values than the given ones."
+    assert lines(needed)["Next"] == "Measure x_axis.mass, and correct it in the lesson."
+    assert "Other values<" in report_html(needed)
+
+
+def test_values_that_moved_only_together_are_told_too() -> None:
+    alone = {
+        "late.delay": BaselineValue("s", 0.065, 0.065, 0.069, 0.039, 0.099),
+        "x.inertia": BaselineValue("kg", 4.0, 4.0, 2.0, 0.0, 9.0, ends=(True, False)),
+    }
+    told = replace(PARAMETERS, baseline=alone, fit=CLEAN.fit)
+    assert lines(told)["Size"] == (
+        "x.inertia is 2.0 kg (95 % interval at most 9.0 kg) and not 4 kg; late.delay is 69 ms (95 % interval 39 to 99 ms) and not 65 ms; "
+        "only together other values explain more, and none of them alone."
+    )
+    assert any(line.startswith("late.delay") and "39 to 99 ms" in line for line in answer_lines(told))
+
+
+def test_each_recording_that_judged_is_named() -> None:
+    told = lines(replace(NAMED, judges=("a.csv", "b.csv"), validation="a.csv"))["Compared"]
+    assert "judged by a.csv and b.csv. The whole simulation is off in a.csv by (" in told
+
+
 def test_values_that_moved_are_told_with_interval_and_the_given_value() -> None:
     moved = {f"x.v{place}": BaselineValue("kg", 10.0, 10.0, 12.0 + place, 11.0, 15.0) for place in range(5)}
     told = lines(replace(PARAMETERS, baseline=moved))["Size"]
@@ -250,7 +318,11 @@ def test_the_table_of_the_decision_holds_all_that_competed_and_says_what_its_col
         "smooth functions, for what is left at x_controller.voltage  2220  210    630           yes   predicts what is left; it depends on"
     )
     assert lines[8].startswith(smooth)
-    assert lines[9] == "Not judged, as the first recording is fitted hardly better: 1 effect."
+    assert lines[9] == "Not fitted, as a linear estimate promises too little: 1 effect."
+    waiting = [replace(UNKNOWN.explanations[-1], kind="effect", gain=np.nan, reason=why) for why in (NOT_REACHED, "fits it hardly better")]
+    assert explanation_lines(replace(UNKNOWN, explanations=tuple(waiting)))[4:6] == [
+        "Not fitted, as the search was stopped: 1 effect.", "Not judged, as the first recording is fitted hardly better: 1 effect."
+    ]  # fmt: skip
     assert lines[-1] == "Chance level: smaller gains may be chance. It is 3 errors, or 10 and 3 for each fitted value if that is more."
     assert "unit at x_encoder.position" in explanation_lines(FAULT)[4]
 

@@ -36,6 +36,9 @@ TOO_SLOW = "The recording is too slow for this question; no physics is named fro
 _OF_EARLIER_METHODS: dict[str, Any] = {"possible": [], "residual_tests": [], "stability": None}
 """Keys of the format that nothing fills any more: readers may still ask for them."""
 
+Ends = tuple[bool, bool]
+"""Whether an interval ends at the lowest, and at the highest value that may be set: nothing recorded ends it there."""
+
 NAMING: tuple[Verdict, ...] = ("named", "tied")
 """The verdicts that name effects."""
 
@@ -48,6 +51,7 @@ class Interval:
     unit: str
     low: float
     high: float
+    ends: Ends = (False, False)
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,7 @@ class BaselineValue:
     refit_with: float
     low: float = math.nan
     high: float = math.nan
+    ends: Ends = (False, False)
 
 
 @dataclass(frozen=True)
@@ -219,6 +224,10 @@ class Diagnosis:
     """On which side of a spring the recordings show a sensor to sit, where the lesson does not say it."""
     turned: tuple[str, ...] = ()
     """Which channels were recorded with the other sign, one sentence each."""
+    judges: tuple[str, ...] = ()
+    """The recordings that judged, where these are several; ``validation`` is the one of which the answer is shown."""
+    easiest: str = ""
+    """The channel that no compared one shows and that is the easiest to log; empty where all are shown."""
 
     @property
     def is_one_stroke(self) -> bool:

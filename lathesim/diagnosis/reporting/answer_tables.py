@@ -32,7 +32,7 @@ def before_text(diagnosis: Diagnosis) -> str:
 
 def item_text(item: Interval, undetermined: bool) -> str:
     """Return a size with its interval: ``"20.4 N (20.2 to 20.6 N)"``."""
-    value, interval = interval_texts(item.value, item.low, item.high, item.unit)
+    value, interval = interval_texts(item.value, item.low, item.high, item.unit, item.ends)
     doubt = ", not determined here" if undetermined else ", may be zero" if item.low < 0.0 < item.high else ""
     return f"{value} ({interval}{doubt if math.isfinite(item.low + item.high) else ''})"
 
@@ -50,6 +50,6 @@ def value_rows(diagnosis: Diagnosis) -> Rows:
     """Return each uncertain value of the lesson as given and as fitted, with its interval."""
     rows: Rows = []
     for name, item in diagnosis.baseline.items():
-        value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
+        value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit, item.ends)
         rows.append((name, quantity_text(item.given, item.unit), value, interval))
     return rows

@@ -105,7 +105,8 @@ def bounded(interval: Interval, declared: Declaration) -> Interval:
     if not isinstance(declared, Parameter):
         return interval
     low, high = (float(np.clip(bound, declared.low, declared.high)) for bound in (interval.low, interval.high))
-    return replace(interval, low=min(low, interval.value), high=max(high, interval.value))
+    ends = (interval.low < declared.low, interval.high > declared.high)
+    return replace(interval, low=min(low, interval.value), high=max(high, interval.value), ends=ends)
 
 
 def _first_line(candidate: Candidate) -> str:
@@ -119,5 +120,5 @@ def _turned(candidate: Candidate, parameters: dict[str, Interval]) -> dict[str, 
     sizes = [size for phase in phases_to_turn(candidate, values) for size in candidate.waves[phase] if size in values]
     for name in (Place.of(size).port for size in sizes):
         item = parameters[name]
-        turned[name] = Interval(-item.value, item.unit, -item.high, -item.low)
+        turned[name] = Interval(-item.value, item.unit, -item.high, -item.low, item.ends[::-1])
     return turned

@@ -23,6 +23,8 @@ from lathesim.recordings.raw_table import Finding, counted
 
 HEAD = ("explanation", "gain", "error", "chance level", "kept", "why")
 ON_NOTHING = "depends on nothing recorded"
+NOT_FITTED = "gains too little, by a linear estimate, to be fitted"
+NOT_REACHED = "was not fitted before the search was stopped"
 UNKNOWN = Gain(math.nan, math.nan)
 
 
@@ -45,7 +47,7 @@ def explanations_of(study: Study, found: Found, moved: Gain, doubted: Sequence[D
     effects = [_effect(study, found, one) for one in best_of_each(found)]
     tried = {one.candidate.part for one in found.tried}
     waiting = [
-        _row((one.name, one.at, "effect"), UNKNOWN, method, kept=False, why="gains too little, by a linear estimate, to be fitted")
+        _row((one.name, one.at, "effect"), UNKNOWN, method, kept=False, why=NOT_FITTED if found.complete else NOT_REACHED)
         for one in study.estimation.candidates
         if one.part not in tried
     ]
@@ -145,6 +147,9 @@ def _too_small(one: Tried, method: Method) -> str:
 def _why_another(study: Study, found: Found, one: Tried) -> str:
     """Return which explanation was taken in the place of a trial that is good by itself."""
     kept = found.model.candidates
+    dropped = [step.why for step in found.history if step.move == "drop" and one.name in step.went]
+    if dropped:
+        return f"was dropped, as {dropped[-1]}"
     for candidate in kept:
         if any(one.candidate.part == rival.candidate.part for rival in found.rivals.get(candidate.part, ())):
             return f"predicts as well as {candidate.name} at {candidate.at}, and may be there in its place"
@@ -155,9 +160,9 @@ def _why_another(study: Study, found: Found, one: Tried) -> str:
     if taken is None and found.values is not None:
         return "predicts no better than other values of the lesson"
     if taken is None:
-        return "is not needed beside what was kept" if kept else "smooth functions of what the machine does predict far more"
+        return "is not needed beside what was kept" if kept else "was not taken, as the best of its round was dropped"
     if as_good(one.model, taken, study):
-        return f"predicts hardly better than {taken.name}, which has fewer values or comes first in the catalogue"
+        return f"predicts hardly better than {taken.name}, which has fewer values or comes first in the list"
     return f"predicts worse than {taken.name}, and is not needed beside it"
 
 
@@ -188,11 +193,16 @@ def explanation_rows(diagnosis: Diagnosis, most: int) -> tuple[list[tuple[str, .
 
 
 def _judged(explanations: Sequence[Explanation]) -> tuple[list[Explanation], list[str]]:
-    """Return the explanations in the order of the table, without effects that were not judged, and a sentence on those."""
+    """Return the explanations in the order of the table, without effects that were not judged, and sentences on those."""
     shown = [one for one in explanations if one.kind != "effect" or math.isfinite(one.gain)]
-    waiting = len(explanations) - len(shown)
+    waiting = [one.reason for one in explanations if one.kind == "effect" and not math.isfinite(one.gain)]
     ordered = sorted(shown, key=lambda one: (KINDS.index(one.kind), not one.kept, -one.gain if math.isfinite(one.gain) else math.inf))
-    return ordered, [f"Not judged, as the first recording is fitted hardly better: {counted(waiting, 'effect')}."] if waiting else []
+    said = (
+        ("Not fitted, as a linear estimate promises too little", waiting.count(NOT_FITTED)),
+        ("Not fitted, as the search was stopped", waiting.count(NOT_REACHED)),
+        ("Not judged, as the first recording is fitted hardly better", sum(why not in (NOT_FITTED, NOT_REACHED) for why in waiting)),
+    )
+    return ordered, [f"{text}: {counted(many, 'effect')}." for text, many in said if many]
 
 
 def explanation_row(one: Explanation) -> tuple[str, ...]:

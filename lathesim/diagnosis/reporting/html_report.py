@@ -17,7 +17,7 @@ import lathesim
 from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal
+from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal, Verdict
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.answer_tables import before_text, effect_rows
 from lathesim.diagnosis.reporting.explanations import HEAD, explanation_rows, legend
@@ -29,7 +29,7 @@ from lathesim.diagnosis.reporting.number_text import (
     quantity_text,
     words,
 )
-from lathesim.diagnosis.reporting.summary import is_worse, summary_lines
+from lathesim.diagnosis.reporting.summary import is_worse, needs_other_values, still_off, summary_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import CONFIDENCE
@@ -43,6 +43,8 @@ _WORDS = {
     "unknown": "Unknown",
     "recording_fault": "Fault of the recording",
 }
+_IN_PART: dict[str, str] = {"no_mismatch": "Explained in part", "parameters_only": "Other values, in part"}
+"""The words of the verdicts that find no physics missing, where a channel stays off."""
 _STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
 
 
@@ -57,14 +59,14 @@ def report_html(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
 
 def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
     modelled = bool(diagnosis.effects or diagnosis.discovered)
-    changed = modelled or diagnosis.verdict == "parameters_only"
+    changed = modelled or needs_other_values(diagnosis, method)
     order = _by_size(diagnosis.fit)
     changes = [_change(name, diagnosis) for name in order[: Shown.most_rows]]
     summary = summary_lines(diagnosis, method)
     decided, more = explanation_rows(diagnosis, 2 * Shown.most_rows)
     return {
         "verdict": diagnosis.verdict,
-        "verdict_word": _WORDS[diagnosis.verdict],
+        **_shown_verdict(diagnosis, method),
         "headline": summary[0].partition(". ")[::2],
         "summary": [pretty(line).partition(": ")[::2] for line in summary[1:]],
         "before": before_text(diagnosis),
@@ -98,6 +100,14 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
         "decided": decided, "decided_head": HEAD, "decided_legend": " ".join([*more, *legend(method)]), "rule": diagnosis.rule,
     }  # fmt: skip
+
+
+def _shown_verdict(diagnosis: Diagnosis, method: Method) -> dict[str, str]:
+    """Return the verdict in words, and the one in whose colours the page is."""
+    if diagnosis.verdict in _IN_PART and still_off(diagnosis, method):
+        return {"look": "unknown", "verdict_word": _IN_PART[diagnosis.verdict]}
+    look: Verdict = "parameters_only" if needs_other_values(diagnosis, method) else diagnosis.verdict
+    return {"look": look, "verdict_word": _WORDS[look]}
 
 
 def _own(wires: Wires) -> list[tuple[str, str]]:
@@ -208,7 +218,7 @@ def _drawings(diagnosis: Diagnosis, order: Sequence[str]) -> list[Any]:
 def _baseline(name: str, item: BaselineValue, method: Method = STANDARD) -> dict[str, Any]:
     """Return a row of the table of refitted values, with the share by which the value fitted last differs from the lesson's."""
     change = item.refit_with - item.given
-    value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
+    value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit, item.ends)
     deviation = 0.5 * (item.high - item.low) / CONFIDENCE
     share = change / abs(item.given) if item.given else math.nan
     return {

@@ -53,16 +53,20 @@ def quantity_text(value: float, unit: str, digits: int = 4) -> str:
     return f"{number(value / factor, digits=digits)} {name}".strip() if math.isfinite(value) else NOTHING
 
 
-def interval_texts(value: float, low: float, high: float, unit: str) -> tuple[str, str]:
-    """Return a value and its interval, both to the digit that the interval makes worth telling: ``("20.4 N", "20.2 to 20.6 N")``."""
+def interval_texts(value: float, low: float, high: float, unit: str, ends: tuple[bool, bool] = (False, False)) -> tuple[str, str]:
+    """Return a value and its interval, both to the digit that the interval makes worth telling: ``("20.4 N", "20.2 to 20.6 N")``.
+
+    An interval that ``ends`` at the lowest or the highest value that may be set has one end: ``"at most 20.6 N"``.
+    """
     factor, name = shared_unit([value, low, high], unit)
     shown, least, most = value / factor, low / factor, high / factor
-    if not (math.isfinite(least) and math.isfinite(most)):
+    if not (math.isfinite(least) and math.isfinite(most)) or all(ends):
         return quantity_text(value, unit), "not determined here"
     half = 0.5 * abs(most - least)
     decimals = min(8, 1 - math.floor(math.log10(half))) if half > 0.0 else None
     texts = [number(item, decimals) for item in (shown, least, most)]
-    return f"{texts[0]} {name}".strip(), f"{texts[1]} to {texts[2]} {name}".strip()
+    between = f"at most {texts[2]}" if ends[0] else f"at least {texts[1]}" if ends[1] else f"{texts[1]} to {texts[2]}"
+    return f"{texts[0]} {name}".strip(), f"{between} {name}".strip()
 
 
 def percent(share: float) -> str:

@@ -56,8 +56,12 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     return (*sentences, *experiments[1:])
 
 
-def next_step(diagnosis: Diagnosis, worse: Sequence[str]) -> str:
-    """Return the next step; ``worse`` are the channels that the answer predicts worse than the lesson alone."""
+def next_step(diagnosis: Diagnosis, worse: Sequence[str], values: Sequence[str], *, needed: bool, off: bool) -> str:
+    """Return the next step.
+
+    ``worse`` are the channels that the answer predicts worse than the lesson alone, ``values`` those of the lesson that moved, ``needed``
+    says whether it takes these, and ``off`` whether a channel stays off.
+    """
     if not diagnosis.complete:
         return "Give the search more time (--at-most), and ask again."
     if diagnosis.verdict == "recording_fault":
@@ -65,15 +69,26 @@ def next_step(diagnosis: Diagnosis, worse: Sequence[str]) -> str:
     if worse and diagnosis.verdict != "unknown":
         return f"Do not rely on it yet: it predicts {listed(list(worse))} worse. {_record_more(diagnosis)}"
     if diagnosis.names:
-        return _after_names(diagnosis)
+        return _after_names(diagnosis, off=off)
     if diagnosis.verdict == "unknown":
         return _after_unknown(diagnosis)
-    if diagnosis.verdict == "parameters_only":
-        return "Measure these values, and correct them in the lesson."
-    return "Nothing: the lesson may be used as it is, for motions like these."
+    return _after_values(diagnosis, values, needed=needed, off=off)
 
 
-def _after_names(diagnosis: Diagnosis) -> str:
+def _after_values(diagnosis: Diagnosis, values: Sequence[str], *, needed: bool, off: bool) -> str:
+    measure = f"Measure {listed(values) if 0 < len(values) <= Shown.most_named else 'these values'}"
+    if off:
+        return " ".join([*([f"{measure}."] if values else []), _record_more(diagnosis), *_log_too(diagnosis)])
+    if needed:
+        return f"{measure}, and correct {'it' if len(values) == 1 else 'them'} in the lesson."
+    return f"{measure if values else 'Nothing'}: the lesson may be used as it is, for motions like these."
+
+
+def _log_too(diagnosis: Diagnosis) -> list[str]:
+    return [f"Log {diagnosis.easiest} too: of what nothing compared shows, it is the easiest."] if diagnosis.easiest else []
+
+
+def _after_names(diagnosis: Diagnosis, *, off: bool) -> str:
     if diagnosis.is_one_stroke:
         return "Record the stroke a second time, and give that recording with --validate."
     ordered = sorted(diagnosis.effects, key=lambda effect: effect.may_be_zero)
@@ -83,13 +98,13 @@ def _after_names(diagnosis: Diagnosis) -> str:
     if open_ is not None:
         return f"To determine {open_.effect}: {open_.separating_experiment}"
     paste = "Paste the lines below into the lesson, or run the _explained.yaml beside the report, which holds them."
-    return paste if diagnosis.adequate else f"{paste} The report shows when most is left."
+    return paste if diagnosis.adequate and not off else f"{paste} The report shows when most is left."
 
 
 def _record_more(diagnosis: Diagnosis) -> str:
     if diagnosis.judges_itself:
-        return "One recording cannot well judge itself: record a second one, and give it with --validate."
-    return "Record more motion, at other speeds and places."
+        return "One recording cannot well judge itself: record a second one, longer and at more speeds, and give it with --validate."
+    return "Record more motion: longer, at other speeds and places."
 
 
 def _after_unknown(diagnosis: Diagnosis) -> str:

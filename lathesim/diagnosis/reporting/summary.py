@@ -7,20 +7,22 @@ line contradicts another one.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Unnamed, listed
 from lathesim.diagnosis.records.shown import Shown
-from lathesim.diagnosis.reporting.number_text import interval_texts, percent, probability_text, quantity_text
+from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, probability_text, quantity_text
 from lathesim.diagnosis.reporting.remarks import next_step
 from lathesim.identification.signal import root_mean_square
 from lathesim.recordings.raw_table import counted
 
 OF_RECORDING = "recording"
 """The family of effects that are faults of a recording and not of a machine."""
+OF_VALUES = ("no_mismatch", "parameters_only")
+"""The verdicts that find no physics missing."""
 
 
 def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
@@ -30,7 +32,7 @@ def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
         "Size": _size(diagnosis),
         "Sure": _sure(diagnosis),
         "Compared": _compared(diagnosis, method),
-        "Next": next_step(diagnosis, [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name)]),
+        "Next": _next(diagnosis, method),
     }
     return [headline(diagnosis, method), *(f"{label}: {text}" for label, text in labelled.items() if text)]
 
@@ -38,13 +40,19 @@ def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
 def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     """Return what is missing, and beside it what stays unexplained."""
     if diagnosis.names:
-        return " ".join([*diagnosis.turned, _named(diagnosis), *_left_over(diagnosis)])
+        return " ".join([*diagnosis.turned, _named(diagnosis), *_left_over(diagnosis), *_stays_off(diagnosis, method)])
     if diagnosis.verdict == "recording_fault" or diagnosis.sentence != VERDICTS[diagnosis.verdict]:
         return diagnosis.sentence
     if diagnosis.verdict == "unknown":
         place = f" at {diagnosis.location.components[0]}" if diagnosis.location.components else ""
         return " ".join([f"Physics is missing{place} that no known effect explains.", *_left_over(diagnosis)])
-    return " ".join([_nothing_missing(diagnosis), *_out_of_reach(diagnosis, method)])
+    return _in_part(diagnosis, method) if still_off(diagnosis, method) else _nothing_missing(diagnosis, method)
+
+
+def _next(diagnosis: Diagnosis, method: Method) -> str:
+    worse = [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name)]
+    values = [name for name, _ in shown_values(diagnosis)]
+    return next_step(diagnosis, worse, values, needed=needs_other_values(diagnosis, method), off=bool(still_off(diagnosis, method)))
 
 
 def _named(diagnosis: Diagnosis) -> str:
@@ -86,23 +94,36 @@ def without_name(left: Unnamed) -> str:
     return f"What is left at {left.at} {f'{left.depends_on[0]} and ' if left.depends_on else ''}has no name."
 
 
-def _nothing_missing(diagnosis: Diagnosis) -> str:
+def _nothing_missing(diagnosis: Diagnosis, method: Method) -> str:
     since = f"Nothing is new since {diagnosis.before}" if diagnosis.before else "No physics is missing"
-    if diagnosis.verdict == "parameters_only" and diagnosis.far_off:
-        off = diagnosis.far_off
-        return f"{since}, but {listed(list(off))} {'are' if len(off) > 1 else 'is'} further off than the lesson declares possible."
-    others = diagnosis.verdict == "parameters_only"
-    return f"{since}: {'other values of the lesson explain' if others else 'the lesson explains'} the recording."
+    if diagnosis.verdict == "parameters_only":
+        return f"{since}, but {_far_off(diagnosis)}" if diagnosis.far_off else f"{since}: other values of the lesson explain the recording."
+    others = ", with other values than the given ones" if needs_other_values(diagnosis, method) else ""
+    return f"{since}: the lesson explains the recording{others}."
 
 
-def _out_of_reach(diagnosis: Diagnosis, method: Method) -> list[str]:
-    """Return which channel stays further off than its noise, though nothing that was recorded predicts it."""
+def _far_off(diagnosis: Diagnosis) -> str:
+    return f"{listed(diagnosis.far_off)} {'are' if len(diagnosis.far_off) > 1 else 'is'} further off than the lesson declares possible."
+
+
+def _in_part(diagnosis: Diagnosis, method: Method) -> str:
+    """Return that neither the lesson nor an effect explains all of the recording, and which channel shows that."""
+    explains = "The lesson explains a part of the recording."
+    if diagnosis.verdict == "parameters_only":
+        explains = "Other values of the lesson explain a part of the recording."
+        explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.far_off else explains
+    since = [f"Nothing is new since {diagnosis.before}."] if diagnosis.before else []
+    return " ".join([*since, explains, *_stays_off(diagnosis, method), "No known effect and nothing recorded predicts that."])
+
+
+def _stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
+    """Return which channel stays furthest beyond its noise, and how far; nothing where none does."""
     off = still_off(diagnosis, method)
     if not off:
         return []
     item, others = diagnosis.fit[off[0]], off[1:]
     more = f", and {others[0] if len(others) == 1 else f'{len(others)} more channels'} too" if others else ""
-    return [f"{off[0]} stays off by {_shown(item.after, item.unit)}{more}; nothing recorded predicts that."]
+    return [f"{off[0]} stays off by {_shown(item.after, item.unit)}, {number(item.after / item.floor, digits=2)} times its noise{more}."]
 
 
 def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
@@ -123,7 +144,7 @@ def _shown(value: float, unit: str) -> str:
 def _where(diagnosis: Diagnosis) -> str:
     """Return where physics is missing and on what it depends, nothing where none is."""
     places = list(diagnosis.location.components) or list(diagnosis.location.channels)[:1]
-    if diagnosis.verdict in ("no_mismatch", "parameters_only") or not places:
+    if diagnosis.verdict in OF_VALUES or not places:
         return ""
     return f"{listed(places)}."
 
@@ -139,10 +160,11 @@ def _size(diagnosis: Diagnosis) -> str:
             sentences.append(f"{listed(doubtful)} help{'' if len(doubtful) > 1 else 's'} to predict too, of a size that may be zero.")
         if diagnosis.removed_share > 0.0:
             sentences.append(f"Where each part gets its recorded inputs, this explains {percent(diagnosis.removed_share)} of the error.")
-    elif diagnosis.verdict == "parameters_only" and (moved := moved_values(diagnosis)):
+    elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)):
         most = Shown.most_named
-        sizes = [_moved_text(name, item) for name, item in moved[:most]]
-        sentences.append("; ".join([*sizes, *([f"{len(moved) - most} more below"] if len(moved) > most else [])]) + ".")
+        sizes = [_moved_text(name, item) for name, item in values[:most]]
+        together = [] if moved_values(diagnosis) else ["only together other values explain more, and none of them alone"]
+        sentences.append("; ".join([*sizes, *([f"{len(values) - most} more below"] if len(values) > most else []), *together]) + ".")
     return " ".join([*sentences, *(_unnamed_text(left, diagnosis) for left in diagnosis.unnamed[:1])])
 
 
@@ -160,18 +182,35 @@ def _size_text(effect: FoundEffect) -> str:
     if not (products or sizes):
         return "is not determined" + (", may be zero" if effect.may_be_zero else "")
     name, item = (products or sizes)[0]
-    value, interval = interval_texts(item.value, item.low, item.high, item.unit)
+    value, interval = interval_texts(item.value, item.low, item.high, item.unit, item.ends)
     return f"{name}{value} (95 % interval {interval})" + (", may be zero" if effect.may_be_zero else "")
 
 
 def moved_values(diagnosis: Diagnosis) -> list[tuple[str, BaselineValue]]:
     """Return the values of the lesson whose interval does not hold the given value, those that moved most first."""
-    moved = [(name, item) for name, item in diagnosis.baseline.items() if item.low > item.given or item.high < item.given]
-    return sorted(moved, key=lambda pair: -abs((pair[1].refit_with - pair[1].given) / (pair[1].given or 1.0)))
+    return _most_moved((name, item) for name, item in diagnosis.baseline.items() if item.low > item.given or item.high < item.given)
+
+
+def shown_values(diagnosis: Diagnosis) -> list[tuple[str, BaselineValue]]:
+    """Return the values of the lesson that an answer gives: those that moved, or all where other values explain and none moved alone."""
+    moved = moved_values(diagnosis)
+    return moved if moved or diagnosis.verdict != "parameters_only" else _most_moved(diagnosis.baseline.items())
+
+
+def _most_moved(values: Iterable[tuple[str, BaselineValue]]) -> list[tuple[str, BaselineValue]]:
+    return sorted(values, key=lambda pair: -abs((pair[1].refit_with - pair[1].given) / (pair[1].given or 1.0)))
+
+
+def needs_other_values(diagnosis: Diagnosis, method: Method = STANDARD) -> bool:
+    """Return whether the lesson explains the recording with other values, and not with the given ones: these leave a channel clearly
+    further off than its noise and than the others do."""
+    if diagnosis.verdict != "no_mismatch" or not moved_values(diagnosis):
+        return diagnosis.verdict == "parameters_only"
+    return any(item.before > max(method.errors * item.floor, Shown.hardly_worse * item.after) for item in diagnosis.fit.values())
 
 
 def _moved_text(name: str, item: BaselineValue) -> str:
-    value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit)
+    value, interval = interval_texts(item.refit_with, item.low, item.high, item.unit, item.ends)
     return f"{name} is {value} (95 % interval {interval}) and not {quantity_text(item.given, item.unit)}"
 
 
@@ -241,7 +280,7 @@ def _competitors(diagnosis: Diagnosis) -> list[str]:
     competed = [f"other values of {counted(values, 'uncertain parameter')} of the lesson"] if values else []
     competed += [f"{names} effects at {len(effects)} places" if names > 1 else f"{effects[0].text}"] if effects else []
     competed += ["smooth functions of the motion"] if any(one.kind == "flexible" for one in diagnosis.explanations) else []
-    judged = diagnosis.validation or "the recording that judges"
+    judged = listed(diagnosis.judges) if diagnosis.judges else diagnosis.validation or "the recording that judges"
     fitted = f"Each was fitted to {diagnosis.recording} and judged by {judged}."
     if diagnosis.is_one_stroke:
         fitted = f"{diagnosis.recording} holds one stroke, whose halves show other things: it was fitted whole and judges itself."
@@ -259,9 +298,9 @@ def _before_and_after(diagnosis: Diagnosis, method: Method) -> list[str]:
     order = sorted(diagnosis.fit, key=lambda name: (name not in worst, -change.get(name, 0.0)))
     shown = [name for place, name in enumerate(order) if place < Shown.most_named or is_worse(diagnosis, name)]
     states = "lesson alone -> with this" if diagnosis.effects else "values as given -> fitted"
-    return (
-        [f"The whole simulation is off there by ({states}): {'; '.join(_change_of(diagnosis, name) for name in shown)}."] if shown else []
-    )
+    there = f"in {diagnosis.validation}" if len(diagnosis.judges) > 1 else "there"
+    off = f"The whole simulation is off {there} by ({states})"
+    return [f"{off}: {'; '.join(_change_of(diagnosis, name) for name in shown)}."] if shown else []
 
 
 def is_worse(diagnosis: Diagnosis, name: str) -> bool:

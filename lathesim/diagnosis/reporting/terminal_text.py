@@ -11,7 +11,7 @@ from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.answer_tables import Rows, before_text, channel_rows, effect_rows, value_rows
 from lathesim.diagnosis.reporting.html_report import insert_lines
 from lathesim.diagnosis.reporting.number_text import plain, quantity_text
-from lathesim.diagnosis.reporting.summary import moved_values, summary_lines
+from lathesim.diagnosis.reporting.summary import moved_values, shown_values, summary_lines
 
 
 def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
@@ -34,7 +34,7 @@ def _tables(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.effects:
         lines += ["", *_table(("effect", "place", "size (95 % interval)", "probability"), effect_rows(diagnosis))]
         lines += [f"{effect.effect}: {effect.doc}" for effect in diagnosis.effects if effect.doc]
-    if moved_values(diagnosis):
+    if shown_values(diagnosis):
         lines += ["", *_table(("value of the lesson", "given", "fitted", "95 % interval"), value_rows(diagnosis))]
     if diagnosis.fit:
         lines += ["", *_table(("error (root mean square) of", "before", "after", "noise"), channel_rows(diagnosis)), before_text(diagnosis)]
