@@ -79,9 +79,9 @@ def _ask_for_plugins(folder: Path) -> None:
 def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...]) -> int:
     """Check lessons and machine templates (.yaml), plug-ins (.py, folders) and part programs (any other ending).
 
-    Each file has one line with its kind or its fault. A part that a batch of runs cannot compute in vectors has a further line. It names
-    the line of the law that prevents this. Exits with 1 if something is wrong. A plug-in is code, and checking it runs the file with all
-    your rights: read the plug-ins of others first.
+    Each file has one line with its kind or its fault. A part of a plug-in that a batch of runs cannot compute in vectors has a further
+    line. It names the line of the law that prevents this. Exits with 1 if something is wrong. A plug-in is code, and checking it runs the
+    file with all your rights: read the plug-ins of others first.
     """
     from lathesim.errors import LatheSimError
 

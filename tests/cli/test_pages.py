@@ -157,7 +157,8 @@ def test_check_says_in_one_line_each_what_a_file_is(capsys: Capture) -> None:
     files = ["lesson_configs/01_contour_error.yaml", "lesson_configs/machines/two_axis_lathe.yaml", "part_programs/straight_turning.nc"]
     said = call(capsys, "check", *(ROOT / file for file in files))
     assert said.code == 0
-    told = [line.partition(": ")[2] for line in said.out.splitlines() if not line.startswith("  ")]
+    told = [line.partition(": ")[2] for line in said.out.splitlines()]
+    assert len(told) == len(files)
     assert told[0] == "a lesson on the machine two_axis_lathe, 6 variants."
     assert told[1].startswith("a machine template with ")
     assert told[2].startswith("a part program with ")

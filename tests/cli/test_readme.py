@@ -127,7 +127,7 @@ BEGUN = {"diagnosis": ["The simulation left out", "Right: "]}
 
 def saved(page: str) -> dict[str, str]:
     """Return the files that a page says to save, by name."""
-    found = re.findall(r"(?:Save this as|Save it as) `([\w./]+)`[^\n]*:\n\n```\w+\n(.*?)^```$", PAGES[page], re.S | re.M)
+    found = re.findall(r"Save\s+this\s+as\s+`([\w./]+)`[^\n]*:\n\n```\w+\n(.*?)^```$", PAGES[page], re.S | re.M)
     return dict(found)
 
 
@@ -142,7 +142,9 @@ def test_the_commands_of_a_page_work_as_written_in_a_new_folder(page: str, tmp_p
     paths = {**environment(), "PATH": f"{caller.parent}{os.pathsep}{os.environ['PATH']}"}
     texts = [text for text in blocks("sh", PAGES[page]) if text not in SETUP]
     begin = "" if texts and texts[0].startswith("lathesim init") else "lathesim init work && cd work\n"
-    files = "".join(f"cat > {name} <<'END OF FILE'\n{text}END OF FILE\n" for name, text in saved(page).items())
+    files = "".join(
+        f'mkdir -p "$(dirname {name})"\ncat > {name} <<"END OF FILE"\n{text}END OF FILE\n' for name, text in saved(page).items()
+    )
     if page == "README":
         texts.append("lathesim run 01_contour_error --no-plots\n")
     script = "".join(["set -e\n", begin or texts.pop(0), files, *texts])
