@@ -44,6 +44,17 @@ def test_what_comes_before_exists_and_has_a_smaller_number(course: list[Lesson])
         assert lesson.settings.after or lesson is course[0], lesson.name
 
 
+def test_the_first_plot_of_a_lesson_shows_what_its_goals_are_about(course: list[Lesson]) -> None:
+    """Without a plot of its own, a lesson shows its contour error."""
+    for lesson in course:
+        on_the_contour = any(word in goal.metric for goal in lesson.settings.goals for word in ("contour", "path", "deviation"))
+        assert lesson.settings.plot or on_the_contour, lesson.name
+
+
+def test_the_hints_of_a_lesson_come_in_steps(course: list[Lesson]) -> None:
+    assert [lesson.name for lesson in course if not any(len(goal.hint) > 1 for goal in lesson.settings.goals)] == []
+
+
 def test_a_former_name_leads_to_the_lesson(course: list[Lesson], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     names = {lesson.name for lesson in course}
