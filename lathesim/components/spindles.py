@@ -153,7 +153,7 @@ class TorqueSpindle(Component):
 
     ports = {
         "effort": "disturbance", "flow": "speed", "spindle_speed": "speed", "displacement": "angle", "drive": "torque", "applied": "torque",
-        "inertia": "inertia", "resistance": "viscous",
+        "pushing": "pushing", "inertia": "inertia", "resistance": "viscous",
     }  # fmt: skip
 
     torque = Input("N*m", doc="torque of the drive on the spindle")
@@ -169,6 +169,7 @@ class TorqueSpindle(Component):
 
     speed = Output("rad/s", doc="spindle speed")
     angle = Output("rad", doc="angle turned since the start")
+    pushing = Output("N*m", doc="torque of drive and gravity, which dry friction at rest balances")
 
     @staticmethod
     def derivative(
@@ -182,6 +183,11 @@ class TorqueSpindle(Component):
     def output(rotation: float, turned: float) -> tuple[float, float]:
         """The states as they are."""
         return rotation, turned
+
+    @staticmethod
+    def output_pushing(turned: float, torque: float, gravity: float, lowest: float) -> float:
+        """What moves the body beside friction and disturbance."""
+        return torque - gravity * math.sin(turned - lowest) if gravity > 0.0 else torque
 
 
 class SteadySpindle(Component):

@@ -135,6 +135,43 @@ class StribeckFriction(Effect):
         return incoming + dry(applied, incoming, inertia, flow, step, level, level)
 
 
+class GearLoss(Effect):
+    """Friction of a gear that grows with the torque it transmits: a worm, a planetary or a cheap spur gear.
+
+    T_out = T_in + loss (|T_drive| + |T_load|) / 2 sgn(v)              (efficiency: 1 - loss)
+
+    The load is what pulls at the output: gravity, and the disturbance before this friction. A gear with a loss above one half holds a load
+    by itself. Left out: inertia between drive and gear, and a loss that differs with the direction in which power flows.
+    """
+
+    catalogue, family, site = 52, "reversal", "effort"
+    neutral = {"loss": 0.0}
+    identification = Identification(carried=("N*m",), typical={"loss": (0.02, 0.6)})
+    fingerprint = "The missing torque steps where the velocity changes sign, by more the more torque acts."
+    confused_with = ("CoulombFriction, under one load", "DriveGainError, in one direction")
+    experiment = "Turn at one slow speed under several loads, both ways: dry friction is the intercept over the load, gear loss the slope."
+    source = (
+        "Dohring, Lee, Newman, A load-dependent transmission friction model, IEEE Int. Conf. Robotics and Automation 1993. Range assumed."
+    )
+
+    incoming = Input("{signal}", doc="disturbance before this friction")
+    applied = Input("{signal}", default=0.0, doc="torque of the drive")
+    pushing = Input("{signal}", default=math.nan, doc="torque of drive and gravity; that of the drive where nothing gives it")
+    inertia = Input("{signal}*s/({flow})", doc="moving inertia of the host")
+    flow = Input("{flow}", doc="velocity of the host")
+    outgoing = Output("{signal}", doc="disturbance with this friction")
+    loss = Parameter("1", 0.0, low=0.0, high=2.0, doc="torque that is lost over torque that is transmitted")
+
+    @staticmethod
+    def output(incoming: float, applied: float, pushing: float, inertia: float, flow: float, loss: float, step: float) -> float:
+        if loss == 0.0:
+            return incoming
+        driving = 0.0 if math.isnan(applied) else applied
+        net = driving if math.isnan(pushing) else pushing
+        level = 0.5 * loss * (abs(driving) + abs(driving - net + incoming))
+        return incoming + dry(net, incoming, inertia, flow, step, level, level)
+
+
 class AsymmetricFriction(Effect):
     """Friction that differs between the two directions.
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 EFFECTS = {
     "CoulombFriction": "friction", "StribeckFriction": "friction", "AsymmetricFriction": "friction",
-    "PositionDependentFriction": "friction", "ViscousWarmUp": "friction", "PreslidingFriction": "friction",
+    "PositionDependentFriction": "friction", "ViscousWarmUp": "friction", "PreslidingFriction": "friction", "GearLoss": "friction",
     "ForceOffset": "offset_and_gain", "GravityTorque": "offset_and_gain", "ConverterOffset": "offset_and_gain",
     "ConverterResolution": "offset_and_gain", "DriveGainError": "offset_and_gain", "ScaleFactorError": "offset_and_gain",
     "Backlash": "backlash_and_screw",

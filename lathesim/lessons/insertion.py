@@ -212,6 +212,9 @@ def _sensed(
 ) -> list[Wire]:
     """Return the wires to the inputs of the effect that sit on no place."""
     sitting = {taken for taken, _ in effect.pairs().values()}
+    if _is_friction(effect) and "pushing" in ports and "pushing" not in effect.declared(Input):
+        # a body that gravity pulls rests where its friction holds drive and weight
+        ports = {**ports, "applied": ports["pushing"]}
     wires = []
     for item, declared in effect.declared(Input).items():
         own = f"{name}.{item}"

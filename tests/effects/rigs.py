@@ -104,6 +104,7 @@ PLACES: dict[str, tuple[str, str, Setting, Setting]] = {
     "AsymmetricFriction": ("axis", "x_axis", {}, {"level": 20.0, "asymmetry": 0.3}),
     "PositionDependentFriction": ("axis", "x_axis", {}, {"amplitude": 5.0}),
     "ViscousWarmUp": ("axis", "x_axis", {}, {"change": -100.0}),
+    "GearLoss": ("spindle", "spindle", {}, {"loss": 0.3}),
     "PreslidingFriction": ("axis", "x_axis", {}, {"level": 20.0}),
     "ForceOffset": ("axis", "x_axis", {}, {"offset": -3.0}),
     "GravityTorque": ("spindle", "spindle", {}, {"torque": 0.02, "lowest": 0.4}),

@@ -18,6 +18,7 @@ from lathesim.diagnosis.records.found import Screened, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution import together
 from lathesim.identification.records import Candidate, CandidateStanding, Model, Standing, is_full_band
+from lathesim.identification.signal import root_mean_square
 
 
 @dataclass
@@ -51,7 +52,7 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     items = sorted((*screening.ranked, *(wide.ranked if wide else ())), key=lambda item: -item.gain)
     trials: list[Tried] = []
     good: list[Tried] = []
-    for batch in _promising(items, study, rivals):
+    for batch in _promising(items, study, rivals, least=0.0 if _is_off(study, model) else due(study.method)):
         trials += together(lambda item: tried(study, model, item, _read_off(points, item.candidate)), batch)
         good = [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
         if good:
@@ -80,10 +81,17 @@ def _read_off(points: Mapping[str, FloatArray], candidate: Candidate) -> FloatAr
     return read_off if read_off is not None and read_off.shape[-1:] == (len(candidate.parameters),) else None
 
 
-def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str]) -> list[list[Screened]]:
-    """Return the candidates that are worth a fit, in batches: the best by their screening gain, with the simpler forms of each, what leaves
-    a like trace, and ``rivals``."""
-    worth = [item for item in ranked if item.gain > max(due(study.method), study.method.explaining.hopeless * ranked[0].gain)]
+def _is_off(study: Study, model: Model) -> bool:
+    """Return whether a channel is off by clearly more than the recording resolves: the noise that screening takes for granted is then what
+    is missing, and its gains tell no more than which effects go first."""
+    floors = study.estimation.sensed.seen_floors
+    return any(root_mean_square(row) > study.method.errors * floor for row, floor in zip(model.fitted.residual, floors, strict=True))
+
+
+def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str], least: float) -> list[list[Screened]]:
+    """Return the candidates that are worth a fit, in batches: the best by their screening gain, of at least ``least``, with the simpler
+    forms of each, what leaves a like trace, and ``rivals``."""
+    worth = [item for item in ranked if item.gain > max(least, study.method.explaining.hopeless * ranked[0].gain)]
     near = [item for item in worth if item.gain > study.method.explaining.rival * worth[0].gain][: study.method.explaining.fitted_at_once]
     simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
     alike = {(item.candidate.family, item.candidate.at) for item in near[:2]}
