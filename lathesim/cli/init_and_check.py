@@ -105,7 +105,7 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
     if path.suffix in (".yaml", ".yml"):
         return _checked_yaml(path, registry)
     if path.suffix == ".py" or path.is_dir():
-        from lathesim.manual.plugin_list import checked_plugin
+        from lathesim.manual.component_page import checked_plugin
 
         if path.exists():
             click.echo(f"{path}: a plug-in is code and is run now.", err=True)
@@ -131,7 +131,7 @@ def _checked_yaml(path: Path, registry: Registry) -> str:
     from lathesim.lessons.questions import seal
     from lathesim.lessons.simulate import check_lesson, check_machine
     from lathesim.lessons.yaml_source import read_source
-    from lathesim.manual.plugin_list import without_vectors
+    from lathesim.manual.component_page import without_vectors
 
     if "lesson" not in read_source(path).data and "parts" in read_source(path).data:
         machine = load_machine(path)

@@ -54,7 +54,7 @@ def effects(name: str | None, plugin_folders: tuple[Path, ...]) -> None:
 @plugins_option
 def plugins(plugin_folders: tuple[Path, ...]) -> int:
     """List the plug-ins that were loaded and what each kind of hook gave; leaves with 1 where one is at fault."""
-    from lathesim.manual.plugin_list import plugin_lines
+    from lathesim.manual.component_page import plugin_lines
 
     registry = open_registry(plugin_folders, tell=False)
     for line in plugin_lines(registry):
@@ -137,6 +137,7 @@ REFERENCE = {
     "parts": "Reference: machine parts",
     "effects": "Reference: effects",
     "metrics": "Reference: metrics",
+    "errors": "Reference: messages of errors, with their remedies",
 }
 """Pages of the manual that are made from what there is, by topic."""
 
@@ -154,6 +155,8 @@ def _reference(topic: str, plugin_folders: tuple[Path, ...]) -> Chapter:
     elif topic == "metrics":
         rows = [f"| `{name}` | `{metric.unit}` | {metric.doc} |" for name, metric in registry.metrics.items()]
         sections = ["\n".join(["| metric | SI unit | meaning |", "|---|---|---|", *rows])]
+    elif topic == "errors":
+        sections = [_ERRORS, *(f"## {heading}\n\n{table}" for heading, table in _error_tables())]
     elif topic == "parts":
         pages = {name: component_page(part, registry.origins[name]) for name, part in registry.components.items()}
         sections = [f"## {name}\n\n```\n{page}\n```" for name, page in pages.items()]
@@ -162,6 +165,19 @@ def _reference(topic: str, plugin_folders: tuple[Path, ...]) -> Chapter:
         pages = {name: f"{component_page(item, registry.origins[name])}\n\n{effect_notes(item)}" for name, item in effects.items()}
         sections = [f"## {name}\n\n```\n{page}\n```" for name, page in pages.items()]
     return Chapter(topic, REFERENCE[topic], "\n\n".join([f"# {REFERENCE[topic]}", *sections]) + "\n")
+
+
+_ERRORS = """A message begins with its place: a file with line and column, a part, an option or a record. Then it says what is wrong, and
+what to do. Names in braces stand for what your input has there. Where no remedy stands here, the program works it out."""
+
+
+def _error_tables() -> Iterator[tuple[str, str]]:
+    """Yield a heading and a table of messages for each room of the program."""
+    from lathesim.manual.error_list import error_sentences
+
+    for heading, sentences in error_sentences().items():
+        rows = [f"| {fact} | {remedy} |".replace("\n", " ") for fact, remedy in sentences.items()]
+        yield heading, "\n".join(["| what is wrong | what to do |", "|---|---|", *rows])
 
 
 def _usage(name: str, entry: CommandEntry) -> str:

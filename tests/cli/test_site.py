@@ -39,3 +39,13 @@ def test_the_site_holds_the_manual_and_all_there_is(
 def test_a_page_of_the_reference_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert "| `max_contour_error` | `m` | largest contour error in contact |" in call(capsys, "help", "metrics").out
     assert "| `minutes` | integer | about how long the lesson takes |" in call(capsys, "help", "keys").out
+
+
+def test_the_messages_of_errors_are_listed_with_their_remedies(capsys: pytest.CaptureFixture[str]) -> None:
+    page = call(capsys, "help", "errors").out
+    assert "| there is no part '{part}'. | Did you mean '{nearest name}'? |" in page
+    assert "| the folder has another class. | Choose another folder with --out. |" in page
+    rows = [line for line in page.splitlines() if line.startswith("| ")]
+    assert len(rows) > 500
+    assert sum(not row.endswith("|  |") for row in rows) > 0.8 * len(rows)
+    assert [row for row in rows if row.count(" | ") != 1 and not row.endswith("|  |")] == []

@@ -18,7 +18,7 @@ from textual.widgets.tree import TreeNode
 
 from lathesim.errors import LatheSimError
 from lathesim.manual.chapters import chapter, chapters
-from lathesim.manual.plugin_list import checked_plugin, plugin_lines
+from lathesim.manual.component_page import checked_plugin, plugin_lines
 from lathesim.tui.model.workbench import REGISTRY
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 
