@@ -1,4 +1,4 @@
-"""Figures of records: path, contour error, channels over time, simulation against recording. The only user of matplotlib.
+"""Figures of records: path, contour error, channels over time. The only user of matplotlib.
 
 Each function gives a matplotlib Figure; :func:`save_figure` writes it. Units are those a machinist reads, with X as a radius.
 """
@@ -21,7 +21,6 @@ from lathesim.analysis.figure_style import (
     MEASURED,
     QUIET,
     REFERENCE,
-    RESIDUAL,
     SIMULATED,
     STOCK,
     common_unit,
@@ -36,8 +35,8 @@ from lathesim.analysis.figure_style import (
 from lathesim.analysis.metric import CONTACT as CONTACT_CHANNELS
 from lathesim.analysis.metric import CONTOUR_ERROR, CUTTING_FORCE, find_channel
 from lathesim.analysis.turned_part import part_shape, surface_figure, waves_figure
-from lathesim.errors import RecordError, nearest
-from lathesim.record import FloatArray, Record
+from lathesim.errors import RecordError
+from lathesim.record import Record
 from lathesim.whole_file import whole_file
 
 _TOGETHER, _APART = 4, 20.0
@@ -228,68 +227,6 @@ def overview_figure(record: Record, title: str = "") -> Any:
     if timed:
         timed[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
     return figure
-
-
-def compare_figure(
-    simulated: Record, measured: Record, names: Sequence[str] | None = None, *, floors: Mapping[str, float] | None = None, title: str = ""
-) -> Any:
-    """Draw simulation over recording, and below each channel the residual with the band of its noise floor (SI, by channel name).
-
-    ``names``: the channels both have, where it is left out. The recording's instants are used; the simulation is joined by lines.
-    Raises :class:`RecordError` where the two share no channel or no time.
-    """
-    chosen = list(names) if names is not None else [name for name in measured if name in simulated]
-    if not chosen:
-        raise RecordError("simulation and recording have no channel in common.", remedy=_hint(simulated, measured))
-    figure = new_figure(8.0, 0.9 + 3.1 * len(chosen))
-    ratios = [2.0, 1.1] * len(chosen)
-    panels = figure.subplots(2 * len(chosen), 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": ratios})[:, 0]
-    for number, name in enumerate(chosen):
-        _draw_overlay(panels[2 * number], panels[2 * number + 1], simulated, measured, name, (floors or {}).get(name))
-    if title:
-        figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")
-    panels[-1].set_xlabel(label("time", "s"), fontsize=9, color=INK)
-    return figure
-
-
-def residual_of(simulated: Record, measured: Record, name: str) -> tuple[FloatArray, FloatArray]:
-    """Return the instants that both cover [s] and recording minus simulation there, in the SI unit of the channel."""
-    times, values = measured.time, measured[name]
-    given = simulated[name]
-    if not len(simulated) or not len(measured) or times[0] > simulated.time[-1] or times[-1] < simulated.time[0]:
-        raise RecordError(f"simulation and recording of {name} do not overlap in time.")
-    inside = (times >= simulated.time[0]) & (times <= simulated.time[-1])
-    return times[inside], values[inside] - np.interp(times[inside], simulated.time, given)
-
-
-def _draw_overlay(upper: Any, lower: Any, simulated: Record, measured: Record, name: str, floor: float | None) -> None:
-    times, residual = residual_of(simulated, measured, name)
-    factor, unit = common_unit([simulated[name], measured[name]], simulated.unit(name))
-    upper.plot(*thinned(measured.time, measured[name] / factor), color=MEASURED, linewidth=1.6, label="recording")
-    upper.plot(*thinned(simulated.time, simulated[name] / factor), color=SIMULATED, linewidth=1.0, label="simulation")
-    dress(upper, label("", unit).strip(), "", name)
-    legend(upper)
-    small, small_unit = common_unit([residual * 3.0], simulated.unit(name))
-    if floor:
-        lower.axhspan(-floor / small, floor / small, color=MATERIAL, linewidth=0, label="noise floor")
-    lower.plot(
-        *thinned(times, residual / small), color=RESIDUAL, linewidth=0.9, label=f"residual, rms {_rms(residual, simulated.unit(name))}"
-    )
-    dress(lower, label("", small_unit).strip())
-    legend(lower)
-
-
-def _rms(residual: FloatArray, unit: str) -> str:
-    finite = residual[np.isfinite(residual)]
-    return shown_with_unit(float(np.sqrt(np.mean(finite * finite))) if len(finite) else float("nan"), unit, 3).replace("um", "µm")
-
-
-def _hint(simulated: Record, measured: Record) -> str:
-    for name in measured:
-        hint = nearest(name, simulated)
-        if hint:
-            return f"The recording has '{name}'. {hint}"
-    return ""
 
 
 _FIGURES = (

@@ -7,7 +7,6 @@ import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
-from pathlib import Path
 
 import numpy as np
 
@@ -215,8 +214,3 @@ def _told_by(
             sums = np.square(levels[a] - levels[b]).sum(axis=1)
             shares.append(sums / max(float(sums.sum()), 1e-300))
     return tuple(pairs), np.array(shares), traces
-
-
-def lesson_file(folder: Path) -> Path:
-    """Return where the lesson of an experiment stands in its folder."""
-    return folder / "lesson.yaml"

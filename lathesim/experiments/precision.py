@@ -44,14 +44,12 @@ from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.lessons.program_path import path_of_program, start_of
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.limit import Limit
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED, KIND, LENGTH
 from lathesim.plugins import Registry
 from lathesim.whole_file import make_folder, write_text
 
 _SINGULAR = 1e-12
 _TINY = 1e-300
-_SHOWN = Limit(1e-6, "share of a combination", "a value with less has no part in it", "derived", "eigenvectors have 9 digits at least")
 _LOOKS = 10
 """Turns after which the gain is looked at."""
 """Ratio of eigenvalues below which information is singular."""
@@ -61,26 +59,6 @@ def information(regressors: FloatArray, weights: FloatArray, prior: FloatArray |
     """Return sum w f f' (+ prior) for regressors (settings, values) and weights (settings,)."""
     matrix = regressors.T @ (regressors * weights[:, None])
     return np.asarray(matrix if prior is None else matrix + prior)
-
-
-def hidden_combinations(matrix: FloatArray, names: Sequence[str]) -> list[str]:
-    """Return, in words, the combinations of values on which information (values, values) is singular; none where it is not."""
-    values, vectors = np.linalg.eigh(matrix)
-    told = []
-    for size, vector in zip(values, vectors.T, strict=True):
-        if size > _SINGULAR * max(float(values[-1]), _TINY):
-            continue
-        vector = vector / vector[int(np.argmax(np.abs(vector)))]
-        parts = [(name, share) for name, share in zip(names, vector, strict=True) if abs(share) > _SHOWN]
-        if len(parts) == 1:
-            told.append(f"{parts[0][0]} does not show.")
-        elif len(parts) == 2 and abs(abs(parts[0][1]) - abs(parts[1][1])) < _SHOWN:
-            word = "sum" if parts[0][1] * parts[1][1] < 0.0 else "difference"
-            told.append(f"Only the {word} of {parts[0][0]} and {parts[1][0]} shows, and neither of them alone.")
-        else:
-            text = " ".join(f"{share:+.3g} {name}" for name, share in parts)
-            told.append(f"Nothing shows along {text}.")
-    return told
 
 
 def criterion_value(matrix: FloatArray, criterion: str) -> float:

@@ -33,8 +33,8 @@ from lathesim.live.publishing import PublishedRow, Publisher
 from lathesim.units import from_si
 
 LONGEST_REQUEST = 8192
-_WORDS, _CELLS = 3, 3
-"""Words of the first line of a request, and cells of a line of SHDR at least."""
+_WORDS = 3
+"""Words of the first line of a request."""
 MOST_CONNECTIONS = 64
 LONGEST_PATH = 400
 """Characters of an XPath."""
@@ -222,69 +222,12 @@ HEARTBEAT = 10_000
 """Milliseconds between two pings."""
 
 
-@dataclass(frozen=True)
-class ShdrLine:
-    """A line: its time [UTC] and pairs of key and value."""
-
-    time: datetime
-    pairs: tuple[tuple[str, str], ...]
-
-
-def read_line(line: str) -> ShdrLine | None:
-    """Return a line's time and pairs; None for a command (``* ...``), an empty line and what cannot be read."""
-    text = line.strip()
-    if not text or text.startswith("*"):
-        return None
-    cells = text.split("|")
-    try:
-        time = datetime.fromisoformat(cells[0].partition("@")[0].replace("Z", "+00:00"))
-    except ValueError:
-        return None
-    if time.tzinfo is None:
-        time = time.replace(tzinfo=UTC)
-    if len(cells) < _CELLS:
-        return None
-    return ShdrLine(time, tuple((cells[at].strip(), cells[at + 1].strip()) for at in range(1, len(cells) - 1, 2)))
-
-
 def write_line(time: datetime, pairs: Iterable[tuple[str, str]]) -> str:
     """Return a line; bars and line ends in values become blanks."""
     cells = [stamp(time)]
     for key, value in pairs:
         cells += [key, value.replace("|", " ").replace("\n", " ").replace("\r", " ")]
     return "|".join(cells) + "\n"
-
-
-async def follow_adapter(host: str, port: int, buffer: ObservationBuffer, stop: asyncio.Event, log: Callable[[str], None]) -> None:
-    """Take what an adapter sends into a buffer until ``stop`` is set; it is pinged, and when it is gone its items are UNAVAILABLE, once."""
-    while not stop.is_set():
-        writer = None
-        try:
-            reader, writer = await asyncio.wait_for(asyncio.open_connection(host, port, limit=LONGEST_LINE), 3.0)
-            writer.write(b"* PING\n")
-            while not stop.is_set():
-                line = await asyncio.wait_for(reader.readline(), 2.0 * HEARTBEAT / 1e3)
-                if not line:
-                    break
-                _take(buffer, line.decode("utf-8", "replace"))
-        except (OSError, TimeoutError, ValueError, asyncio.LimitOverrunError) as failure:
-            log(f"{host}:{port}: {failure or 'the adapter is silent'}.")
-        finally:
-            if writer is not None:
-                writer.close()
-        buffer.unavailable(datetime.now(UTC))
-        with contextlib.suppress(TimeoutError, asyncio.TimeoutError):
-            await asyncio.wait_for(stop.wait(), 0.5)
-
-
-def _take(buffer: ObservationBuffer, line: str) -> None:
-    found = read_line(line)
-    if found is None:
-        return
-    for key, value in found.pairs:
-        item = buffer.item(key)
-        if item is not None:
-            buffer.observe(item, found.time, value)
 
 
 class Adapter:

@@ -67,16 +67,6 @@ def test_the_overview_leaves_out_what_the_record_lacks() -> None:
     assert [panel.get_ylabel() for panel in plots.overview_figure(rig).axes] == ["velocity [mm/s]"]
 
 
-def test_a_recording_over_a_simulation_with_the_residual_below() -> None:
-    measured = RUN.with_channel("x_axis.position", "m", RUN["x_axis.position"] + 3e-6)
-    figure = plots.compare_figure(RUN, measured, ["x_axis.position"], floors={"x_axis.position": 1e-6})
-    upper, lower = figure.axes
-    assert labels(upper) == ["recording", "simulation"]
-    assert labels(lower) == ["noise floor", "residual, rms 3 µm"]
-    assert (upper.get_ylabel(), lower.get_ylabel()) == ("[mm]", "[µm]")
-    assert np.allclose(lower.lines[-1].get_ydata(), 3.0, rtol=1e-6)
-
-
 @pytest.mark.parametrize("suffix", plots.FORMATS)
 def test_figures_are_written(suffix: str, tmp_path: Path) -> None:
     plots.save_figure(plots.overview_figure(RUN, "All"), tmp_path / f"all{suffix}")
@@ -93,10 +83,6 @@ REFUSED = {
         "the path cannot be drawn: the record has no channel 'interpolator.x_reference'.",
     ),
     "no volts": (lambda: plots.voltages_figure(Record(RUN.time, {})), "the voltages cannot be drawn: the record has no channel in volts."),
-    "no time in common": (
-        lambda: plots.compare_figure(RUN, Record(RUN.time + 100.0, RUN.channels), ["x_dac.voltage"]),
-        "simulation and recording of x_dac.voltage do not overlap in time.",
-    ),
     "wrong ending": (lambda: plots.save_figure(None, "f.bmp"), "f.bmp: a figure cannot be saved as '.bmp'. Use .png, .svg or .pdf."),
 }
 

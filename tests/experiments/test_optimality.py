@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.precision import criterion_value, discounted, hidden_combinations, information, mean_variance
+from lathesim.experiments.precision import criterion_value, discounted, information, mean_variance
 
 
 def friction(speeds: np.ndarray) -> np.ndarray:
@@ -22,7 +22,6 @@ def test_friction_is_told_best_by_the_ends_of_both_directions() -> None:
 def test_one_direction_is_told_to_be_singular() -> None:
     speeds = np.linspace(0.01, 0.2, 5)
     matrix = information(friction(speeds), np.full(5, 0.2))
-    assert hidden_combinations(matrix, ["Fc", "Fv", "F0"]) == ["Only the sum of Fc and F0 shows, and neither of them alone."]
     assert criterion_value(matrix, "D") == -np.inf
 
 
