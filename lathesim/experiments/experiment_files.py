@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
 from lathesim.diagnosis.diagnose import diagnose
 from lathesim.diagnosis.preparation import Question
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
@@ -32,30 +31,13 @@ from lathesim.identification.replay.loading import load_case
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, load_lesson
+from lathesim.lessons.sensor_sides import SensorNoise
 from lathesim.plugins import Registry
 from lathesim.units import conversion
 from lathesim.whole_file import make_folder, whole_file, write_text
 
 _TELLS = 0.05
 """Share of what a program tells from which on a channel is named."""
-
-
-class ReadingNoise(Component):
-    """Noise before a sensor, new in each sample and held until the next:  out = in + size n_k."""
-
-    incoming = Input("{signal}", doc="what is measured")
-    outgoing = Output("{signal}", doc="what the sensor sees")
-    size = Parameter("{signal}", 0.0, low=0.0, doc="one standard deviation of the noise")
-    number = Noise(doc="standard normal number of the sample")
-    noise = DiscreteState("{signal}", doc="noise of this sample")
-
-    @staticmethod
-    def update(number: float, size: float) -> float:
-        return size * number
-
-    @staticmethod
-    def output(incoming: float, noise: float) -> float:
-        return incoming + noise
 
 
 def with_noise(assembly: Assembly) -> Assembly:
@@ -73,7 +55,7 @@ def with_noise(assembly: Assembly) -> Assembly:
             continue
         unit = part.component.declarations[ports["measured"]].unit
         before = f"noise_before_{part.name}"
-        parts.append(Part(before, ReadingNoise.with_units({"signal": unit}), {"size": size}))
+        parts.append(Part(before, SensorNoise.with_units({"signal": unit}), {"size": size}))
         wires[wires.index(source)] = Wire(target, f"{before}.outgoing")
         wires.append(Wire(f"{before}.incoming", source.source))
     return dataclasses.replace(assembly, parts=tuple(parts), wires=tuple(wires))

@@ -115,49 +115,26 @@ def _strength(model: ModalModel) -> FloatArray:
 
 
 def _fitted(response: FrequencyResponse, count: int, start: ModalModel | None) -> ModalModel:
-    if response.hits is not None and len(response.hits) >= 2:
-        hits = response.hits
-        model, shape = start, None
+    """Return a fit whose weights come from the scatter of the hits, or from its own misfit, in turns."""
+    frequency, values, hits = response.frequency, response.receptance_values, response.hits
+    model = start or _without_modes(response)
+    if hits is not None and len(hits) >= 2:
+        shape = None
         for _ in range(3):
-            weights = weights_of_mean(response, hits, len(hits), shape)
-            model = fit_modes(
-                response.frequency,
-                response.receptance_values,
-                weights,
-                count,
-                rest=_rest(response),
-                window_rate=response.window_rate,
-                start=model,
-            )
-            shape = model.response(response.frequency)
-        assert model is not None
+            model = fit_modes(frequency, values, weights_of_mean(response, hits, len(hits), shape), count, model)
+            shape = model.response(frequency)
         return model
-    return _fitted_without_hits(response, count, start)
-
-
-def _rest(response: FrequencyResponse) -> bool:
-    """Whether terms for modes outside the band are part of the model: they cost little, and a band always ends somewhere."""
-    return len(response.frequency) > SHORT.first_poles
-
-
-def _fitted_without_hits(response: FrequencyResponse, count: int, start: ModalModel | None) -> ModalModel:
-    """Return a fit whose weights come from its own misfit, in turns."""
-    flat = np.full(len(response.frequency), 1e-3 * float(np.abs(response.receptance_values).max()))
-    weights = NoiseWeights(flat, np.zeros((0, 0)), np.zeros(0))
-    model = start
+    weights = NoiseWeights(np.full(len(frequency), 1e-3 * float(np.abs(values).max())), np.zeros((0, 0)), np.zeros(0))
     for _ in range(4):
-        model = fit_modes(
-            response.frequency,
-            response.receptance_values,
-            weights,
-            count,
-            rest=_rest(response),
-            window_rate=response.window_rate,
-            start=model,
-        )
-        weights = weights_of_residual(response, response.receptance_values - model.response(response.frequency))
-    assert model is not None
+        model = fit_modes(frequency, values, weights, count, model)
+        weights = weights_of_residual(response, values - model.response(frequency))
     return model
+
+
+def _without_modes(response: FrequencyResponse) -> ModalModel:
+    """Return a model without modes; terms for modes outside the band cost little, and a band always ends somewhere."""
+    rest = 2 if len(response.frequency) > SHORT.first_poles else 0
+    return ModalModel(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(rest), response.window_rate)
 
 
 def _count(response: FrequencyResponse, given: int | None) -> tuple[ModalModel | None, tuple[tuple[int, float], ...], str]:
@@ -171,16 +148,14 @@ def _count(response: FrequencyResponse, given: int | None) -> tuple[ModalModel |
     else:
         folds = _folds_of_lines(response)
         text = "every second line, which was not fitted"
-    found = _Search(response, folds)
+    found = _Search(folds)
     model: ModalModel | None = None
     best, chosen, since = found.score(None), model, 0
     held = [(0, float(best.mean()))]
     for count in range(given or 1, (MOST_MODES if given is None else given + _OUTSIDE) + 1):
         # the place where a mode begins is looked for once; each fold then fits it to its own data
         first = folds[0]
-        model = begin_modes(
-            first.frequency, first.fitted, first.weights, count, rest=found.rest, window_rate=response.window_rate, start=model
-        )
+        model = begin_modes(first.frequency, first.fitted, first.weights, count, model or _without_modes(response))
         score = found.score(model)
         held.append((count, float(score.mean())))
         since += 1
@@ -201,12 +176,7 @@ def _count(response: FrequencyResponse, given: int | None) -> tuple[ModalModel |
 class _Search:
     """The folds of a response, on which models of some numbers of modes are tried."""
 
-    response: FrequencyResponse
     folds: list[_Fold]
-
-    @property
-    def rest(self) -> bool:
-        return _rest(self.response)
 
     def score(self, start: ModalModel | None) -> FloatArray:
         """Return the misfit of the data held out in each fold, over what noise leaves; the fit begins at ``start``."""
@@ -214,9 +184,7 @@ class _Search:
         for fold in self.folds:
             misfit = fold.held
             if start is not None:
-                count = len(start.omega)
-                rate = self.response.window_rate
-                own = fit_modes(fold.frequency, fold.fitted, fold.weights, count, rest=self.rest, window_rate=rate, start=start)
+                own = fit_modes(fold.frequency, fold.fitted, fold.weights, len(start.omega), start)
                 misfit = fold.held - own.response(fold.held_frequency)
             row.append(fold.held_weights.misfit(misfit) / (2.0 * len(fold.held)))
         return np.array(row)

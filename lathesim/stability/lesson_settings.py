@@ -6,8 +6,10 @@ The tool point and the cut that a lesson gives under ``tool_point:``.
 from __future__ import annotations
 
 import itertools
+import math
 import re
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,28 +17,17 @@ import numpy as np
 
 from lathesim.errors import LessonError, RecordingError
 from lathesim.lessons.case import Given
+from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
 from lathesim.record import FloatArray
 from lathesim.stability.stability_thresholds import ROUNDING, TAP
 from lathesim.stability.tap import TapEstimate, TapRecord, TapSettings, estimate_response, judged_hits, tap
-from lathesim.stability.tool_point import Mode, Quantity, ToolPoint
+from lathesim.stability.tool_point import FrequencyResponse, Mode, Quantity, ToolPoint, ends_too_low
 from lathesim.units import in_unit, quantity
 
 if TYPE_CHECKING:
-    from lathesim.lessons.lesson import Lesson
-
-
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-from lathesim.lessons.lesson import Lesson
-from lathesim.stability.tool_point import FrequencyResponse, ends_too_low
-
-if TYPE_CHECKING:
-    from lathesim.lessons.schema import ResponseEntry
+    from lathesim.lessons.schema import ResponseEntry, ToolPointEntry
     from lathesim.stability.choose_modes import FoundModes
-
 
 _FAR, _WELL_DAMPED = 3.0, 0.5
 """Frequency over the end of the band, and damping ratio, of the mode that represents a residual term (assumed so that it does not chatter
@@ -101,16 +92,7 @@ def cut_of(lesson: Lesson) -> Cut:
 
         tool, factor = tip_response(load_assembly(lesson.path.parent / entry.assembly)), math.cos(angle)
     else:
-        modes = []
-        for number, mode in enumerate(entry.modes):
-            at = lesson.source.place(("tool_point", "modes", number))
-            try:
-                modes.append(
-                    Mode(value(mode.frequency, "Hz"), value(mode.damping, "1"), value(mode.stiffness, "N/m"), value(mode.direction, "rad"))
-                )
-            except LessonError as error:
-                raise error if error.place else LessonError(error.fact, place=at, remedy=error.remedy) from None
-        tool = ToolPoint.of(modes, angle)
+        tool = ToolPoint.of(_modes(lesson, entry, value), angle)
     milling = None
     if entry.milling is not None:
         mill = entry.milling
@@ -211,6 +193,20 @@ SENSORS: dict[str, tuple[Quantity, str, str]] = {
 _TRIES = 4
 
 
+def _modes(lesson: Lesson, entry: ToolPointEntry, value: Callable[[str, str], float]) -> list[Mode]:
+    """Return the modes that a lesson gives; a wrong one is refused at its place."""
+    modes = []
+    for number, mode in enumerate(entry.modes):
+        at = lesson.source.place(("tool_point", "modes", number))
+        try:
+            modes.append(
+                Mode(value(mode.frequency, "Hz"), value(mode.damping, "1"), value(mode.stiffness, "N/m"), value(mode.direction, "rad"))
+            )
+        except LessonError as error:
+            raise error if error.place else LessonError(error.fact, place=at, remedy=error.remedy) from None
+    return modes
+
+
 def tap_lesson(lesson: Lesson, seed: int, hits: int | None = None) -> TapEstimate:
     """Return the response that tapping the lesson's tool point along the normal gives; hits left out are made again, up to four times as
     often.
@@ -226,15 +222,7 @@ def tap_lesson(lesson: Lesson, seed: int, hits: int | None = None) -> TapEstimat
     def value(text: str, unit: str) -> float:
         return si_value(Given(text, place, place), unit)
 
-    modes = []
-    for number, mode in enumerate(entry.modes):
-        at = lesson.source.place(("tool_point", "modes", number))
-        try:
-            modes.append(
-                Mode(value(mode.frequency, "Hz"), value(mode.damping, "1"), value(mode.stiffness, "N/m"), value(mode.direction, "rad"))
-            )
-        except LessonError as error:
-            raise error if error.place else LessonError(error.fact, place=at, remedy=error.remedy) from None
+    modes = _modes(lesson, entry, value)
     told = entry.tap
     quantity, unit, noise = SENSORS[told.sensor]
     settings = TapSettings(

@@ -227,40 +227,19 @@ def laplace(frequency: FloatArray, rate: float) -> Complex:
     return np.asarray(2j * np.pi * np.asarray(frequency) + rate, dtype=np.complex128)
 
 
-def fit_modes(
-    frequency: FloatArray,
-    values: Complex,
-    weights: NoiseWeights,
-    count: int,
-    *,
-    rest: bool,
-    window_rate: float = 0.0,
-    start: ModalModel | None = None,
-) -> ModalModel:
-    """Return the best model of ``count`` modes; ``start`` is one of as many modes or fewer, from which it goes on.
+def fit_modes(frequency: FloatArray, values: Complex, weights: NoiseWeights, count: int, start: ModalModel) -> ModalModel:
+    """Return the best model of ``count`` modes that goes on from ``start``, one of as many modes or fewer.
 
     Where modes are is looked for under looser weights, by which no peak outweighs all others; the full weights have the last word.
     """
-    model = start or ModalModel(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2 if rest else 0), window_rate)
-    s = laplace(frequency, window_rate)
-    if len(model.omega) < count:
-        model = _grown(model, frequency, s, values, loose_weights(weights, values), count)
-    return _refined(model, s, values, weights)
+    return _refined(begin_modes(frequency, values, weights, count, start), laplace(frequency, start.window_rate), values, weights)
 
 
-def begin_modes(
-    frequency: FloatArray,
-    values: Complex,
-    weights: NoiseWeights,
-    count: int,
-    *,
-    rest: bool,
-    window_rate: float = 0.0,
-    start: ModalModel | None = None,
-) -> ModalModel:
+def begin_modes(frequency: FloatArray, values: Complex, weights: NoiseWeights, count: int, start: ModalModel) -> ModalModel:
     """Return a model of ``count`` modes under the looser weights: where :func:`fit_modes` may begin."""
-    model = start or ModalModel(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(2 if rest else 0), window_rate)
-    return _grown(model, frequency, laplace(frequency, window_rate), values, loose_weights(weights, values), count)
+    if len(start.omega) >= count:
+        return start
+    return _grown(start, frequency, laplace(frequency, start.window_rate), values, loose_weights(weights, values), count)
 
 
 def _grown(model: ModalModel, frequency: FloatArray, s: Complex, values: Complex, weights: NoiseWeights, count: int) -> ModalModel:
