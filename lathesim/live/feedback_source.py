@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections import deque
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -99,12 +99,64 @@ class FeedbackOrder:
         }
 
 
-PATIENCE = 10.0
+_PATIENCE = 10.0
 """Seconds a servo side may take to accept the connection."""
 _ROOM = 4096
 """Datagrams that wait at most; then the oldest is dropped and counted."""
 _EVERY = 0.02
 """Seconds between two looks at what has come."""
+
+
+class Inbox(asyncio.DatagramProtocol):
+    """The newest datagrams of a servo side, and how many were ``dropped``; those of others are left out."""
+
+    def __init__(self, peer: str) -> None:
+        self._peer = peer
+        self.waiting: deque[bytes] = deque(maxlen=_ROOM)
+        self.dropped = 0
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        """Keep a datagram of the peer; the oldest goes where there is no room."""
+        if addr[0] == self._peer:
+            self.dropped += len(self.waiting) == _ROOM
+            self.waiting.append(data)
+
+    def numbers(self, channels: int) -> Iterator[Numbers]:
+        """Take what waits and yield the samples of so many channels; what is no feedback of this machine is left out."""
+        while self.waiting:
+            with contextlib.suppress(WireError):
+                frame = read_datagram(self.waiting.popleft())
+                if frame.kind is FrameKind.FEEDBACK:
+                    numbers = read_numbers(frame)
+                    if numbers.values.shape[1] == channels:
+                        yield numbers
+
+
+@contextlib.asynccontextmanager
+async def servo_link(
+    address: Address, greeting: Mapping[str, Any], patience: float = _PATIENCE
+) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter, Inbox]]:
+    """Connect to a servo side, open a port for its feedback and greet it. Raises :class:`LiveError` where nothing listens."""
+    try:
+        reader, writer = await asyncio.wait_for(asyncio.open_connection(address.host, address.port), patience)
+    except (OSError, TimeoutError):
+        remedy = f"Start it with 'lathesim machine LESSON --listen {address.port}'."
+        raise LiveError(f"nothing listens at {address.host}:{address.port}.", remedy=remedy) from None
+    inbox = Inbox(writer.get_extra_info("peername")[0])
+    own = writer.get_extra_info("sockname")[0]
+    transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(lambda: inbox, local_addr=(own, 0))
+    try:
+        writer.write(text_frame(FrameKind.HELLO, {**greeting, "udp_port": transport.get_extra_info("sockname")[1]}))
+        yield reader, writer, inbox
+    finally:
+        transport.close()
+        writer.close()
+
+
+def channels_told(told: Mapping[str, Any]) -> tuple[Signal, ...] | None:
+    """Return the channels that a servo side names in its greeting; none where it names them in no known form."""
+    channels = told.get("channels")
+    return tuple(Signal(*row) for row in channels) if isinstance(channels, list) and all(map(describes_channel, channels)) else None
 
 
 @dataclass
@@ -119,7 +171,6 @@ class FeedbackSource:
     signals: tuple[Signal, ...] = ()
     remarks: list[str] = field(default_factory=list)
     fill: tuple[float, float] | None = None
-    _waiting: deque[bytes] = field(default_factory=lambda: deque(maxlen=_ROOM))
     _period: float = 0.0
     _begins: deque[int] = field(default_factory=lambda: deque(maxlen=64))
     _gone: bool = False
@@ -132,24 +183,14 @@ class FeedbackSource:
 
     async def blocks(self) -> AsyncIterator[SampleBlock]:
         """Return samples as they come, until the servo side goes; raises :class:`LiveError` where there is none."""
-        try:
-            reader, writer = await asyncio.wait_for(asyncio.open_connection(self.address.host, self.address.port), PATIENCE)
-        except (OSError, TimeoutError):
-            remedy = f"Start it with 'lathesim machine LESSON --listen {self.address.port}'."
-            raise LiveError(f"nothing listens at {self.address.host}:{self.address.port}.", remedy=remedy) from None
-        own = writer.get_extra_info("sockname")[0]
-        peer = writer.get_extra_info("peername")[0]
-        transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(lambda: _Inbox(self._waiting, peer), local_addr=(own, 0))
-        listening = asyncio.ensure_future(self._listen(reader))
-        try:
-            writer.write(text_frame(FrameKind.HELLO, {"looks_on": True, "udp_port": transport.get_extra_info("sockname")[1]}))
-            async for block in self._flow():
-                yield block
-        finally:
-            listening.cancel()
-            await asyncio.gather(listening, return_exceptions=True)
-            transport.close()
-            writer.close()
+        async with servo_link(self.address, {"looks_on": True}) as (reader, _, inbox):
+            listening = asyncio.ensure_future(self._listen(reader))
+            try:
+                async for block in self._flow(inbox):
+                    yield block
+            finally:
+                listening.cancel()
+                await asyncio.gather(listening, return_exceptions=True)
         if self._fault is not None:
             raise self._fault
 
@@ -179,25 +220,19 @@ class FeedbackSource:
             self.fill = (float(fill), float(capacity))
 
     def _greeted(self, told: dict[str, Any]) -> None:
-        channels, period, begin = told.get("channels"), told.get("period"), told.get("begin")
-        good = isinstance(channels, list) and all(describes_channel(row) for row in channels)
-        if not good or not isinstance(period, float) or not 0.0 < period <= 1.0 or not isinstance(begin, int) or begin < 0:
+        signals, period, begin = channels_told(told), told.get("period"), told.get("begin")
+        if signals is None or not isinstance(period, float) or not 0.0 < period <= 1.0 or not isinstance(begin, int) or begin < 0:
             raise WireError("the servo side does not say what it sends.")
-        assert isinstance(channels, list)
-        signals = tuple(Signal(*row) for row in channels)
         if self.signals and (signals != self.signals or period != self._period):
             raise LiveError("the next stream moves another machine, or other axes of it.", remedy="Begin anew.")
         self.signals, self._period = signals, period
         self._begins.append(begin)
 
-    async def _flow(self) -> AsyncIterator[SampleBlock]:
+    async def _flow(self, inbox: Inbox) -> AsyncIterator[SampleBlock]:
         order, fresh = FeedbackOrder(), False
-        while not self._gone or self._waiting:
+        while not self._gone or inbox.waiting:
             runs: list[tuple[Numbers, bool]] = []
-            while self._waiting and self.signals:
-                numbers = self._numbers(self._waiting.popleft())
-                if numbers is None:
-                    continue
+            for numbers in inbox.numbers(len(self.signals)) if self.signals else ():
                 while self._begins and numbers.first >= self._begins[0]:
                     runs += [(run, False) for run in order.rest()]
                     order, fresh = FeedbackOrder(expected=self._begins.popleft()), True
@@ -214,28 +249,6 @@ class FeedbackSource:
         for run in order.rest():
             yield self._block(run, False)
 
-    def _numbers(self, data: bytes) -> Numbers | None:
-        """Return the samples of a datagram; None where it is no feedback of this machine."""
-        with contextlib.suppress(WireError):
-            frame = read_datagram(data)
-            if frame.kind is FrameKind.FEEDBACK:
-                numbers = read_numbers(frame)
-                if numbers.values.shape[1] == len(self.signals):
-                    return numbers
-        return None
-
     def _block(self, run: Numbers, fresh: bool) -> SampleBlock:
         time = (run.first + np.arange(len(run.values), dtype=np.float64)) * self._period
         return SampleBlock(time, np.ascontiguousarray(run.values.T), (), fresh)
-
-
-class _Inbox(asyncio.DatagramProtocol):
-    """Datagrams of the servo side, the newest of them; those of others are left out."""
-
-    def __init__(self, waiting: deque[bytes], peer: str) -> None:
-        self._waiting, self._peer = waiting, peer
-
-    def datagram_received(self, data: bytes, addr: Any) -> None:
-        """Keep a datagram of the peer."""
-        if addr[0] == self._peer:
-            self._waiting.append(data)

@@ -8,7 +8,6 @@ members carry it.
 from __future__ import annotations
 
 import asyncio
-import logging
 import time
 import weakref
 from collections.abc import Callable, Sequence
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.live.channel_names import NAMESPACE, POSITION_TYPE, TYPES, UNITS_NAMESPACE, PublishedName, type_of, unit_number
+from lathesim.live.opcua_source import opcua_library
 from lathesim.live.publishing import PublishedRow, PublishedRun, Publisher
 from lathesim.live.samples import LiveError
 from lathesim.units import from_si
@@ -41,8 +41,8 @@ async def publish_opcua(
     Values of one instant are written with the same source time stamp. Raises :class:`LiveError` where asyncua is missing or the port cannot
     be taken.
     """
-    ua, server_class = _library()
-    server = server_class()
+    library = opcua_library()
+    ua, server = library.ua, library.Server()
     await server.init()
     server.set_endpoint(f"opc.tcp://{host}:{port}/")
     server.set_server_name("lathesim")
@@ -172,14 +172,3 @@ async def _address_space(server: Any, ua: Any, lap: PublishedRun, names: Sequenc
         await holder((name,))
     number = await machine.add_variable(ua.NodeId("SampleNumber", index), ua.QualifiedName("SampleNumber", index), 0, ua.VariantType.UInt64)
     return nodes, number.nodeid
-
-
-def _library() -> tuple[Any, Any]:
-    try:
-        from asyncua import ua
-        from asyncua.server import Server
-    except ModuleNotFoundError as error:
-        remedy = "Install it with: python -m pip install 'lathesim[live]'"
-        raise LiveError(f"OPC UA needs the package '{error.name}'.", remedy=remedy) from None
-    logging.getLogger("asyncua").setLevel(logging.CRITICAL)
-    return ua, Server

@@ -39,7 +39,8 @@ class OpcUaSource:
     def __init__(self, url: str, items: Sequence[MappedItem], *, interval: float = 0.0, queue: int = 5000, patience: float = 30.0) -> None:
         self.url, self.items, self.interval, self.queue, self.patience = url, list(items), interval, queue, patience
         self.remarks: list[str] = []
-        self._ua, self._client_class = _library()
+        self._library = opcua_library()
+        self._ua = self._library.ua
         self._values: asyncio.Queue[tuple[int, float, float, bool]] = asyncio.Queue(_ROOM)
         self._origin: float | None = None
         self._dropped = 0
@@ -61,7 +62,7 @@ class OpcUaSource:
         notes: list[str] = []
         tries = 0.0
         while True:
-            client = self._client_class(self.url, timeout=4.0)
+            client = self._library.Client(self.url, timeout=4.0)
             try:
                 await client.connect()
             except (OSError, TimeoutError, self._ua.UaError) as error:
@@ -205,11 +206,12 @@ async def browse(url: str, patience: float = 15.0) -> list[tuple[str, str]]:
 
     A server that is just starting is waited for; :class:`LiveError` where none answers.
     """
-    ua, client_class = _library()
+    library = opcua_library()
+    ua = library.ua
     begun = clock.monotonic()
     while True:
         try:
-            async with client_class(url, timeout=4.0) as client:
+            async with library.Client(url, timeout=4.0) as client:
                 return await _numbers(ua, client)
         except (OSError, TimeoutError, ua.UaError) as error:
             if clock.monotonic() - begun > patience:
@@ -248,12 +250,12 @@ def _unit_text(ua: Any, value: Any) -> str:
     return str(value.DisplayName.Text or "") if isinstance(value, ua.EUInformation) else str(value)
 
 
-def _library() -> tuple[Any, Any]:
+def opcua_library() -> Any:
+    """Return the package asyncua, its log off. Raises :class:`LiveError` where it is not installed."""
     try:
-        from asyncua import ua
-        from asyncua.client import Client
+        import asyncua
     except ModuleNotFoundError as error:
         remedy = "Install it with: python -m pip install 'lathesim[live]'"
         raise LiveError(f"OPC UA needs the package '{error.name}'.", remedy=remedy) from None
     logging.getLogger("asyncua").setLevel(logging.CRITICAL)
-    return ua, Client
+    return asyncua

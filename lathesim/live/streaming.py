@@ -7,8 +7,6 @@ computer is: in period k, when k has reached the next turn, it fills the buffer 
 from __future__ import annotations
 
 import asyncio
-import contextlib
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,7 +15,7 @@ import numpy as np
 
 from lathesim.errors import LatheSimError
 from lathesim.live.connections import Address
-from lathesim.live.feedback_source import FeedbackOrder
+from lathesim.live.feedback_source import FeedbackOrder, Inbox, channels_told, servo_link
 from lathesim.live.samples import LiveError, SampleSink, Signal
 from lathesim.live.set_point_buffer import BufferCount, SetPointBuffer
 from lathesim.live.stepped_machine import LARGEST_BLOCK, SteppedMachine
@@ -27,20 +25,14 @@ from lathesim.live.wire_format import (
     FrameKind,
     Numbers,
     WireError,
-    describes_channel,
     end_frame,
     numbers_frame,
-    read_datagram,
-    read_numbers,
     read_text,
-    text_frame,
 )
 from lathesim.record import FloatArray
 
 PATIENCE = 15.0
 """Seconds the servo side may be silent before the stream is given up."""
-FEEDBACK_ROOM = 4096
-"""Datagrams of feedback that wait at most; then the oldest is dropped and counted."""
 _LARGEST_FRAME = LARGEST_PAYLOAD // 8 - 64
 """Numbers of a frame of set-points at most."""
 
@@ -79,39 +71,14 @@ async def stream(job: StreamJob, address: Address, stop: asyncio.Event) -> Strea
 
     When ``stop`` is set, no more is sent, the machine plays what it has, and the result says so.
     """
-    loop = asyncio.get_running_loop()
-    try:
-        reader, writer = await asyncio.wait_for(asyncio.open_connection(address.host, address.port), PATIENCE)
-    except (OSError, TimeoutError):
-        fact = f"nothing listens at {address.host}:{address.port}."
-        raise LiveError(fact, remedy=f"Start it with 'lathesim machine LESSON --listen {address.port}'.") from None
     result = StreamResult()
-    own = writer.get_extra_info("sockname")[0]
-    transport, inbox = await loop.create_datagram_endpoint(lambda: _FeedbackInbox(address.host, result), local_addr=(own, 0))
-    try:
-        port = transport.get_extra_info("sockname")[1]
-        writer.write(text_frame(FrameKind.HELLO, {"axes": list(job.axes), "period": job.period, "udp_port": port}))
-        await _converse(job, reader, writer, inbox, result, stop)
-    except (OSError, TimeoutError):
-        result.reason = "the servo side went away"
-    finally:
-        transport.close()
-        writer.close()
+    async with servo_link(address, {"axes": list(job.axes), "period": job.period}, PATIENCE) as (reader, writer, inbox):
+        try:
+            await _converse(job, reader, writer, inbox, result, stop)
+        except (OSError, TimeoutError):
+            result.reason = "the servo side went away"
+        result.dropped = inbox.dropped
     return result
-
-
-class _FeedbackInbox(asyncio.DatagramProtocol):
-    """Datagrams of the servo side, the newest ``FEEDBACK_ROOM`` of them."""
-
-    def __init__(self, host: str, result: StreamResult) -> None:
-        self._host, self._result = host, result
-        self.waiting: deque[bytes] = deque(maxlen=FEEDBACK_ROOM)
-
-    def datagram_received(self, data: bytes, addr: Any) -> None:
-        """Keep a datagram of the peer; the oldest goes where there is no room."""
-        if len(self.waiting) == FEEDBACK_ROOM:
-            self._result.dropped += 1
-        self.waiting.append(data)
 
 
 class _Feedback:
@@ -120,21 +87,16 @@ class _Feedback:
     def __init__(self, job: StreamJob, greeting: dict[str, Any]) -> None:
         self._job = job
         self.order = FeedbackOrder()
-        channels = greeting.get("channels", [])
-        if not isinstance(channels, list) or not all(map(describes_channel, channels)):
+        signals = channels_told({"channels": [], **greeting})
+        if signals is None:
             raise WireError("the servo side names no channels.")
-        self.signals = tuple(Signal(*row) for row in channels)
-        self._sink = job.open_sink(self.signals)
+        self.signals = signals
+        self._sink = job.open_sink(signals)
 
-    def take(self, datagrams: deque[bytes]) -> None:
-        """Take what has come; a datagram that is no feedback is left out."""
-        while datagrams:
-            with contextlib.suppress(WireError):
-                given = read_datagram(datagrams.popleft())
-                if given.kind is FrameKind.FEEDBACK:
-                    numbers = read_numbers(given)
-                    if numbers.values.shape[1] == len(self.signals):
-                        self._write(self.order.take(numbers))
+    def take(self, inbox: Inbox) -> None:
+        """Take what has come."""
+        for numbers in inbox.numbers(len(self.signals)):
+            self._write(self.order.take(numbers))
 
     def _write(self, runs: list[Numbers]) -> None:
         for run in runs:
@@ -156,7 +118,7 @@ async def _converse(
     job: StreamJob,
     reader: asyncio.StreamReader,
     writer: asyncio.StreamWriter,
-    inbox: _FeedbackInbox,
+    inbox: Inbox,
     result: StreamResult,
     stop: asyncio.Event,
 ) -> None:
@@ -172,7 +134,7 @@ async def _converse(
         await out.send(0, 0.0, stop)
         while True:
             kind, data = await _next(frames)
-            feedback.take(inbox.waiting)
+            feedback.take(inbox)
             if kind is not FrameKind.STATUS:
                 continue
             result.status, result.sent = data, out.sent
@@ -190,7 +152,7 @@ async def _converse(
         result.reason = failure.fact
     result.sent = out.sent
     await asyncio.sleep(0.05)  # the last datagrams are still on their way
-    feedback.take(inbox.waiting)
+    feedback.take(inbox)
     feedback.finish(result)
     if failure is not None:
         raise failure
