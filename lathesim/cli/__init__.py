@@ -42,7 +42,7 @@ def register_commands() -> list[CommandEntry]:
         CommandEntry("export", f"{__name__}.lessons.plot_and_export:export", "Write a record as CSV or MAT file.", "Records"),
         CommandEntry("program", f"{__name__}.part_program:program", "Check a part program and show its moves.", "Part programs"),
         CommandEntry("new-program", f"{__name__}.part_program:new_program", "Write a part program from a few numbers.", "Part programs"),
-        CommandEntry("wiring", f"{__name__}.wiring_text:wiring", "Show how the parts of a lesson's machine are wired.", "Machines"),
+        CommandEntry("wiring", f"{__name__}.listing:wiring", "Show how the parts of a lesson's machine are wired.", "Machines"),
         CommandEntry("components", f"{__name__}.listing:components", "List the machine parts, or show the page of one.", "Machines"),
         CommandEntry(
             "effects", f"{__name__}.listing:effects", "List the effects that can be left out, or show the page of one.", "Machines"

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy
-from lathesim.compensation.diagnosis_file import NamedEffect
+from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy, NamedEffect
 from lathesim.component import Parameter
 from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy
 from lathesim.engine.assembly import FloatArray, Place

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy, bounds, draws_of
-from lathesim.compensation.diagnosis_file import DiagnosedMachine, NamedEffect
-from lathesim.compensation.loop_gains import LoopGain, loop_gains
+from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, DiagnosedMachine, InsertedRemedy, NamedEffect, bounds, draws_of
+from lathesim.compensation.lap_response import LoopGain, loop_gains
 from lathesim.compensation.planning import FIRST_CHANGES, TIMES, LoopToSize, Sized, axes_of, remedies_for, repair_of, sized_effects
 from lathesim.compensation.promise import DRAWS, PromisedSize, noise_of, promised
 from lathesim.component import Parameter

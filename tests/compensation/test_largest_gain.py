@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
+from lathesim.compensation.lap_response import largest_gains
 from lathesim.compensation.laps import Course, course_of
-from lathesim.compensation.loop_gains import largest_gains
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry

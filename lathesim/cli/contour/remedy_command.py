@@ -15,7 +15,7 @@ from lathesim.cli.progress import working
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
-    from lathesim.compensation.loop_gains import LoopGain
+    from lathesim.compensation.lap_response import LoopGain
     from lathesim.compensation.remedying import Answer
 
 
@@ -49,7 +49,7 @@ def remedy(chosen: ChosenLesson, diagnosis: Path, form: str, out: Path, as_json:
     stands in DIR/remedy.json with its intervals, and so does what no remedy of a control can mend, and why. 'lathesim conceal --again'
     records a concealed machine anew with the remedies in, and 'lathesim compare' holds the promise against the result.
     """
-    from lathesim.compensation.diagnosis_file import read_diagnosis
+    from lathesim.compensation.diagnosed_machine import read_diagnosis
     from lathesim.compensation.remedying import remedy as compensate
     from lathesim.compensation.written_remedy import as_json as as_json_of
     from lathesim.compensation.written_remedy import write_answer, write_lesson

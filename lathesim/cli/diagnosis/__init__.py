@@ -11,11 +11,11 @@ HEADING = "Recordings against the simulation"
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
     return [
-        CommandEntry("compare", f"{__name__}.compare_command:compare", "Compare a recording with the simulation of a lesson.", HEADING),
+        CommandEntry("compare", f"{__name__}.compare_and_fit:compare", "Compare a recording with the simulation of a lesson.", HEADING),
         CommandEntry("diagnose", f"{__name__}.diagnose_command:diagnose", "Name the physics that a simulation left out.", HEADING),
         CommandEntry("conceal", f"{__name__}.conceal_commands:conceal", "Make a recording with an effect hidden in it.", HEADING),
         CommandEntry("reveal", f"{__name__}.conceal_commands:reveal", "Open the sealed answer of a concealed recording.", HEADING),
-        CommandEntry("fit", f"{__name__}.fit_command:fit", "Fit parameters of a lesson to a recording.", HEADING),
+        CommandEntry("fit", f"{__name__}.compare_and_fit:fit", "Fit parameters of a lesson to a recording.", HEADING),
     ]
 
 

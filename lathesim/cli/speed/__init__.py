@@ -11,6 +11,6 @@ HEADING = "Speed"
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
     return [
-        CommandEntry("bench", f"{__name__}.bench_command:bench", "Measure how fast this machine simulates.", HEADING),
-        CommandEntry("warm", f"{__name__}.warm_command:warm", "Compile what the lessons need, ahead of the first run.", HEADING),
+        CommandEntry("bench", f"{__name__}.speed_commands:bench", "Measure how fast this machine simulates.", HEADING),
+        CommandEntry("warm", f"{__name__}.speed_commands:warm", "Compile what the lessons need, ahead of the first run.", HEADING),
     ]
