@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from lathesim.tui.model.student_book import StudentBook
 
 
+_ROOM_FOR_VIEWS = 100
+"""Columns from which on the row of keys names those of the views too; the key for help always does."""
 Entry = tuple[str, str, Callable[[], object]]
 """What is found, a word about it, and what to do."""
 
@@ -145,7 +147,8 @@ class LathesimApp(RepaintingApp[None]):
 
     def _view_keys(self, entry: ScreenEntry) -> list[Binding]:
         views = [view for view in self._views.values() if view.over == entry.name]
-        return [Binding(view.key, f"app.open_view('{view.name}')", view.title, tooltip=view.about) for view in views]
+        has_room = self.size.width >= _ROOM_FOR_VIEWS
+        return [Binding(view.key, f"app.open_view('{view.name}')", view.title, tooltip=view.about, show=has_room) for view in views]
 
     def action_keys(self) -> None:
         """Show the keys of the screen in front: its own, those of the list or plot with the cursor, and those that hold everywhere."""

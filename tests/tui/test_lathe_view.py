@@ -9,7 +9,7 @@ from lathesim.analysis.failed_run import RawStock
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
-from lathesim.tui.drawing.canvas import BRAILLE, axis_ticks, braille_codes, even_axis, trace
+from lathesim.tui.drawing.canvas import ACTUAL, BRAILLE, CUT, axis_ticks, braille_codes, even_axis, trace
 from lathesim.tui.drawing.curves import envelope
 from lathesim.tui.drawing.lathe_picture import CarvedStock, LatheScene, ToolMotion, View, draw
 from tests.tui.lathe_moments import GOLDENS, MOMENTS, pictures
@@ -65,7 +65,7 @@ def test_a_dot_is_as_wide_as_it_is_high_and_the_gain_moves_the_actual_path() -> 
     scene = LatheScene(BAR, np.array([0.008, 0.008]), np.array([0.0, 0.04]))
     motion = ToolMotion(np.full(2, 0.0081), np.array([0.0, 0.04]), np.full(2, 0.008), np.array([0.0, 0.04]))
     plain, magnified = draw(scene, motion, 2, 60, 20), draw(scene, motion, 2, 60, 20, View(gain=20.0))
-    rows = [int(np.flatnonzero((picture.layer == 2).any(axis=1))[0]) for picture in (plain, magnified)]
+    rows = [int(np.flatnonzero(np.isin(picture.layer, (ACTUAL, CUT)).any(axis=1))[0]) for picture in (plain, magnified)]
     moved = round(0.0001 * 19 / (4.0 * plain.dot))
     assert rows[0] - rows[1] == pytest.approx(moved, abs=1)
 

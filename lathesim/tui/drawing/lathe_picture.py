@@ -231,7 +231,7 @@ _MARGIN = 0.03
 _SCALE = 4.0
 """Dots below the picture that the marks along Z take up."""
 _TOOL_DOTS = 14
-_ROWS_A_TICK, _COLUMNS_A_TICK = 4, 14
+_ROWS_A_TICK, _COLUMNS_A_TICK = 3, 14
 """Rows and columns of the picture for each mark of a scale."""
 _Z_LABEL = " Z [mm]"
 _SHARE_OF_PAIR = 0.6
@@ -277,6 +277,8 @@ def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int,
         codes = braille_codes(dots)
         there = codes > 0
         signs = np.where(codes == _FULL, "█", (codes.astype(np.int32) + BRAILLE).view("<U1"))
+        if number == CENTRE:
+            there &= ~held
         if number == REFERENCE or (number == ACTUAL and view.gain == 1.0):
             # the surface keeps its height, which a character of dots cannot show; where it was cut it is the actual path
             layer[there & surface] = CUT if number == ACTUAL else EDGE
@@ -309,6 +311,9 @@ def _frame(scene: LatheScene, motion: ToolMotion | None, until: int, columns: in
     z_low, z_high, x_high = z_low - margin, z_high + margin, x_high + 2.0 * margin
     x_low = x_low - margin if x_low < 0.0 else 0.0
     dot = max((z_high - z_low) / wide, (x_high - x_low) / max(high - _SCALE, 1.0))
+    if scene.stock is not None and x_low == 0.0 and scene.stock.stock_radius >= 4.0 * dot:
+        # the raw surface falls between two rows, so that no path near it shares a row with it
+        dot = scene.stock.stock_radius / (4.0 * math.floor(scene.stock.stock_radius / (4.0 * dot)))
     return _Frame(z_low - 0.5 * (wide * dot - (z_high - z_low)), x_low - _SCALE * dot, dot)
 
 

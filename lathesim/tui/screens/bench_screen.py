@@ -224,6 +224,8 @@ class BenchScreen(WorkbenchScreen):
             words.append("The goals are judged when a run comes to its end.")
         elif kept.goals:
             words.extend(goal_text(goal) for goal in kept.goals)
+            if all(goal.met for goal in kept.goals):
+                words.append("All goals are met. F6 shows the next lesson.")
         return "\n".join(words)
 
     def _play_on(self, now: float) -> None:

@@ -13,7 +13,7 @@ from textual.widget import Widget
 from textual.widgets import DataTable, Label, Static
 from textual.widgets import Input as Field
 
-from lathesim.analysis.display_unit import plain_name
+from lathesim.analysis.display_unit import plain_name, pretty_quantities
 from lathesim.component import Input, Output, Parameter
 from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError
@@ -163,7 +163,8 @@ class ValuesPane(Vertical):
         for entry in self._entries[: None if self._shows_aside else len(self._entries) - aside]:
             sign = "*" if entry.changed else "~" if entry.fed else ""
             style = "bold" if entry.changed else "dim" if entry.is_aside else ""
-            cells = (sign, plain_name(Place.of(entry.name).port or entry.name), entry.text, entry.default, entry.bounds, entry.doc)
+            quantities = (pretty_quantities(text) for text in (entry.text, entry.default, entry.bounds))
+            cells = (sign, plain_name(Place.of(entry.name).port or entry.name), *quantities, entry.doc)
             table.add_row(*(Text(cell, style=style) for cell in cells))
         if aside:
             more = f"{aside} start value{'s' * (aside > 1)} and wired inputs"
