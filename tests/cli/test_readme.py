@@ -40,8 +40,8 @@ def block(language: str, containing: str, page: str = README) -> str:
 
 
 def commands() -> list[list[str]]:
-    """Return every call of lathesim that the README tells to make, as its arguments."""
-    lines = "".join(blocks("sh")).replace("\\\n", " ").splitlines()
+    """Return every call of lathesim that a page shows, as its arguments."""
+    lines = "".join([*blocks("sh"), *(text for text in blocks("") if text.startswith("lathesim "))]).replace("\\\n", " ").splitlines()
     calls = [shlex.split(part) for line in lines for part in line.split("&&")]
     return [words[1 : words.index(">") if ">" in words else None] for words in calls if words[0] == "lathesim"]
 
@@ -57,6 +57,18 @@ def test_a_command_of_the_readme_is_understood(words: list[str]) -> None:
     command = group.get_command(click.Context(group), name)
     assert command is not None
     command.make_context(name, arguments)
+
+
+def test_what_a_sentence_names_of_a_command_is_there() -> None:
+    missing = []
+    for text in re.findall(r"`lathesim ([a-z][a-z-]*(?: [^`]*)?)`", re.sub(r"```.*?```", "", README, flags=re.S)):
+        name, *words = text.split()
+        command = group.get_command(click.Context(group), name)
+        if isinstance(command, click.Group):
+            command = command.get_command(click.Context(command), words[0])
+        known = {option for item in command.params for option in (*item.opts, *item.secondary_opts)} if command is not None else set()
+        missing += [text] if command is None else [f"{name} {word}" for word in words if word.startswith("--") and word not in known]
+    assert missing == []
 
 
 def test_the_part_and_the_lesson_of_the_readme_work(

@@ -62,7 +62,7 @@ def test_the_chapter_on_lessons_explains_every_key() -> None:
 
 
 MOST_READ = (
-    "first_hour", "lessons", "writing_lessons", "programs", "stability", "your_recording", "diagnosis", "contour", "plugins",
+    "first_hour", "app", "lessons", "writing_lessons", "programs", "stability", "your_recording", "diagnosis", "contour", "plugins",
 )  # fmt: skip
 """Chapters that a newcomer opens beside the README: tutorials, what a lesson needs, and explanations."""
 
