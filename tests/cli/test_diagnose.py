@@ -293,3 +293,6 @@ def test_a_recording_from_before_is_not_asked_beside_another_lesson(
     said = call(capsys, "diagnose", rubbing[0], rubbing[1], "--before", rubbing[2], "--with", rubbing[0], rubbing[2])
     assert said.code != 0
     assert "--with and --before ask two questions: give one of them." in said.err
+    said = call(capsys, "diagnose", *rubbing)
+    assert (said.code, said.out) == (2, "")
+    assert f"'{rubbing[2]}' is a second recording, and one is fitted. Give it with --validate {rubbing[2]}, and it judges, " in said.err

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+import lathesim
 from lathesim.diagnosis.comparison.compare import SCHEMA, Comparison, Dependence, Replayed, as_json, compare, load_recording
 from lathesim.diagnosis.comparison.compare_figure import compare_figure
 from lathesim.diagnosis.comparison.compare_text import comparison_lines
@@ -214,6 +215,38 @@ def test_a_measured_force_adds_no_half_row_of_lateness(registry: Registry, tmp_p
     assert not any("taken as measured" in text for text in held.findings)
 
 
+def stepped_motor(folder: Path, dry: float) -> Comparison:
+    """Return the comparison of the lesson of the manual on a motor under a voltage with its step to 11.73 V, read in steps of 11 rpm.
+
+    w = (Kt U/R - F)/b (1 - exp(-b t/J)) from the step on, b the friction with Kt Ke/R, F a ``dry`` friction that the lesson leaves out.
+    """
+    torque, resistance, friction, inertia, push = 0.067, 10.0, 1.9e-4, 1.9e-5, 11.73
+    time, viscous = 1e-3 * np.arange(600), friction + torque * torque / resistance
+    speed = (torque * push / resistance - dry) / viscous * (1.0 - np.exp(-np.maximum(0.0, time - 0.1) * viscous / inertia))
+    rows = np.column_stack([1e3 * time, np.where(time > 0.0995, push, 0.0), 11.1 * np.round(speed * 30.0 / np.pi / 11.1)])
+    np.savetxt(folder / "step.csv", rows, delimiter=",", header="t_ms,voltage_V,speed_rpm", comments="", fmt="%.9g")
+    page = (Path(lathesim.__file__).parent / "manual" / "your_recording.md").read_text(encoding="utf-8")
+    text = page.partition("```yaml\nlesson: A 12 V gear motor\n")[2].partition("```")[0]
+    (folder / "motor.yaml").write_text(f"lesson: A 12 V gear motor\n{text}", encoding="utf-8")
+    found = load_recording(load_lesson(folder / "motor.yaml"), folder / "step.csv", load_registry(installed=False))
+    return compare("motor", *found)
+
+
+def test_a_force_behind_a_coarse_reading_is_averaged_and_never_absurd(tmp_path: Path) -> None:
+    """A reading of few counts, differentiated, is hundreds of times the force that is missing."""
+    found = stepped_motor(tmp_path, 7.5e-3)
+    (spindle,) = found.replayed
+    assert (spindle.at, spindle.unit) == ("spindle.disturbance", "N*m")
+    assert spindle.missing == pytest.approx(7.5e-3, rel=0.3)
+    unknown = comparison_lines(replace(found, replayed=(replace(spindle, missing=math.nan, share=math.nan),)))
+    assert [line.split()[-3:] for line in unknown if "spindle.disturbance" in line] == [["not", "known", "-"]]
+    assert "Not known: the noise of the reading, turned into a force, would be as large." in unknown
+
+
+def test_a_voltage_on_a_motor_is_mapped_as_the_manual_says(tmp_path: Path) -> None:
+    assert stepped_motor(tmp_path, 0.0).within_floors
+
+
 # ---- what cannot be compared -----------------------------------------------------------------------------------------------------
 
 
@@ -227,7 +260,9 @@ def test_a_recording_of_few_samples_is_refused(registry: Registry, tmp_path: Pat
     lesson = load_lesson(write_lesson(tmp_path))
     rows = "\n".join(f"{k},{k * 0.1:.3f},{k * 0.1:.3f},0.1" for k in range(60))
     (tmp_path / "r.csv").write_text(f"t [ms],asked [mm],motor [mm],voltage [V]\n{rows}\n", encoding="utf-8")
-    with pytest.raises(RecordingError, match="the recording has 60 usable samples"):
+    with pytest.raises(
+        RecordingError, match=r"the recording has 60 usable samples, and 100 are needed\. Record longer, or more often; a file"
+    ):
         load_recording(lesson, tmp_path / "r.csv", registry)
 
 

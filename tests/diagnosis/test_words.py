@@ -24,12 +24,14 @@ from lathesim.diagnosis.records.diagnosis import (
     with_unit,
 )
 from lathesim.diagnosis.reporting import explanations
+from lathesim.diagnosis.reporting.effect_report import for_a_turning_part
 from lathesim.diagnosis.reporting.explanations import NOT_REACHED, explanation_lines
 from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.number_text import plain
 from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
+from lathesim.effects.friction import StribeckFriction
 from tests.diagnosis.sample_diagnoses import ALL, CLEAN, COULOMB, FAULT, NAMED, PARAMETERS, TIED, UNKNOWN
 from tests.diagnosis.stored.answers import stored
 
@@ -344,6 +346,12 @@ def test_a_value_that_is_impossible_is_told_with_what_it_does() -> None:
     assert "takes away a part of what is missing, and not the whole" in part
     assert "; so would another value of cutting.width." in part
     assert value_instead((), BASELINE, whole=True) == []
+
+
+def test_advice_for_a_part_that_turns_has_speeds_of_a_turn() -> None:
+    shown = for_a_turning_part(StribeckFriction.experiment or "")
+    assert shown.startswith("Creep at constant speeds from 1.2 to 120 rpm, both ways: ")
+    assert for_a_turning_part("A pass at 0.1 mm/s.") == "A pass at 0.6 rpm."
 
 
 def test_ties_and_open_values_say_what_the_lines_to_paste_hold_and_each_experiment_stands_once() -> None:

@@ -29,9 +29,12 @@ class RecordingOptions:
     others: tuple[tuple[str, str], ...]
 
     def check(self) -> None:
-        """Raise where two of them ask different questions."""
+        """Raise where a recording is given without an option, or two of them ask different questions."""
+        if further := click.get_current_context().args:
+            fact = f"'{further[0]}' is a second recording, and one is fitted."
+            raise click.UsageError(f"{fact} Give it with --validate {further[0]}, and it judges, or with --with LESSON {further[0]}.")
         if self.others and self.validate is not None:
-            raise click.UsageError("--with and --validate both judge: give one of them.")
+            raise click.UsageError("--with and --validate both judge: give one of them. --with may stand several times.")
         if self.others and self.before is not None:
             raise click.UsageError("--with and --before ask two questions: give one of them.")
 
@@ -59,10 +62,12 @@ class ReportOptions:
         return self.json_file is not None and str(self.json_file) == "-"
 
 
-@click.command()
+@click.command(context_settings={"allow_extra_args": True})
 @click.argument("lesson")
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--validate", type=click.Path(path_type=Path), metavar="FILE", help="The recording that judges [default: the second half].")
+@click.option(
+    "--validate", type=click.Path(path_type=Path), metavar="FILE", help="The recording that judges RECORDING [default: its second half]."
+)
 @click.option(
     "--before",
     type=click.Path(path_type=Path),
@@ -81,7 +86,8 @@ class ReportOptions:
     nargs=2,
     multiple=True,
     metavar="LESSON RECORDING",
-    help="A further recording of the same machine, with the lesson that maps it; several times. One verdict comes of all.",
+    help="A further recording of the same machine, with its lesson; several times, and not with --validate. RECORDING is fitted, each of "
+    "these judges, and one verdict comes of all.",
 )
 @click.option("--design", is_flag=True, help="Where the answer is tied, write the program whose run would tell, to DIR/next.")
 @click.option("--explain-decision", "explained", is_flag=True, help="Print every explanation that was tried, and why it was kept or not.")
@@ -118,11 +124,11 @@ def diagnose(
 
     registry = chosen.registry
     effects = [registry.effect(name) for name in search.only] if search.only else list(registry.effects.values())
+    files.check()
     given = (files.recording, files.validate, files.before)
     folder = out or results_folder(chosen.loaded, *given, *(Path(file) for _, file in files.others), variant=chosen.variant)
     if not report.no_report:
         check_output(report_place(folder))
-    files.check()
     case = load_case(chosen.loaded, [file for file in given if file is not None], registry, variant=chosen.variant)
     asked = ask(chosen.loaded.title, case.machine, case.recordings, effects, changed=files.before is not None)  # type: ignore[arg-type]
     question = without(asked, search.left_out)

@@ -17,6 +17,7 @@ import numpy as np
 
 from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.explanations.conditions import Term
+from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.location import FORCES, missing_share, missing_signal, places, wired_parts
 from lathesim.diagnosis.method import STANDARD, Method
@@ -79,7 +80,7 @@ class ChannelResidual:
 class Replayed:
     """A channel in the replay: how far off it is, the parts whose laws make it, and what is missing there [``unit``].
 
-    ``share`` is the size of what is missing as a share of what acts there.
+    ``share`` is the size of what is missing as a share of what acts there. Both are NaN where the noise of the reading would be as large.
     """
 
     channel: str
@@ -255,14 +256,38 @@ def _rms(values: FloatArray) -> float:
 
 def _replayed(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> tuple[Replayed, ...]:
     rows = {name: row for row, name in enumerate(experiment.machine.compare)}
+    drawn = np.random.Generator(np.random.Philox(0)).standard_normal(fitted.residual.shape)
+    noise = replace(fitted, residual=experiment.sensed.seen_floors[:, None] * drawn)
     found = []
     for place in places(experiment, fitted):
         row = rows[place.channel]
         missing = missing_signal(experiment, fitted, row)
-        share, _ = missing_share(experiment, fitted, row)
-        found.append(Replayed(place.channel, place.parts, place.over_floor, missing.at, missing.unit, _rms(missing.values), share))
+        share, total = missing_share(experiment, fitted, row)
+        size = _rms(missing.values)
+        if not missing.mean_is_known and not (
+            known_share(share) == share and size > method.errors * _rms(missing_signal(experiment, noise, row).values)
+        ):
+            force, swamp = (lacking(experiment, one, row).values for one in (fitted, noise))
+            size, share = _quiet_force(force, swamp, total, method)
+        found.append(Replayed(place.channel, place.parts, place.over_floor, missing.at, missing.unit, size, share))
     near = method.errors
     return tuple(sorted(found, key=lambda item: (item.over_floor <= near, -item.share if math.isfinite(item.share) else 0.0)))
+
+
+def _quiet_force(force: FloatArray, noise: FloatArray, total: FloatArray, method: Method, fewest: int = 20) -> tuple[float, float]:
+    """Return the root mean square of a force (samples,), averaged until that of the ``noise`` of its reading is little beside it, and its
+    share of the ``total``; NaN where fewer than the ``fewest`` means would be left."""
+    every = quiet_every(force)
+    while len(force) >= fewest * every:
+        size, swamped, acts = (_rms(_means(values, every)) for values in (force, noise, total))
+        if size > method.errors * swamped:
+            return size, size / acts if acts > 0.0 else math.inf
+        every *= 2
+    return math.nan, math.nan
+
+
+def _means(values: FloatArray, every: int) -> FloatArray:
+    return np.asarray(values[: len(values) // every * every].reshape(-1, every).mean(axis=1))
 
 
 def _depends_on(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import known_share, shown_with_unit, text_table
@@ -17,6 +18,8 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     if any(item.is_lost for item in comparison.channels):
         return [*lines, "", "So the place of the mismatch is unknown."]
     lines += ["", "Every part with the inputs that were recorded:", *text_table(_replay_rows(comparison))]
+    if any(math.isnan(item.missing) for item in comparison.replayed):
+        lines.append("Not known: the noise of the reading, turned into a force, would be as large.")
     lines += ["", *mismatch_sentences(comparison)]
     if comparison.adds_up:
         lines.append("Each part leaves next to nothing. Run by itself, with no recording to hold it, the simulation adds that up.")
@@ -57,7 +60,8 @@ def _replay_rows(comparison: Comparison) -> list[tuple[str, ...]]:
         known = known_share(item.share)
         share = f"{known:.2%}" if known == known else "-"
         made_by = _chain(item.parts, Shown.nearest_parts)
-        rows.append((item.channel, made_by, item.at, shown_with_unit(item.missing, item.unit, 3), share))
+        size = "not known" if math.isnan(item.missing) else shown_with_unit(item.missing, item.unit, 3)
+        rows.append((item.channel, made_by, item.at, size, share))
     return rows
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +41,8 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
     others = item.tied
     tied = tuple(dict.fromkeys(other.name if other.name != candidate.name else f"{other.name} at {other.at}" for other in others))
     # no experiment is worth its time that tells two forms of one law apart
-    separating = candidate.effect.experiment if undetermined or not all(_one_law(candidate, other) for other in others) else None
+    advice = for_a_turning_part(candidate.effect.experiment) if _turns(candidate, experiment) else candidate.effect.experiment
+    separating = advice if undetermined or not all(_one_law(candidate, other) for other in others) else None
     if tied and channel and separating:
         separating = f"{channel} {separating or ''}".strip()
     return FoundEffect(
@@ -57,6 +59,22 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         may_be_zero=interval_includes_neutral(candidate, values),
         products=_products(candidate, values, experiment),
     )
+
+
+def for_a_turning_part(advice: str) -> str:
+    """Return the advice of an effect with speeds of a slide [mm/s] as speeds of a turning part [rpm]: 10 mm is a turn of a usual screw."""
+    return re.sub(
+        r"([\d.]+)(?: to ([\d.]+))? mm/s",
+        lambda found: f"{' to '.join(f'{6.0 * float(one):g}' for one in found.groups() if one)} rpm",
+        advice,
+    )
+
+
+def _turns(candidate: Candidate, experiment: Experiment) -> bool:
+    """Return whether the part that an effect sits at turns, or reads what turns."""
+    plan, part = experiment.sensed.plan, Place.of(candidate.at).part
+    ports = plan.parts[part].component.ports
+    return any("rad" in plan.unit(f"{part}.{ports[role]}") for role in ("displacement", "flow", "reading") if role in ports)
 
 
 def _as_sure_as_its_gain(item: RankedEffect, values: Estimates) -> Estimates:

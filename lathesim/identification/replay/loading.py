@@ -37,6 +37,8 @@ _COARSER = 1.5
 """Ratio of two sample periods above which the one is coarser."""
 LEAST_SAMPLES = 100
 """Fewer samples than this say nothing about a machine."""
+MORE = "Record longer, or more often; a file that was cut in two is given whole, and its second half judges."
+"""The remedy where there are fewer."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
         if len(mapped.record) < LEAST_SAMPLES:
             raise RecordingError(
-                f"the recording has {len(mapped.record)} usable samples.", place=str(file), remedy=f"Record at least {LEAST_SAMPLES}."
+                f"the recording has {len(mapped.record)} usable samples, and {LEAST_SAMPLES} are needed.", place=str(file), remedy=MORE
             )
         if not any(finding.serious for finding in found):
             refuse_still(file, mapped.record, mapping.targets("compare"))
@@ -107,8 +109,8 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     mapping = mapping_of(prepared.case.lesson, prepared.machinery)
     mapped = with_rates(read_mapped(file, registry, mapping, MOST_COMPARED), prepared.machinery)
     if len(mapped.record) < LEAST_SAMPLES:
-        fact = f"the recording has {len(mapped.record)} usable samples."
-        raise RecordingError(fact, place=str(file), remedy=f"Record at least {LEAST_SAMPLES}.")
+        fact = f"the recording has {len(mapped.record)} usable samples, and {LEAST_SAMPLES} are needed."
+        raise RecordingError(fact, place=str(file), remedy=MORE)
     _refuse_empty(file, mapped, mapping)
     refuse_endless(file, mapped, prepared, mapping)
     coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
