@@ -133,6 +133,8 @@ SHOWN = {
     "diagnosis": ["x_drive.current       619 mA"],
 }
 """By page, what stands in the blocks without a language that are answers of the commands above them, to the last digit."""
+SAID = {"first_hour": ["0.33787 mm", "least 0.1812 mm", "most 1.553 mm", "71%  velocity of x_axis", "level: 19.9"]}
+"""By page, what its sentences say of the answers of its commands."""
 BEGUN = {"diagnosis": ["The simulation left out", "Right: "]}
 """The same, where only the first line is compared."""
 
@@ -163,5 +165,6 @@ def test_the_commands_of_a_page_work_as_written_in_a_new_folder(page: str, tmp_p
     done = subprocess.run(["/bin/sh", "-c", script], cwd=tmp_path, env=paths, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     shown = [line.rstrip(" .") for part in SHOWN.get(page, ()) for line in block("", part, PAGES[page]).splitlines()]
+    shown += SAID.get(page, [])
     shown += [block("", part, PAGES[page]).splitlines()[0] for part in BEGUN.get(page, ())]
     assert [line for line in shown if line not in done.stdout] == []

@@ -15,7 +15,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.shipped import shipped_files
 from tests.cli.command import call
 
-QUICK = ["05_spindle_droop", "18_stability_lobes"]
+QUICK = ["18_stability_lobes", "25_which_program_next"]
 
 
 def checked(path: Path) -> list[dict[str, Any]]:
