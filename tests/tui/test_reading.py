@@ -12,7 +12,7 @@ from textual.theme import BUILTIN_THEMES
 from lathesim.analysis.display_unit import plain_name, pretty_quantities, shown_with_unit
 from lathesim.cli.open_app import FIRST_LESSON, make_app
 from lathesim.record import Channel, Record
-from lathesim.tui.drawing.curves import Cursors, Curve, spectrum_lines
+from lathesim.tui.drawing.curves import Cursors, Curve, peak_words, spectrum_lines
 from lathesim.tui.model.student_book import STATE, KeptState
 from lathesim.tui.widgets.controls import readings
 
@@ -68,7 +68,7 @@ def test_the_feed_is_read_as_in_the_program() -> None:
 def test_two_cursors_give_the_difference_and_its_frequency() -> None:
     ramp = record(contour__contour_error=("m", np.linspace(0.0, 1e-3, 1001)))
     cursors = Cursors().at(0.2).marked().at(0.7)
-    assert cursors.words == "t = 0.7 s, from 0.2 s: Δt = 500 ms (2 Hz)"
+    assert cursors.words == "t = 0.7 s, Δt = 500 ms (2 Hz) from 0.2 s"
     assert cursors.value_words(ramp, "contour.contour_error") == ": 0.7 mm, Δ 0.5 mm"
     assert (cursors.span, cursors.marked().span) == ((0.2, 0.7), None)
 
@@ -78,7 +78,7 @@ def test_the_spectrum_shows_amplitude_and_frequency_of_a_wave() -> None:
     wave = record(cut__wave=("m", 3e-3 + 5e-6 * np.sin(2.0 * np.pi * 40.0 * time)))
     (line,) = spectrum_lines([Curve(wave, "cut.wave")], (0.5, 1.5))
     assert (line.x[np.argmax(line.y)], line.y.max()) == (pytest.approx(40.0, abs=0.1), pytest.approx(5.0, rel=0.02))
-    assert line.title.startswith("cut wave [µm], largest 4.99 µm at 39.96 Hz")
+    assert peak_words(line) == "cut wave [µm]: largest 4.99 at 39.96 Hz"
 
 
 def luminance(colour: Color) -> float:

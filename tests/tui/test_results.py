@@ -167,7 +167,7 @@ async def test_cursors_range_spectrum_and_note_of_a_run() -> None:
         assert "soft: half the gain" in app.workbench.runs[0].title
         await pilot.press("f")
         await pilot.pause()
-        assert "largest" in plot.named[0][1]
+        assert "contour error [µm]: largest " in str(app.screen.query_one("#cursor", Static).content)
         assert plot.picture().x_label == "frequency / Hz"
     assert Path("lathesim_runs/01_contour_error/001.note.txt").read_text(encoding="utf-8") == "soft: half the gain\n"
 

@@ -256,7 +256,7 @@ def surface_lines(runs: list[tuple[str, Record]]) -> list[PlotLine]:
 
 
 def spectrum_lines(curves: Sequence[Curve], span: tuple[float, float] | None) -> list[PlotLine]:
-    """Return the amplitudes of curves over the frequency [Hz], of the samples within ``span`` [s]; the title names unit and largest peak.
+    """Return the amplitudes of curves over the frequency [Hz], of the samples within ``span`` [s]; the title names the unit.
 
     The mean is taken off, and a Hann window holds the ends down: a sine of amplitude 1 has a peak of 1.
     """
@@ -272,13 +272,16 @@ def spectrum_lines(curves: Sequence[Curve], span: tuple[float, float] | None) ->
         window = np.hanning(len(values))
         amplitude = 2.0 * np.abs(np.fft.rfft((values - values.mean()) * window)) / window.sum()
         frequency = np.asarray(np.fft.rfftfreq(len(values), record.sample_period), dtype=np.float64)
-        peak = 1 + int(np.argmax(amplitude[1:]))
-        unit = record.unit(curve.channel)
-        factor, name = display_unit(unit, float(amplitude[peak]))
-        largest = f"{pretty_quantities(shown_with_unit(float(amplitude[peak]), unit, 3))} at {frequency[peak]:.4g} Hz"
-        words = f"{curve.title or plain_name(curve.channel)} [{pretty_unit(name) or '1'}], largest {largest}"
-        lines.append(PlotLine(frequency[1:], amplitude[1:] / factor, f"{words} {curve.run}".strip()))
+        factor, name = display_unit(record.unit(curve.channel), float(amplitude[1:].max()))
+        title = f"{curve.title or plain_name(curve.channel)} [{pretty_unit(name) or '1'}] {curve.run}".rstrip()
+        lines.append(PlotLine(frequency[1:], amplitude[1:] / factor, title))
     return lines
+
+
+def peak_words(line: PlotLine) -> str:
+    """Return where a line is highest, over a frequency [Hz]."""
+    peak = int(np.argmax(line.y))
+    return f"{line.title}: largest {line.y[peak]:.3g} at {line.x[peak]:.4g} Hz"
 
 
 def overlaid(runs: Sequence[tuple[str, Record]], channels: Sequence[str]) -> Record:
@@ -350,7 +353,7 @@ class Cursors:
             return f"t = {self.place:.4g} s"
         apart = self.place - self.mark
         rate = f" ({1.0 / abs(apart):.4g} Hz)" if apart else ""
-        return f"t = {self.place:.4g} s, from {self.mark:.4g} s: Δt = {pretty_quantities(shown_with_unit(apart, 's'))}{rate}"
+        return f"t = {self.place:.4g} s, Δt = {pretty_quantities(shown_with_unit(apart, 's'))}{rate} from {self.mark:.4g} s"
 
     def value_words(self, record: Record, channel: str) -> str:
         """Return the value of a channel at the first cursor, and by how much it differs from that at the second; empty without a value."""

@@ -25,6 +25,7 @@ from lathesim.tui.drawing.curves import (
     figure_title,
     overlaid,
     path_lines,
+    peak_words,
     spectrum_lines,
     surface_lines,
     wave_lines,
@@ -40,7 +41,7 @@ _FIRST_CHANNELS = (*CONTOUR_ERROR, "following_error", "position")
 _SEEN = {
     PATH: "The programmed path, and where the tip went.",
     SURFACE: "Roughness R_a along the part, from feed, nose and tool wear; of a cut in the loop the waves of its last turn.",
-    SPECTRUM: "Amplitudes over the frequency, of the time between the two cursors or of the whole run.",
+    SPECTRUM: "Amplitudes between the two cursors, or of the whole run.",
 }
 _STEPS = 100
 """Steps in which the cursor goes along the plot."""
@@ -87,6 +88,7 @@ class ResultsScreen(WorkbenchScreen):
         self._ticked: list[Path] = []
         self._older: list[BenchRun] = []
         self._cursors = Cursors()
+        self._peaks: list[str] = []
         self._command = ""
 
     def compose_body(self) -> Iterable[Widget]:
@@ -187,16 +189,15 @@ class ResultsScreen(WorkbenchScreen):
         if self._view == TIME:
             plot.show(self._curves(runs))
         elif self._view == ERROR:
-            curves = []
-            for title, record in runs:
-                name = find_channel(record, *CONTOUR_ERROR)
-                if name is not None:
-                    curves.append(Curve(record, name, "contour error in contact", run=title if several else "", only=contact(record)))
-            plot.show(curves)
+            found = [(title, record, find_channel(record, *CONTOUR_ERROR)) for title, record in runs]
+            shown = [(name, title if several else "", record) for title, record, name in found if name is not None]
+            plot.show([Curve(record, name, "contour error in contact", run=run, only=contact(record)) for name, run, record in shown])
         elif self._view == PATH:
             plot.show_lines(path_lines(runs), "Z / mm", "X (radius) / mm")
         elif self._view == SPECTRUM:
-            plot.show_lines(spectrum_lines(self._curves(runs), self._cursors.span), "frequency / Hz", "amplitude")
+            lines = spectrum_lines(self._curves(runs), self._cursors.span)
+            self._peaks = [peak_words(line) for line in lines]
+            plot.show_lines(lines, "frequency / Hz", "amplitude")
         else:
             surface = surface_lines(runs)
             waves = [] if surface else wave_lines(runs)
@@ -218,7 +219,7 @@ class ResultsScreen(WorkbenchScreen):
             words.update(f"{first}, or open a record with o.")
             return
         if self._view not in (TIME, ERROR):
-            words.update(_SEEN[self._view])
+            words.update("\n".join([_SEEN[self._view], *(self._peaks if self._view == SPECTRUM else [])]))
             return
         found: list[str | Text | tuple[str, str]] = []
         found.append(self._cursors.words)

@@ -289,6 +289,10 @@ class ReadOuts(Widget):
         return strip.crop_extend(0, width, self.rich_style)
 
 
+_NARROW, _NARROW_NAME = 60, 22
+"""Columns of a narrow table, and those of its names: the values of two runs are to find room beside them."""
+
+
 class MetricsTable(DataTable[Any]):
     """Shows what was measured on each run: the metric in plain words, the values, and dim its exact name."""
 
@@ -307,8 +311,10 @@ class MetricsTable(DataTable[Any]):
             if any(name in found.values for found in measured):
                 cells = [str(found.values[name]) if name in found.values else NONE for found in measured]
                 rows.append((plain_name(name), *map(pretty_quantities, cells), name))
-        for column in zip(*rows, strict=True):  # a width that is measured when the table is idle comes too late for the first picture
-            self.add_column(Text(column[0]), width=max(map(len, column)))
+        most = [_NARROW_NAME if self.size.width < _NARROW else math.inf] + [math.inf] * (len(rows[0]) - 1)
+        # a width that is measured when the table is idle comes too late for the first picture
+        for column, limit in zip(zip(*rows, strict=True), most, strict=True):
+            self.add_column(Text(column[0]), width=int(min(limit, max(map(len, column)))))
         for *cells, name in rows[1:]:
             self.add_row(*map(Text, cells), Text(name, style="dim"))
 
