@@ -149,11 +149,6 @@ def test_a_sound_machine_needs_no_new_lesson(sound: tuple[Path, Path, Path], tmp
     assert answer["report"] == str(tmp_path / "report.html")
 
 
-def test_without_another_recording_the_second_half_judges(rubbing: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
-    answer = told(call(capsys, "diagnose", rubbing[0], rubbing[1], *ONLY, "--json", "-", "--no-report"))
-    assert answer["fit"][POSITION]["recording"] == "fit.csv, second half"
-
-
 def test_ctrl_c_keeps_what_is_known(
     rubbing: tuple[Path, Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -282,6 +277,7 @@ def test_beside_a_recording_from_before_only_what_changed_is_named(
         for earlier in (sound[1], rubbing[2])
     )
     assert [effect["effect"] for effect in changed["effects"]] == ["CoulombFriction"]
+    assert changed["fit"][POSITION]["recording"] == "fit.csv, second half"
     assert changed["sentence"].startswith("New since fit.csv: CoulombFriction at x_axis. x_encoder.position stays off by ")
     assert unchanged["effects"] == []
     assert any("from before the change" in line for line in unchanged["left"])

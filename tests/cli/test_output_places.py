@@ -16,7 +16,8 @@ from lathesim.cli.options import OutputPath
 from lathesim.errors import WriteError
 from lathesim.manual.chapters import chapter
 from lathesim.whole_file import WholeFiles, write_text
-from tests.cli.command import ROOT, call, environment
+from tests.cli.command import call, environment
+from tests.diagnosis.small_case import write_lesson
 
 Capture = pytest.CaptureFixture[str]
 INPUTS = ("--program", "--recording", "--validate", "--before", "--again", "--drive", "--guess", "--map", "--play", "--limits", "--plugins")
@@ -78,9 +79,16 @@ def test_files_that_belong_together_come_all_or_none(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["seal.json"]
 
 
-def test_a_diagnosis_looks_first_and_tells_before_it_writes(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("elsewhere")
+
+
+def test_a_diagnosis_looks_first_and_tells_before_it_writes(
+    capsys: Capture, tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
-    lesson = ROOT / "lesson_configs" / "22_what_is_wrong_with_this_machine.yaml"
+    lesson = write_lesson(elsewhere, duration="0.3 s")
     assert call(capsys, "conceal", lesson, "--effect", "none", "--seed", "1", "--out", "case").code == 0
     (tmp_path / "report.html").mkdir()
     searched = []
@@ -95,9 +103,9 @@ def test_a_diagnosis_looks_first_and_tells_before_it_writes(capsys: Capture, tmp
     assert said.err == "report.html: this is a folder. Give the name of a file.\n"
 
 
-def test_a_case_is_published_whole_or_not_at_all(capsys: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_is_published_whole_or_not_at_all(capsys: Capture, tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    lesson = ROOT / "lesson_configs" / "22_what_is_wrong_with_this_machine.yaml"
+    lesson = write_lesson(elsewhere, duration="0.3 s")
 
     def full(whole: WholeFiles, path: Path, text: str) -> Path:
         if path.name == "seal.json":

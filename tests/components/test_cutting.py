@@ -72,7 +72,7 @@ def test_facing_takes_the_layer_at_the_free_end(free_end: float, z: float, cut: 
     assert sum(radius == 0.0 for radius in radii(removed)) <= 3
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(points=st.lists(st.tuples(st.floats(5, 20), st.floats(0, 90)), min_size=2, max_size=8))
 def test_material_is_only_ever_taken_away(points: list[tuple[float, float]]) -> None:
     bench, removed = stock()

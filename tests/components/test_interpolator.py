@@ -48,7 +48,7 @@ def test_a_block_is_cut_into_samples_of_equal_length() -> None:
 
 
 @BOTH
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6)
 @given(feed=st.floats(60, 3000), x=st.floats(0.1, 4), z=st.floats(0.1, 4), override=st.floats(0.2, 2))
 def test_any_line_ends_on_its_point_and_never_turns_back(component: type, feed: float, x: float, z: float, override: float) -> None:
     samples = walk(component, polyline((x, z, feed)), feed_override=override)

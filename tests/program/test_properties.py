@@ -3,7 +3,7 @@
 import math
 from itertools import pairwise
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lathesim.errors import ProgramError
@@ -72,7 +72,6 @@ WORD = st.one_of(
 )
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.one_of(st.text(), st.binary(), st.text("GMXZIKRFSN0123456789.-+ ()%/;\n#E")), DIALECTS)
 def test_any_text_is_a_program_or_a_program_error(text: str | bytes, dialect: str) -> None:
     try:
@@ -81,7 +80,6 @@ def test_any_text_is_a_program_or_a_program_error(text: str | bytes, dialect: st
         assert error.place.startswith("turn.nc") or "turn.nc" in str(error)
 
 
-@settings(max_examples=70, deadline=None)
 @given(st.lists(st.lists(WORD, min_size=1, max_size=5).map(" ".join), max_size=12).map("\n".join), DIALECTS)
 def test_any_words_are_a_program_or_a_program_error(text: str, dialect: str) -> None:
     try:
@@ -94,7 +92,6 @@ def test_any_words_are_a_program_or_a_program_error(text: str, dialect: str) -> 
         assert math.isclose(row[END_X], following[START_X], abs_tol=1e-11) and math.isclose(row[END_Z], following[START_Z], abs_tol=1e-11)
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(["G00", "G01"]), MILLIMETRES, MILLIMETRES), min_size=1, max_size=10), st.booleans())
 def test_what_is_written_is_what_moves(points: list[tuple[str, float, float]], incremental: bool) -> None:
     """Positions written absolutely or as increments come back to a micrometre's millionth."""
@@ -108,7 +105,6 @@ def test_what_is_written_is_what_moves(points: list[tuple[str, float, float]], i
         assert math.isclose(move.end_x, to_x / 1000, abs_tol=1e-12) and math.isclose(move.end_z, to_z / 1000, abs_tol=1e-12)
 
 
-@settings(max_examples=50, deadline=None)
 @given(
     st.floats(0.5, 100), st.floats(-math.pi, math.pi), st.floats(0.05, 2 * math.pi - 0.05), st.sampled_from(["G02", "G03"]), st.booleans()
 )  # fmt: skip

@@ -215,8 +215,8 @@ ABOVE = [
 ]
 
 
-@pytest.mark.parametrize("given", [False, True])
 @pytest.mark.parametrize(("modes", "noise"), ABOVE)
+@pytest.mark.parametrize("given", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_mode_above_the_band_stays_a_residual_term(modes: list[tuple[float, float, float]], noise: float, given: bool) -> None:
     response, inside = measured(modes, 1000.0, noise, 1), [mode for mode in modes if mode[0] < 1000.0]
     found = find_modes(response, len(inside) if given else None)
