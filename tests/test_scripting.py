@@ -46,7 +46,7 @@ def test_the_examples_of_readme_and_manual_run_as_a_plain_script(tmp_path: Path)
     assert done.returncode == 0, done.stderr
     said = (ROOT / "README.md").read_text(encoding="utf-8").partition("This prints `")[2].split("`")
     assert done.stdout.splitlines()[:2] == [said[0], said[2]]
-    assert (tmp_path / "contour_error.png").stat().st_size > 1000
+    assert (tmp_path / "run.png").stat().st_size > 1000
 
 
 def test_a_run_is_that_of_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -185,7 +185,7 @@ def frontier_figure(points: Sequence[tuple[float, float, float]], without: float
     panel.plot([cost for _, cost, _ in points], [delay for _, _, delay in points], "o-", color=CYCLE[0], markersize=5)
     for size, cost, delay in points:
         panel.annotate(f"{size:g}", (cost, delay), textcoords="offset points", xytext=(6, 5), fontsize=8.5, color=INK)
-    panel.axvline(without, color=QUIET, linestyle="--", linewidth=1.0, label="without a watermark: never told")
+    panel.axvline(without, color=QUIET, linestyle="--", linewidth=1.0, label="without a watermark: never found")
     panel.set_yscale("log")
     dress(panel, "mean delay to the alarm [samples]", "E[x²] of honest readings", f"One false alarm in {false_alarm:g} samples")
     legend(panel)

@@ -31,6 +31,8 @@ DRAWN = {
     "program": (["program part_programs/shop_shaft_fanuc.nc --plot shaft.png"], "shaft.png"),
     "lobes": (["lobes 18_stability_lobes --save lobes.png"], "lobes.png"),
     "circle": (["circle 07_circular_test --variant friction --save circle.png"], "circle.png"),
+    "frontier": (["watermark --save frontier.png"], "frontier.png"),
+    "overview": (["run 01_contour_error --variant I --no-plots --out run.h5", "plot run.h5 --save overview.png"], "overview.png"),
     "compared": (
         [
             "conceal 22_what_is_wrong_with_this_machine --effect 'CoulombFriction:level=20 N@x_axis' --validate --seed 1 --out case_1",
