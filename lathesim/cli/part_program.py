@@ -257,7 +257,7 @@ def new_program() -> None:
 @_with_common
 def taper(large_diameter: str, small_diameter: str, cut: CutOptions, out: Path | None, force: bool) -> None:
     """A taper cut: one pass that widens from the face on."""
-    from lathesim.program.new_program import taper_from_form
+    from lathesim.program.program_file import taper_from_form
 
     _hand_out(taper_from_form(small_diameter=small_diameter, large_diameter=large_diameter, **asdict(cut)), out, force)
 
@@ -267,7 +267,7 @@ def taper(large_diameter: str, small_diameter: str, cut: CutOptions, out: Path |
 @_with_common
 def straight(diameter: str, cut: CutOptions, out: Path | None, force: bool) -> None:
     """A straight cut: one pass at one diameter."""
-    from lathesim.program.new_program import straight_from_form
+    from lathesim.program.program_file import straight_from_form
 
     _hand_out(straight_from_form(diameter=diameter, **asdict(cut)), out, force)
 

@@ -13,8 +13,7 @@ from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.samples import SAME, LiveError
 from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.motion.axis_limits import AxisLimits
-from lathesim.motion.kinematics import Chain
-from lathesim.motion.pose_path import tool_speed_of
+from lathesim.motion.kinematics import Chain, tool_speed_of
 from lathesim.motion.retime import retime
 from lathesim.motion.time_law import Timing, sample_times
 from lathesim.plugins import load_registry

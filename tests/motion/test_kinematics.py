@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from lathesim.motion.joint_path import MotionError, fit_curve
-from lathesim.motion.kinematics import CHAINS, Poses, branches, chain_from, forward, inverse, tip_speed
-from lathesim.motion.pose_path import path_error
+from lathesim.motion.kinematics import CHAINS, Poses, branches, chain_from, forward, inverse, path_error, tip_speed
 
 TRUNNION = CHAINS["trunnion"]
 

@@ -65,7 +65,7 @@ def remedy(chosen: ChosenLesson, diagnosis: Path, form: str, out: Path, as_json:
         )
         files = write_lesson(answer, out)
         if form == "program":
-            from lathesim.compensation.closed_control import write_program
+            from lathesim.compensation.written_remedy import write_program
 
             tell("mirroring the path")
             files += write_program(answer, out)

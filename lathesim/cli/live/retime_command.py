@@ -101,8 +101,7 @@ def timed(given: Any, way: RetimeOptions) -> tuple[Timing, AxisLimits, Chain | N
     from lathesim.lessons.yaml_source import read_source
     from lathesim.motion.axis_limits import limits_from
     from lathesim.motion.joint_path import MotionError
-    from lathesim.motion.kinematics import chain_from
-    from lathesim.motion.pose_path import joints_of, tool_speed_of
+    from lathesim.motion.kinematics import chain_from, joints_of, tool_speed_of
     from lathesim.motion.retime import retime as retimed
 
     data = read_source(way.limits, what="file of limits").data
@@ -126,7 +125,7 @@ def timed(given: Any, way: RetimeOptions) -> tuple[Timing, AxisLimits, Chain | N
 def _result(timing: Timing, limits: AxisLimits, chain: Chain | None, place: Path, count: int) -> dict[str, Any]:
     import numpy as np
 
-    from lathesim.motion.pose_path import path_error
+    from lathesim.motion.kinematics import path_error
 
     steps = np.diff(timing.law.time)
     time = np.concatenate([timing.law.time[:-1] + share * steps for share in (1e-9, 0.5, 1 - 1e-9)]) if len(steps) else np.zeros(1)

@@ -15,7 +15,7 @@ from textual.suggester import SuggestFromList
 from textual.widgets import Button, Checkbox, Input, Label, OptionList, Select, Static
 
 from lathesim.errors import LatheSimError
-from lathesim.program.new_program import straight_from_form, taper_from_form
+from lathesim.program.program_file import straight_from_form, taper_from_form
 from lathesim.tui.model.case_file import COMPARE, DRIVE, IGNORE, TIME, ColumnMeaning, recordings_entry
 from lathesim.units import split_quantity
 from lathesim.whole_file import make_folder, write_new
