@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from textual.command import Hit
-from textual.widgets import Input, Markdown, OptionList, RichLog, Static, Tree
+from textual.widgets import Input, Label, Markdown, OptionList, RichLog, Static, Tree
 
 from lathesim.tui.model.student_book import suggestion
 from lathesim.tui.widgets.controls import ReadOuts
@@ -38,7 +38,7 @@ async def test_a_hint_opens_after_a_try_and_the_book_keeps_the_best() -> None:
         await pilot.pause(0.2)
         assert "Hint: Raise the proportional gain" in str(goals.content)
         assert "A hint opens after your next run." in str(goals.content)
-        assert str(listed.get_option_at_index(1).prompt).startswith("• Servo")
+        assert str(listed.get_option_at_index(1).prompt).startswith("→ Servo")
         assert "best 0.6851 mm" in str(goals.content)
     book = json.loads(Path("lathesim_progress.json").read_text(encoding="utf-8"))
     entry = book["lessons"]["01_contour_error"]
@@ -50,10 +50,7 @@ async def test_a_thing_to_try_sets_its_values_on_the_bench() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f6")
         await pilot.pause(0.2)
-        tries = app.screen.query_one("#tries", OptionList)
-        tries.focus()
-        tries.highlighted = 2
-        await pilot.press("enter")
+        await pilot.press("y", "down", "down", "enter")
         await pilot.pause(0.2)
         assert app.current_mode == "bench"
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set x_dac.bits=12 --set z_dac.bits=12"
@@ -100,10 +97,14 @@ async def test_f5_in_the_list_keeps_what_was_changed_of_the_lesson() -> None:
         assert app.workbench.runs[0].title == "001 I, duration=0.1 s"
 
 
+LONG = " Say it to a tenth of a millimetre" * 4
+
+
 async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it() -> None:
     Path("mine.yaml").write_text(
         "lesson: Mine\nmachine: turning_with_chatter\nduration: 2 ms\nplot: [cut.force]\nread_outs: [cut.force]\nquestions:\n"
-        "  - {ask: Which?, choices: [first, second], answer: second}\n  - {ask: How wide?, within: 0.1 mm, answer: 1 mm}\n",
+        "  - {ask: Which?, choices: [first, second], answer: second}\n"
+        f"  - {{ask: How wide?{LONG}, within: 0.1 mm, answer: 1 mm}}\n",
         encoding="utf-8",
     )
     Path("lesson_configs").mkdir()
@@ -121,11 +122,14 @@ async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it()
         await until(pilot, lambda: "Not right yet" in told(app), "the verdict")
         await pilot.press("a", "down", "enter")
         await until(pilot, lambda: "Right." in told(app), "the verdict")
-        await pilot.press("a", *"1.05", "space", *"mm", "enter")
+        await pilot.press("a")
+        await pilot.pause()
+        assert app.screen.query_one(Label).size.height > 1  # a long question is read to its end
+        await pilot.press(*"1.05", "space", *"mm", "enter")
         await pilot.press("a")
         await until(pilot, lambda: "All questions are answered." in told(app), "the end")
         tries = app.screen.query_one("#tries", OptionList)
-        assert [str(tries.get_option_at_index(place).prompt) for place in range(2)] == ["✓ Which? second", "✓ How wide? 1.05 mm"]
+        assert [str(tries.get_option_at_index(place).prompt) for place in range(2)] == ["✓ Which? second", f"✓ How wide?{LONG} 1.05 mm"]
     kept = json.loads(Path("lathesim_runs/99_mine/001.answers.json").read_text(encoding="utf-8"))
     assert [(item["answer"], item["tries"]) for item in kept["answers"]] == [("second", 2), ("1.05 mm", 1)]
 

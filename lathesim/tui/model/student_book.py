@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 
 from lathesim.errors import WriteError
 from lathesim.json_text import parsed_json
-from lathesim.lessons.lesson import present_name
-from lathesim.tui.model.machine_tree import Setup
 from lathesim.whole_file import folder_lock, write_text
 
 if TYPE_CHECKING:
     from lathesim.lessons.grading import GoalResult, Judgement
+    from lathesim.tui.model.machine_tree import Setup
 
 
 BOOK = Path("lathesim_progress.json")
@@ -96,6 +95,8 @@ class StudentBook:
             raise WriteError(fact, place=str(self.path), remedy="The run itself is kept.") from None
 
     def _read(self) -> dict[str, LessonEntry]:
+        from lathesim.lessons.lesson import present_name
+
         try:
             data = parsed_json(self.path.read_text(encoding="utf-8"))
             return {present_name(str(name)): _entry(entry) for name, entry in data["lessons"].items()}

@@ -48,7 +48,7 @@ class LessonsScreen(WorkbenchScreen):
     LessonsScreen MarkdownH1 { margin: 0 0 1 0; content-align: left middle; }
     LessonsScreen #tries { height: auto; max-height: 35%; border: none; padding: 0; }
     LessonsScreen .heading { text-style: bold; color: $primary; }
-    LessonsScreen #goals { height: auto; max-height: 30%; }
+    LessonsScreen #aims { height: auto; max-height: 40%; }
     """
     BINDINGS = [
         Binding("o", "open", "Put on the bench"),
@@ -74,7 +74,8 @@ class LessonsScreen(WorkbenchScreen):
             with Vertical():
                 with VerticalScroll(id="page"):
                     yield Markdown("", id="text", open_links=False)
-                yield Static("", id="goals")
+                with VerticalScroll(id="aims"):
+                    yield Static("", id="goals")
                 yield Label("To try (Enter sets those with ▶), questions (?)", id="heading", classes="heading")
                 yield OptionList(id="tries")
 
@@ -159,7 +160,7 @@ class LessonsScreen(WorkbenchScreen):
         end = f" {minutes:>3}{_MINUTES[is_narrow]}{'' if is_narrow else f' {level:<3}'}" if minutes is not None else ""
         title = Text(lesson.title)
         title.truncate(_ROOM[is_narrow] - len(end), overflow="ellipsis", pad=bool(end))
-        return Text.assemble(f"{'→' if is_next and sign == _NOTHING else sign} ", title, (end, "dim"), no_wrap=True, overflow="ellipsis")
+        return Text.assemble(f"{'→' if is_next else sign} ", title, (end, "dim"), no_wrap=True, overflow="ellipsis")
 
     def _sign(self, path: Path, lesson: Lesson | None) -> str:
         entry = self.lathesim.book.entry(path.stem)
@@ -223,7 +224,9 @@ class LessonsScreen(WorkbenchScreen):
 
     def action_try(self) -> None:
         """Go to the things to try."""
-        self.query_one("#tries", OptionList).focus()
+        tries = self.query_one("#tries", OptionList)
+        tries.highlighted = tries.highlighted or 0
+        tries.focus()
 
     @on(OptionList.OptionSelected, "#tries")
     def _try(self, event: OptionList.OptionSelected) -> None:
