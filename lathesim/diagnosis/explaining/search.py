@@ -132,27 +132,28 @@ def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Round
     """Return the search with two effects more, where neither is clear without the other; as it was where there are none.
 
     What one effect leaves makes the gain of the other uncertain. The first explains a part of what is left in both recordings, though not
-    surely.
+    surely; what looks alike is tried in its place.
     """
     least = study.method.share_of_rest
     near = [one for one in trials if min(one.fitted.share, one.predicted.share) > least and is_plausible(study, one.model)]
     near = [one for one in near if min(one.fitted.nats, one.predicted.nats) > due(study.method, one.parameters)]
     if not near or len(found.model.candidates) + 2 > study.method.most_effects:
         return found
-    first = max(near, key=lambda one: one.predicted.nats)
-    study.progress(f"{first.name} explains {first.predicted.share:.0%}, though not surely; trying another effect beside it")
-    beside = rounds.on(first.model)
-    second = chosen(study, beside)
-    if second is None:
-        return found.having_tried(beside)
-    both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
-    worth = _worth(study, second.model, first.candidate, without(study, second.model, first.candidate))
-    if not (significant(both, study) and significant(worth, study)):
-        return found.having_tried(beside)
-    why = f"predict better by {both.predicted.nats:.0f} nats together"
-    study.progress(f"{first.name} and {second.name} {why}")
-    step = Step("add", (first.name, second.name), (), both.fitted.nats, both.predicted.nats, why)
-    return replace(found.having_tried(beside), model=second.model, worth={}, rivals={}, history=(*found.history, step))
+    plain = [one for one in near if not is_finer(one.candidate, [other.candidate for other in near])]
+    for first in sorted(plain, key=lambda one: -one.predicted.nats)[: study.method.explaining.batches]:
+        study.progress(f"{first.name} explains {first.predicted.share:.0%}, though not surely; trying another effect beside it")
+        beside = rounds.on(first.model)
+        found, second = found.having_tried(beside), chosen(study, beside)
+        if second is None:
+            continue
+        both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
+        worth = _worth(study, second.model, first.candidate, without(study, second.model, first.candidate))
+        if significant(both, study) and significant(worth, study):
+            why = f"predict better by {both.predicted.nats:.0f} nats together"
+            study.progress(f"{first.name} and {second.name} {why}")
+            step = Step("add", (first.name, second.name), (), both.fitted.nats, both.predicted.nats, why)
+            return replace(found, model=second.model, worth={}, rivals={}, history=(*found.history, step))
+    return found
 
 
 def chosen(study: Study, trials: Sequence[Tried]) -> Tried | None:
