@@ -41,7 +41,8 @@ def block(language: str, containing: str, page: str = README) -> str:
 
 def commands() -> list[list[str]]:
     """Return every call of lathesim that a page shows, as its arguments."""
-    lines = "".join([*blocks("sh"), *(text for text in blocks("") if text.startswith("lathesim "))]).replace("\\\n", " ").splitlines()
+    shown = [*blocks("sh"), *(text for text in (*blocks(""), *blocks("text")) if text.startswith("lathesim "))]
+    lines = "".join(shown).replace("\\\n", " ").splitlines()
     calls = [shlex.split(part) for line in lines for part in line.split("&&")]
     return [words[1 : words.index(">") if ">" in words else None] for words in calls if words[0] == "lathesim"]
 
