@@ -13,6 +13,9 @@ from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explanations.conditions import Term
+from lathesim.diagnosis.explanations.of_recording import conditions_of
+from lathesim.diagnosis.explanations.one_speed import ONE_SPEED, at_one_speed
 from lathesim.diagnosis.location import Compared, _showing, compared, resting
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_measured, other_laws
@@ -85,7 +88,11 @@ class _Outcome:
     def unnamed(self) -> tuple[Unnamed, ...]:
         """What is left that could be predicted, what gains most first."""
         clear = sorted((doubt for doubt in self.doubts if doubt.clear), key=lambda doubt: -doubt.gain)
-        return tuple(Unnamed(doubt.at, doubt.structured, doubt.unit, doubt.depends_on) for doubt in clear)
+        return tuple(Unnamed(one.at, one.structured, one.unit, tuple(f"{term}{self.or_else(term)}" for term in one.terms)) for one in clear)
+
+    def or_else(self, term: Term) -> str:
+        """Return what a wave may be over as well, where the recording that judges does not tell."""
+        return at_one_speed(term, conditions_of(self.prepared.validation), self.method) if term.wave else ""
 
 
 def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Estimates, doubted: tuple[Doubt, ...]) -> Diagnosis:
@@ -235,6 +242,7 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
         *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in outcome.laws),
         *(f"{one} explains as much of the recording from before the change." for one in _there_before(found)),
         *map(without_name, outcome.unnamed[1:]),
+        *([ONE_SPEED] if any(outcome.or_else(term) for doubt in outcome.doubts if doubt.clear for term in doubt.terms) else []),
         *resting(outcome.prepared.validation, found.model.candidates, method=outcome.method),
         *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors),
         *value_instead(found.far_off, outcome.baseline, whole=outcome.adequate or outcome.names),

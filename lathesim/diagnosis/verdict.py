@@ -13,6 +13,7 @@ from lathesim.diagnosis.explaining.chance import is_clear, size_error, unresolve
 from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
+from lathesim.diagnosis.explanations.conditions import Term
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
@@ -121,8 +122,8 @@ class Doubt:
     """What the flexible explanation makes of what a model leaves behind a channel.
 
     ``gain`` with its ``error`` is what it predicts better [nats]. ``before`` and ``after`` are root mean squares of what is lacking ``at``
-    a port, without and with it [unit]; ``depends_on`` says on what, and ``variables`` names it. It is ``clear`` where something is left
-    that an effect should explain.
+    a port, without and with it [unit]; ``depends_on`` says on what, ``terms`` are the functions, and ``variables`` names what they are of.
+    It is ``clear`` where something is left that an effect should explain.
     """
 
     channel: str
@@ -135,6 +136,7 @@ class Doubt:
     depends_on: tuple[str, ...]
     variables: tuple[str, ...]
     clear: bool
+    terms: tuple[Term, ...] = ()
 
     @property
     def structured(self) -> float:
@@ -153,7 +155,7 @@ def doubts(study: Study, model: Model) -> tuple[Doubt, ...]:
         least = least_size(study, model, row) if lacking.is_force else float(validation.sensed.seen_floors[row])
         clear = is_clear(Gain(gain, error), study.method) and size > least
         on, variables = tuple(map(str, made.parts)), tuple(term.variable for term in made.terms)
-        found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, made.before, made.after, on, variables, clear))
+        found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, made.before, made.after, on, variables, clear, made.terms))
     return tuple(found)
 
 

@@ -18,7 +18,8 @@ import numpy as np
 from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.explanations.conditions import Term
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every
-from lathesim.diagnosis.explanations.of_recording import of_channels
+from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
+from lathesim.diagnosis.explanations.one_speed import at_one_speed
 from lathesim.diagnosis.location import FORCES, missing_share, missing_signal, places, wired_parts
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import CHECKS_OF_RECORDINGS, found_by
@@ -102,11 +103,13 @@ class Dependence:
     term: Term
     share: float
     size: float
+    or_else: str = ""
+    """What else a wave may be over, where the motion does not tell."""
 
     @property
     def variable(self) -> str:
         """What it is a function of."""
-        return self.term.variable
+        return f"{self.term.variable}{self.or_else}"
 
 
 @dataclass(frozen=True)
@@ -302,8 +305,9 @@ def _depends_on(
             made = of_channels(experiments[0], fits[0], experiments[1], fits[1], off)
     except np.linalg.LinAlgError:  # damaged numbers, 1e-300 beside 1e300, explain nothing
         return ()
+    judging = conditions_of(experiments[1])
     found = [
-        Dependence(channel, lacking.unit, part.term, part.share, part.size)
+        Dependence(channel, lacking.unit, part.term, part.share, part.size, at_one_speed(part.term, judging, method))
         for channel, (lacking, flexible) in made.items()
         for part in flexible.parts
         if math.isfinite(part.share)
@@ -334,7 +338,7 @@ def as_json(comparison: Comparison) -> dict[str, Any]:
             for item in comparison.replayed
         ],
         "depends_on": [
-            {"channel": item.channel, "variable": item.variable, "share": _number(item.share)} for item in comparison.depends_on
+            {"channel": item.channel, "variable": item.term.variable, "share": _number(item.share)} for item in comparison.depends_on
         ],
         "lines": [
             {"channel": item.channel, "against": f"{item.term.on} of {wave.of}" if wave.of else "time",

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import known_share, shown_with_unit, text_table
 from lathesim.diagnosis.comparison.compare import Comparison
+from lathesim.diagnosis.explanations.one_speed import ONE_SPEED
 from lathesim.diagnosis.records.shown import Shown
 
 
@@ -26,6 +27,7 @@ def comparison_lines(comparison: Comparison) -> list[str]:
     if comparison.explained_by:
         lines += ["", "What is missing depends on (learned on one half, scored on the other):"]
         lines += [f"  {_bar(item.share)} {item.share:4.0%}  {item.variable}" for item in comparison.explained_by]
+        lines += [ONE_SPEED] * any(item.or_else for item in comparison.explained_by)
     return lines
 
 

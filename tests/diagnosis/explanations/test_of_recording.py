@@ -1,13 +1,16 @@
 """What a pushed table lacks: the force itself, and what it depends on."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from lathesim.components.axes import LedAxis
+from lathesim.diagnosis.explanations.conditions import Conditions, Motion, Term, Wave
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every, undone
 from lathesim.diagnosis.explanations.of_recording import of_channels
+from lathesim.diagnosis.explanations.one_speed import at_one_speed
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import Machine, build_experiments
@@ -93,3 +96,15 @@ def test_a_current_that_tells_a_force_at_once_is_taken_for_that_force():
     assert (missing.at, missing.unit, missing.is_force) == ("x_axis.disturbance", "N", True)
     assert found.terms[0].on in ("sign of velocity", "direction of the last motion")
     assert found.parts[0].size == pytest.approx(3.0, rel=0.1)
+
+
+def test_a_wave_at_one_speed_is_one_over_time_and_over_the_position() -> None:
+    """What happens 50 times a second happens 50/57 times a turn where 57 turns are made in a second, whatever the cause is."""
+    time = 5e-3 * np.arange(200)
+    speed = np.where(time < 0.1, 3500.0 * time, 350.0)
+    turning = Motion("spindle", "rad", np.cumsum(speed) * 5e-3, speed, np.gradient(speed, time))
+    over_turns, over_time = Term("position", "spindle", Wave("spindle", 7.0, "rad")), Term("time", wave=Wave("", 0.02, "s"))
+    assert at_one_speed(over_turns, Conditions(time, (turning,))) == " (or time, at 50 Hz)"
+    assert at_one_speed(over_time, Conditions(time, (turning,))) == " (or position of spindle, 0.8976 times a turn)"
+    swept = replace(turning, velocity=np.linspace(0.0, 350.0, 200))
+    assert at_one_speed(over_turns, Conditions(time, (swept,))) == at_one_speed(Term("time"), Conditions(time, (turning,))) == ""
