@@ -43,12 +43,15 @@ class WorkbenchProvider(Provider):
             yield DiscoveryHit(name, action, help=about)
 
     async def search(self, query: str) -> Hits:
-        """Return what fits the text typed."""
+        """Return what fits the text typed, by its exact name or in plain words."""
+        from lathesim.analysis.display_unit import plain_name
+
         matcher = self.matcher(query)
         for name, about, action in self._entries():
-            score = matcher.match(name)
+            found = max((name, plain_name(name)), key=matcher.match)
+            score = matcher.match(found)
             if score > 0.0:
-                yield Hit(score, matcher.highlight(name), action, help=about)
+                yield Hit(score, matcher.highlight(found), action, help=about)
 
     def _screens(self) -> Iterator[Entry]:
         for entry in self._app.entries:

@@ -148,6 +148,13 @@ async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
             await until(pilot, lambda: typed in told(app), f"a sentence about {typed}")  # noqa: B023
         await pilot.press("s")
         assert isinstance(app.screen, DetectiveScreen)
+        await pilot.press("h")
+        await pilot.pause()
+        await pilot.click("#choose")
+        await until(pilot, lambda: "AmplifierDeadZone" in text(app.screen, "page"), "the page of the first effect")
+        await pilot.press("enter")
+        await until(pilot, lambda: bool(app.screen.query("#hidden")), "the form")
+        assert app.screen.query_one("#hidden", Input).value == "AmplifierDeadZone@x_controller"
 
 
 @pytest.mark.slow

@@ -165,6 +165,7 @@ async def test_the_palette_finds_lessons_channels_parameters_components_effects_
     wanted = {
         "11_constant_surface_speed": "lesson",
         "cutting_force.radial_force": "channel",
+        "contour error": "channel",
         "x_controller.proportional": "parameter",
         "PositionController": "component",
         "CoulombFriction": "effect",
