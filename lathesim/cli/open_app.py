@@ -57,7 +57,8 @@ def make_app(opened: str | None = None, variant: str | None = None, plugin_folde
 
     workbench, kept = Workbench(lambda: load_with_workspace(plugin_folders)), KeptState.read()
     if opened is None:
-        app = LathesimApp(workbench, kept.screen, lessons=[(kept.lesson, kept.variant), (FIRST_LESSON, "")], theme=kept.theme)
+        lessons = [(kept.lesson, kept.variant), (kept.lesson, ""), (FIRST_LESSON, "")]
+        app = LathesimApp(workbench, kept.screen, lessons=lessons, theme=kept.theme)
         tell_compiling_to(app.tell)
         return app
     first = ""

@@ -88,7 +88,7 @@ def case_of(
     """
     layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
     if variant is not None:
-        layers.append((_variant(lesson, variant), ("variants", variant)))
+        layers.append((variant_changes(lesson, variant), ("variants", variant)))
     changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}, "tables": {}, "alarms": {}, "side": {}}
     parts = {name: PartOfCase(entry, lesson.machine.source, ("parts", name)) for name, entry in lesson.machine.settings.parts.items()}
     units: dict[str, dict[str, str]] = {}
@@ -133,7 +133,8 @@ def case_of(
     )
 
 
-def _variant(lesson: Lesson, name: str) -> Changes:
+def variant_changes(lesson: Lesson, name: str) -> Changes:
+    """Return what a variant of a lesson changes; raises :class:`LessonError` where the lesson has no such variant."""
     variants = lesson.settings.variants
     if name in variants:
         return variants[name]

@@ -11,6 +11,7 @@ from textual.theme import BUILTIN_THEMES
 
 from lathesim.analysis.display_unit import plain_name, pretty_quantities, shown_with_unit
 from lathesim.cli.open_app import FIRST_LESSON, make_app
+from lathesim.errors import LatheSimError
 from lathesim.record import Channel, Record
 from lathesim.tui.drawing.curves import Cursors, Curve, peak_words, spectrum_lines
 from lathesim.tui.model.student_book import STATE, KeptState
@@ -102,5 +103,8 @@ def test_theme_lesson_and_screen_are_kept_in_the_folder(tmp_path: Path, monkeypa
     KeptState("nord", "02_quantisation", "8_bits", "lessons").write()
     app = make_app()
     assert (app.theme, app._lessons[0], app._first) == ("nord", ("02_quantisation", "8_bits"), "lessons")
+    assert app._lessons[1:] == [("02_quantisation", ""), (FIRST_LESSON, "")]
+    with pytest.raises(LatheSimError, match="no variant 'gone'"):
+        app.workbench.open_lesson("02_quantisation", "gone")
     STATE.write_text('{"theme": "no such", "lesson": 3}', encoding="utf-8")
     assert KeptState.read() == KeptState()

@@ -153,11 +153,17 @@ class Workbench:
         self.tell(RUN)
 
     def open_lesson(self, lesson: str | Path | Lesson, variant: str | None = None) -> None:
-        """Put a lesson on the bench, its first variant where none is asked for; raises what :func:`load_lesson` raises."""
+        """Put a lesson on the bench, its first variant where none is asked for.
+
+        Raises what :func:`load_lesson` raises, and :class:`LessonError` for a variant that the lesson does not have.
+        """
+        from lathesim.lessons.case import variant_changes
         from lathesim.lessons.lesson import load_lesson
         from lathesim.tui.model.machine_tree import Setup
 
         found = load_lesson(lesson) if isinstance(lesson, (str, Path)) else lesson
+        if variant is not None:
+            variant_changes(found, variant)
         chosen = variant if variant is not None else next(iter(found.variants), None)
         setup = Setup(found, chosen)
         if self.history is None:
