@@ -127,7 +127,7 @@ def experiment_figure(
     time = np.linspace(0.0, seconds, traces.shape[2])
     factor, unit = common_unit([traces[0, 0]], units[0])
     panels[0].plot(time, traces[0, 0] / factor, color=REFERENCE, linewidth=0.9)
-    dress(panels[0], label(Place.of(channels[0]).part, unit), "", f"{title}: the program that tells most")
+    dress(panels[0], label(Place.of(channels[0]).part, unit), "", f"{title}: the program that separates best")
     for row, (channel, own) in enumerate(zip(channels, units, strict=True)):
         panel = panels[row + 1]
         differences = [traces[number, row] - traces[0, row] for number in range(1, len(rivals))]

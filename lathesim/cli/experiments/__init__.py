@@ -13,7 +13,10 @@ def register_commands() -> list[CommandEntry]:
     return [
         CommandEntry("emulate", f"{__name__}.emulate:emulate", "Learn a closed machine from way-points of its programs.", HEADING),
         CommandEntry(
-            "experiment", f"{__name__}.experiment_command:experiment", "Write the next part program: the one that tells most.", HEADING
+            "experiment",
+            f"{__name__}.experiment_command:experiment",
+            "Write the part program that separates two explanations best.",
+            HEADING,
         ),
         CommandEntry(
             "watermark",

@@ -1,4 +1,4 @@
-"""``lathesim experiment LESSON [DIAGNOSIS.json] --out DIR``: the next part program, the one that tells most."""
+"""``lathesim experiment LESSON [DIAGNOSIS.json] --out DIR``: the part program that separates two explanations best."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``lathesim watermark``: what a watermark on a reference costs, and how soon it tells a forged sensor."""
+"""``lathesim watermark``: what a watermark on a reference costs, and how soon it reveals a forged sensor."""
 
 from __future__ import annotations
 
