@@ -146,7 +146,7 @@ class GearLoss(Effect):
 
     catalogue, family, site = 52, "reversal", "effort"
     neutral = {"loss": 0.0}
-    identification = Identification(carried=("N*m",), typical={"loss": (0.02, 0.6)})
+    identification = Identification(carried=("N*m",), generalises=("CoulombFriction",), typical={"loss": (0.02, 0.6)})
     fingerprint = "The missing torque steps where the velocity changes sign, by more the more torque acts."
     confused_with = ("CoulombFriction, under one load", "DriveGainError, in one direction")
     experiment = "Turn at one slow speed under several loads, both ways: dry friction is the intercept over the load, gear loss the slope."

@@ -36,13 +36,18 @@ def is_plausible(study: Study, model: Model) -> bool:
 
 def runs_away(study: Study, model: Model) -> bool:
     """Return whether the lesson's own simulation of a model is off by many times the recorded motion, or the error of the lesson alone if
-    that is more: a friction that pushes in one direction can replay a recording, and runs away by itself."""
+    that is more: a friction that pushes in one direction can replay a recording, and runs away by itself.
+
+    Where the lesson alone makes the larger part of a motion, it is off by more than that motion: a friction can replay a recording whose
+    machine would stand.
+    """
     alone, with_it = own_residuals(study, model)
     own = study.validation.own
     moved = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
     with np.errstate(over="ignore"):
         off, before = (np.sqrt(np.mean(one**2, axis=1)) for one in (with_it, alone))
-    return not bool(np.all(off <= study.method.largest_size * np.maximum(before, moved)))
+    far = study.method.largest_size * np.maximum(before, moved)
+    return not bool(np.all(off <= np.where(before < study.method.larger_part * moved, moved, far)))
 
 
 def own_residuals(study: Study, model: Model) -> list[FloatArray]:

@@ -11,9 +11,10 @@ from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.method import Method
 from lathesim.effects.force_law import WearForceGrowth
-from lathesim.effects.friction import AsymmetricFriction, PreslidingFriction, StribeckFriction
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction, StribeckFriction
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records import Model
 from tests.diagnosis.one_cut import cut_machine
 from tests.diagnosis.pushed_table import FORCE, POSITION, VISCOUS, Hidden, baseline, experiments, recording, study
 
@@ -58,7 +59,7 @@ def test_of_a_growth_and_a_rate_of_wear_only_the_product_is_judged(growth: float
     assert of_usual_size(candidate, values, Method()) == usual
 
 
-@pytest.mark.parametrize(("share", "away"), [(0.5, False), (4.0, True)], ids=["it brakes less one way", "it pushes one way"])
+@pytest.mark.parametrize(("share", "away"), [(0.1, False), (4.0, True)], ids=["it brakes less one way", "it pushes one way"])
 def test_a_friction_that_pushes_is_none(share: float, away: bool) -> None:
     """What the viscous friction has less in one direction than the host has in all drives the table on by itself."""
     first, second = experiments(recording(), recording(seed=2), effects=(AsymmetricFriction,))
@@ -67,3 +68,15 @@ def test_a_friction_that_pushes_is_none(share: float, away: bool) -> None:
     fitted = fit(first.sensed, [*baseline(first), *candidate_free(asked, candidate, values)])
     model = modelled(asked, (candidate,), replace(fitted, values=np.r_[fitted.values[: -len(values)], values]))
     assert runs_away(asked, model) == away
+
+
+def test_a_friction_with_which_the_machine_stands_is_none() -> None:
+    """Along the recorded motion it may be anything; the lesson alone makes that motion nearly."""
+    first, second = experiments(recording(), recording(seed=2), effects=(CoulombFriction,))
+    asked, (candidate,) = study(first, second), first.candidates
+    fitted = fit(first.sensed, [*baseline(first), *candidate_free(asked, candidate, np.array([1.0]))])
+    found = []
+    for level in (1.0, 500.0):
+        made = replace(fitted, values=np.r_[fitted.values[:-1], level])
+        found.append(runs_away(asked, Model((candidate,), made, replace(fitted, values=made.values))))
+    assert found == [False, True]
