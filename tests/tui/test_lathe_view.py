@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from lathesim.analysis.failed_run import RawStock
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
-from lathesim.tui.drawing.canvas import ACTUAL, BRAILLE, CUT, axis_ticks, braille_codes, even_axis, trace
+from lathesim.tui.drawing.canvas import ACTUAL, BRAILLE, CENTRE, CHUCK, CUT, EDGE, axis_ticks, braille_codes, even_axis, trace
 from lathesim.tui.drawing.curves import envelope
 from lathesim.tui.drawing.lathe_picture import CarvedStock, LatheScene, ToolMotion, View, draw
 from tests.tui.lathe_moments import GOLDENS, MOMENTS, pictures
@@ -68,6 +70,18 @@ def test_a_dot_is_as_wide_as_it_is_high_and_the_gain_moves_the_actual_path() -> 
     rows = [int(np.flatnonzero(np.isin(picture.layer, (ACTUAL, CUT)).any(axis=1))[0]) for picture in (plain, magnified)]
     moved = round(0.0001 * 19 / (4.0 * plain.dot))
     assert rows[0] - rows[1] == pytest.approx(moved, abs=1)
+
+
+def test_the_stock_stands_in_its_chuck_at_the_end_that_is_not_free_above_the_centre_line() -> None:
+    path = np.array([0.011, 0.011]), np.array([0.0, 0.04])
+    for free_end, (near, far) in ((-1.0, (-1, 0)), (1.0, (0, -1))):
+        picture = draw(LatheScene(replace(BAR, free_end=free_end), *path), None, 0, 60, 16)
+        held = np.flatnonzero((picture.layer == CHUCK).any(axis=0))
+        turned = np.flatnonzero(picture.material.any(axis=0))
+        assert abs(held[far] - turned[near]) == 1
+        assert (picture.layer == CENTRE)[-2].any()
+        assert not (picture.layer == EDGE).any()  # the raw surface falls between two rows
+    assert not (draw(LatheScene(None, *path), None, 0, 60, 16).layer == CENTRE).any()
 
 
 def test_braille_dots_stand_where_they_are_set() -> None:

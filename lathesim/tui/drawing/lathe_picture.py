@@ -257,7 +257,8 @@ def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int,
     frame = _frame(scene, motion, until, columns, rows, view)
     reference, centre, actual, tool = (np.zeros((4 * rows, 2 * columns), dtype=bool) for _ in range(4))
     trace(reference, *frame.dots(scene.path_z, scene.path_x), dash=_DASH)
-    trace(centre, [0.0, 2.0 * columns], np.full(2, frame.dots(0.0, 0.0)[1]), dash=_CENTRE_DASH)
+    if scene.stock is not None:
+        trace(centre, [0.0, 2.0 * columns], np.full(2, frame.dots(0.0, 0.0)[1]), dash=_CENTRE_DASH)
     material, height = _material(scene, motion, until, frame, columns, rows)
     if motion is not None and until:
         stride = max(1, until // MOST_POINTS)
