@@ -131,6 +131,8 @@ def test_what_predicts_the_judging_recording_worse_is_said_so(name: str, after: 
     told = lines(replace(ALL[name], fit=fit))
     assert re.search(rf"x_encoder\.position 27 um -> 2[79][.\d]* um, {word}", told["Compared"])
     assert ("Do not " in told["Next"]) == (word == "WORSE" and name != "unknown")
+    doubt = "Less than the gains say: x_encoder.position is further off than with the lesson alone."
+    assert told["Sure"].startswith(doubt) == (word == "WORSE" and name in ("named", "tied"))
 
 
 def test_what_is_certain_is_named_also_where_something_is_left() -> None:

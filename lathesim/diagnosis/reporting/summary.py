@@ -123,7 +123,8 @@ def _stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
         return []
     item, others = diagnosis.fit[off[0]], off[1:]
     more = f", and {others[0] if len(others) == 1 else f'{len(others)} more channels'} too" if others else ""
-    return [f"{off[0]} stays off by {_shown(item.after, item.unit)}, {number(item.after / item.floor, digits=2)} times its noise{more}."]
+    times = number(float(f"{item.after / item.floor:.3g}"), digits=3)
+    return [f"{off[0]} stays off by {_shown(item.after, item.unit)}, {times} times its noise{more}."]
 
 
 def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
@@ -234,6 +235,8 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     said = [f"{probable} among all that was compared."]
     if diagnosis.is_one_stroke:
         said = ["Less than the gains say: one stroke cannot judge itself, and there is no second one."]
+    elif worse := [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name)]:
+        said = [f"Less than the gains say: {listed(worse)} {'are' if len(worse) > 1 else 'is'} further off than with the lesson alone."]
     tied = [f"{effect.effect} from {listed(list(effect.tied_with))}" for effect in finds if effect.tied_with]
     if tied:
         return [*said, f"This recording cannot tell {', nor '.join(tied)}."]
