@@ -135,8 +135,8 @@ def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(
 
 def test_intervals_end_where_the_declaration_does() -> None:
     lag = Parameter("s", 0.0, low=0.0, high=1.0, doc="a lag")
-    assert bounded(Interval(0.003, "s", -0.001, 0.007), lag) == Interval(0.003, "s", 0.0, 0.007)
-    assert bounded(Interval(0.9, "s", 0.7, 1.1), lag) == Interval(0.9, "s", 0.7, 1.0)
+    assert bounded(Interval(0.003, "s", -0.001, 0.007), lag) == Interval(0.003, "s", 0.0, 0.007, ends=(True, False))
+    assert bounded(Interval(0.9, "s", 0.7, 1.1), lag) == Interval(0.9, "s", 0.7, 1.0, ends=(False, True))
     assert bounded(Interval(0.5, "s", 0.4, 0.6), lag) == Interval(0.5, "s", 0.4, 0.6)
     free = Parameter("N", 0.0, doc="a force")
     assert bounded(Interval(0.5, "N", -0.4, 1.4), free) == Interval(0.5, "N", -0.4, 1.4)
