@@ -202,6 +202,8 @@ def test_a_tie_names_the_rivals_of_each_effect_and_what_would_tell() -> None:
     second = replace(COULOMB, effect="Cogging", tied_with=("TorqueRipple",))
     several = lines(replace(TIED, effects=(*TIED.effects, second)))["Sure"]
     assert several.startswith("Each is 52 % probable or more among")
+    sure = tuple(replace(effect, probability=1.0) for effect in (COULOMB, second))
+    assert lines(replace(NAMED, effects=sure))["Sure"].startswith("Each is > 99.9 % probable among")
     assert several.endswith("cannot tell ForceOffset from ConverterOffset at x_drive, nor Cogging from TorqueRipple.")
 
 

@@ -84,6 +84,11 @@ def probability_text(probability: float) -> str:
     return percent(min(probability, 1.0 - 1e-9))
 
 
+def least_probable_text(probability: float) -> str:
+    """Return how probable each of some names is, by the least of them: ``"52 % probable or more"``."""
+    return f"{probability_text(probability)} probable{'' if probability > _ALMOST_ALL else ' or more'}"
+
+
 _PLAIN = str.maketrans({"µ": "u", "·": "*", "²": "^2", "³": "^3", MINUS: "-", NOTHING: "-"})
 
 

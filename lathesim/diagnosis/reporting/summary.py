@@ -14,7 +14,7 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Unnamed, listed
 from lathesim.diagnosis.records.shown import Shown
-from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, probability_text, quantity_text
+from lathesim.diagnosis.reporting.number_text import interval_texts, least_probable_text, number, percent, probability_text, quantity_text
 from lathesim.diagnosis.reporting.remarks import next_step
 from lathesim.identification.signal import root_mean_square
 from lathesim.recordings.raw_table import counted
@@ -123,7 +123,7 @@ def _stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
         return []
     item, others = diagnosis.fit[off[0]], off[1:]
     more = f", and {others[0] if len(others) == 1 else f'{len(others)} more channels'} too" if others else ""
-    times = number(float(f"{item.after / item.floor:.3g}"), digits=3)
+    times = number(float(f"{item.after / item.floor:.2g}"), digits=2)
     return [f"{off[0]} stays off by {_shown(item.after, item.unit)}, {times} times its noise{more}."]
 
 
@@ -231,7 +231,7 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     """Return how probable the names are, what they cannot be told from, and else why the next best was not taken."""
     finds = found_effects(diagnosis) or list(diagnosis.effects)
     least = min((effect.probability for effect in finds), default=math.nan)
-    probable = f"Each is {probability_text(least)} probable or more" if len(finds) > 1 else f"{probability_text(least)} probable"
+    probable = f"Each is {least_probable_text(least)}" if len(finds) > 1 else f"{probability_text(least)} probable"
     said = [f"{probable} among all that was compared."]
     if diagnosis.is_one_stroke:
         said = ["Less than the gains say: one stroke cannot judge itself, and there is no second one."]
