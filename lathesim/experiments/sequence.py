@@ -170,14 +170,23 @@ def _tied_names(effect: FoundEffect) -> list[str]:
 
 
 def _with_verdict(answers: Sequence[Diagnosis], chosen: Diagnosis, effects: tuple[FoundEffect, ...], *, is_tied: bool) -> Diagnosis:
+    if not effects:
+        # where nothing is named, the recording that is furthest off is shown
+        chosen = max((answer for answer in answers if answer.verdict == chosen.verdict), key=_furthest_off)
     verdict: Verdict = chosen.verdict if chosen.verdict not in NAMING else "tied" if is_tied else "named"
     wall_time, judges = sum(answer.wall_time for answer in answers), tuple(answer.validation for answer in answers)
     return replace(chosen, effects=effects, verdict=verdict, wall_time=wall_time, judges=judges)
 
 
+def _furthest_off(answer: Diagnosis) -> float:
+    """Return how many times its noise the channel is off that is furthest off."""
+    return max((item.after / item.floor for item in answer.fit.values() if item.floor > 0.0 and math.isfinite(item.after)), default=0.0)
+
+
 def _by_odds(answers: Sequence[Diagnosis]) -> Diagnosis:
     """Return the answer whose effects have the best odds in all of them together."""
-    keys = {_key(answer) for answer in answers}
+    # of equal odds those with more effects: what one recording hardly shows another one may
+    keys = sorted({_key(answer) for answer in answers}, key=lambda key: (-len(key), key))
 
     def odds(key: tuple[str, ...]) -> float:
         total = 0.0

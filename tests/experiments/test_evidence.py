@@ -2,11 +2,12 @@
 
 import json
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from lathesim.diagnosis.records.diagnosis import Diagnosis, Evidence, FoundEffect, Verdict
+from lathesim.diagnosis.records.diagnosis import ChannelFit, Diagnosis, Evidence, FoundEffect, Verdict
 from lathesim.experiments import sequence
 from lathesim.experiments.design_experiment import DesignWish
 from lathesim.experiments.sequence import joined
@@ -172,6 +173,14 @@ def test_one_other_recording_adds_its_likelihood_too() -> None:
 def test_an_answer_without_effects_stays_as_it_is() -> None:
     nothing = Diagnosis("no_mismatch", "", LESSON, "new.csv", "a.csv")
     assert joined([nothing]).verdict == "no_mismatch"
+    near, far = (
+        replace(nothing, validation=name, fit={"x.speed": ChannelFit("m/s", 1.0, off, off, name)}) for name, off in (("a", 2.0), ("b", 6.0))
+    )
+    shown = joined([near, far])
+    assert (shown.validation, shown.judges) == ("b", ("a", "b"))
+    lag = replace(nothing, verdict="named", effects=(FoundEffect("CurrentLoopLag", "spindle", "lag", 1.0, {}),))
+    even = joined([nothing, lag])
+    assert (even.verdict, [(one.effect, one.probability) for one in even.effects]) == ("tied", [("CurrentLoopLag", 0.5)])
 
 
 @pytest.mark.parametrize(("behind", "verdict", "ties"), [(40.0, "named", ()), (10.0, "tied", ("Cogging",))])
