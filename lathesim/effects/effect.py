@@ -131,6 +131,9 @@ FAMILIES = {
 }
 """Families that are searched for in a way of their own; any other, as one of a plug-in, in the band of the motion."""
 
+COMPUTED = -1.0
+"""The value of the setting :attr:`Identification.held_flag` where a firmware computes the effect from readings."""
+
 FORMER_NAMES = {
     "typical": "typical", "typical_rotary": "typical_rotary", "nuisance": "nuisance", "told_of_one": "size_of_recording",
     "remembers": "history", "resonance": "resonance", "late_by": "delay", "in_samples": "whole_samples", "told_if_held": "held_flag",

@@ -178,8 +178,9 @@ class SensorFilter(Effect):
 
     Solved exactly for a signal that is straight between samples, as a place or a speed is nearly, or with ``held`` = 1 for one that stays
     as it is until the next sample, as a current or a cutting force that is worked out of commands: taken for the other one, it would come
-    half a sample late or early. Where it is put in, it is told which of the two its signal is. Left out: what happens between samples; a
-    resonant filter; the filter begins at rest on the first sample.
+    half a sample late or early. Where it is put in, it is told which of the two its signal is. ``held`` = -1 is the recursive filter of a
+    firmware, y += (1 - exp(-T_s / T)) (x - y), which takes each reading for the whole sample before it. Left out: what happens between
+    samples; a resonant filter; the filter begins at rest on the first sample.
     """
 
     catalogue, family, site = 32, "lag", "reading"
@@ -204,7 +205,7 @@ class SensorFilter(Effect):
     before = DiscreteState("{signal}", doc="signal one sample before")
     time_constant = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of a stage")
     stages = Parameter("1", 1.0, low=1.0, high=4.0, doc="number of stages")
-    held = Parameter("1", 0.0, low=0.0, high=1.0, doc="1 where the signal is held between samples")
+    held = Parameter("1", 0.0, low=-1.0, high=1.0, doc="1 where the signal is held between samples, -1 for a filter that is computed")
 
     @staticmethod
     def update(
@@ -214,12 +215,14 @@ class SensorFilter(Effect):
         if time <= 0.0 or time_constant == 0.0:
             return incoming, incoming, incoming, incoming, incoming
         end = before if held >= 0.5 else incoming
-        one = _filtered(end, before, first, time_constant, sample_period)
+        computed = held <= -0.5
+        one = _filtered(end, incoming if computed else before, first, time_constant, sample_period)
         if stages <= 1.0:
             return one, one, one, one, incoming
-        two = _filtered(one, first, second, time_constant * min(stages - 1.0, 1.0), sample_period)
-        three = _filtered(two, second, third, time_constant * max(0.0, min(stages - 2.0, 1.0)), sample_period)
-        return one, two, three, _filtered(three, third, fourth, time_constant * max(0.0, stages - 3.0), sample_period), incoming
+        two = _filtered(one, one if computed else first, second, time_constant * min(stages - 1.0, 1.0), sample_period)
+        three = _filtered(two, two if computed else second, third, time_constant * max(0.0, min(stages - 2.0, 1.0)), sample_period)
+        last = _filtered(three, three if computed else third, fourth, time_constant * max(0.0, stages - 3.0), sample_period)
+        return one, two, three, last, incoming
 
     @staticmethod
     def output(incoming: float, fourth: float, time_constant: float) -> float:

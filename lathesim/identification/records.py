@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lathesim.component import Parameter
-from lathesim.effects.effect import Effect
+from lathesim.effects.effect import COMPUTED, Effect
 from lathesim.engine.assembly import FloatArray, Place
 
 WAVES = {"phase": ("amplitude", "share"), "second_phase": ("second",)}
@@ -59,9 +59,11 @@ class Candidate:
         return self.effect.__name__
 
     @property
-    def motor_side(self) -> dict[str, float]:
-        """Return the settings with which the sensor whose side nobody says sits before the effect's spring."""
-        return dict.fromkeys(self.unsaid_side.values(), 0.0)
+    def otherwise(self) -> dict[str, float]:
+        """Return the settings of a second form that is tried too, as nobody says which it is: the sensor sits before the effect's spring,
+        or the filter is computed."""
+        flag = self.effect.identification.held_flag
+        return dict.fromkeys(self.unsaid_side.values(), 0.0) | ({f"{self.part}.{flag}": COMPUTED} if flag else {})
 
     @property
     def acts_elsewhere(self) -> bool:

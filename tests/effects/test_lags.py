@@ -131,6 +131,13 @@ def test_a_sine_comes_out_as_the_differential_equation_has_it() -> None:
         assert out[place] == pytest.approx(size * math.sin(rate * place * PERIOD - late), abs=5e-4)
 
 
+def test_a_computed_filter_is_the_recursion_of_a_firmware() -> None:
+    signal, share, expected = [0.0, 1.0, 4.0, -2.0, -2.0], 1.0 - math.exp(-PERIOD / 3e-3), [0.0]
+    for reading in signal[1:]:
+        expected.append(expected[-1] + share * (reading - expected[-1]))
+    assert filtered(signal, 3e-3, held=-1.0) == pytest.approx(expected, rel=1e-12)
+
+
 def test_it_begins_at_rest_on_the_first_sample() -> None:
     assert filtered([2.0, 2.0, 2.0], 5e-3) == [2.0, 2.0, 2.0]
 

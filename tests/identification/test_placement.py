@@ -283,5 +283,5 @@ def test_a_spring_may_be_on_either_side_of_the_only_sensor_unless_the_lesson_say
     assembly, (spring,) = insert_candidates(dataclasses.replace(bare, parts=parts), [AxialResonance], ["spindle_encoder.angle"])
     setting = f"{spring.part}_beyond_spindle_encoder.share"
     assert spring.unsaid_side == ({"spindle_encoder": setting} if unsaid else {})
-    assert spring.motor_side == ({setting: 0.0} if unsaid else {})
-    assert set(spring.motor_side) <= set(wire(dataclasses.replace(assembly, finish="", record=())).parameters)
+    assert spring.otherwise == ({setting: 0.0} if unsaid else {})
+    assert set(spring.otherwise) <= set(wire(dataclasses.replace(assembly, finish="", record=())).parameters)

@@ -58,8 +58,8 @@ def screen(
     def one(candidate: Candidate) -> tuple[Screened, float] | None:
         """Return what one candidate scores, and the null maximum with it; none where it moves no channel."""
         tried = _responses(simulator, fitted, absorb, candidate, _points(candidate, points))
-        if candidate.motor_side:
-            tried += _responses(simulator, fitted, absorb, candidate, _points(candidate, points), candidate.motor_side)
+        if candidate.otherwise:
+            tried += _responses(simulator, fitted, absorb, candidate, _points(candidate, points), candidate.otherwise)
             tried.sort(key=lambda item: -item[0] * _plausible(candidate, item[1]))
         if not tried:
             return None

@@ -38,9 +38,9 @@ def tried(study: Study, before: Model, item: Screened, points: FloatArray | None
     if motion and not motion.items() <= before.fitted.constant.items():
         # a friction that holds has to feel the simulated motion: of the recorded one the first micrometres are lost in its rounding
         begun.append(Begun(begun[0].free, {**before.fitted.constant, **motion}))
-    if item.candidate.motor_side:
-        # nobody says on which side of a spring the only sensor sits
-        constant = {**before.fitted.constant, **item.candidate.motor_side}
+    if item.candidate.otherwise:
+        # nobody says on which side of a spring the only sensor sits, or whether a filter is computed
+        constant = {**before.fitted.constant, **item.candidate.otherwise}
         begun += [Begun(free, constant) for free in starts(study, with_constant(before, constant), item, points)]
     best = max(_rough(study, before, begun, candidates), key=lambda one: one.score)
     gained = gain(best, before.fitted, full_band=is_full_band(candidates))

@@ -13,6 +13,7 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect
 from lathesim.diagnosis.records.found import Found
 from lathesim.diagnosis.reporting.effect_report import declared_in
+from lathesim.effects.effect import COMPUTED
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
@@ -35,6 +36,9 @@ def lesson_entry(effect: FoundEffect, candidate: Candidate, fitted: Fitted, expe
             and (neutral := _neutral_where_not_default(candidate, name, experiment)) is not None
         ):
             quantities[name] = written(neutral, declared_in(experiment, f"{candidate.part}.{name}").unit)
+    held = candidate.effect.identification.held_flag
+    if fitted.by_name.get(f"{candidate.part}.{held}") == COMPUTED:
+        quantities[held] = written(COMPUTED, "1")
     for name in candidate.nuisance:
         short = Place.of(name).port
         if name in fitted.by_name and short not in quantities:
