@@ -105,6 +105,8 @@ def test_weight_and_friction_are_named_on_top_of_the_sign(tmp_path: Path) -> Non
     said = "x_axis.current is recorded with the other sign. Write scale: -1 for its column."
     assert answer["sentence"].startswith(said)
     assert said in answer["recording"]
+    derived = "x_axis.acceleration: not recorded; taken as the derivative of x_axis.reference_velocity"
+    assert any(derived in one for one in answer["recording"])
 
 
 STEPPER = """

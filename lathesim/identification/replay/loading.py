@@ -148,7 +148,7 @@ def with_rates(mapped: MappedRecording, assembly: Assembly) -> MappedRecording:
         for place, rate in itertools.pairwise(names):
             given = rate in channels or (rate in wires and (wires[rate].source or wires[rate].constant))
             if place not in channels or given or not np.isfinite(channels[place].values).all():
-                break
+                continue
             unit = part.component.declarations[Place.of(rate).port].unit
             channels[rate] = Channel(rate, unit, velocity_of(channels[place].values, mapped.record.sample_period))
             findings.append(Finding("derived", rate, "not recorded", f"taken as the derivative of {place}"))
