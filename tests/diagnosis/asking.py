@@ -60,6 +60,16 @@ def ask_here(*words: str | Path) -> dict[str, Any]:
         return _read(file)
 
 
+def answer_in(folder: Path, *words: str) -> dict[str, Any]:
+    """Return the JSON of ``diagnose`` for lesson.yaml and log.csv of a folder, judged by other.csv; it has to end without an error."""
+    from lathesim.cli.main import run_command_line
+
+    lesson, log, other, answer = (str(folder / name) for name in ("lesson.yaml", "log.csv", "other.csv", "answer.json"))
+    out = ["--json", answer, "--no-report", "--out", str(folder / "out")]
+    assert run_command_line(["diagnose", lesson, log, "--validate", other, *out, *words]) == 0
+    return _read(Path(answer))
+
+
 def words_of(folder: Path) -> list[str | Path]:
     """Return the lesson and the recordings of a case in a folder, and the parts that it brings along, as ``diagnose`` takes them."""
     parts = folder / "parts"

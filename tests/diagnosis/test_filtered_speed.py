@@ -1,13 +1,12 @@
 """A motor on steps of voltage, whose firmware filters the speed that it reports."""
 
-import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lathesim.cli.main import run_command_line
+from tests.diagnosis.asking import answer_in
 
 LESSON = """
 lesson: A small motor on an amplifier
@@ -47,13 +46,8 @@ def test_a_filter_that_a_firmware_computes_is_no_lag_of_the_drive(tmp_path: Path
     (tmp_path / "lesson.yaml").write_text(LESSON, encoding="utf-8")
     for name, seed in (("log.csv", 1), ("other.csv", 2)):
         write_log(tmp_path / name, seed)
-    words = ["diagnose", "lesson.yaml", "log.csv", "--validate", "other.csv", "--json", "answer.json", "--no-report", "--out", "out"]
-    for name in ("SensorFilter", "CurrentLoopLag", "CoulombFriction"):
-        words += ["--effect", name]
-    with pytest.MonkeyPatch.context() as there:
-        there.chdir(tmp_path)
-        assert run_command_line(words) == 0
-    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    tried = ("SensorFilter", "CurrentLoopLag", "CoulombFriction")
+    answer = answer_in(tmp_path, *(word for name in tried for word in ("--effect", name)))
     sizes = {effect["effect"]: next(iter(effect["parameters"].values()))["value"] for effect in answer["effects"]}
     assert sizes == pytest.approx({"SensorFilter": LAG, "CoulombFriction": FRICTION}, rel=0.03)
     assert answer["fit"]["spindle.speed"]["after"] < 0.4

@@ -1,13 +1,12 @@
 """An arm that hangs from a motor: its weight pulls with the sine of the angle, beside the friction of the joint."""
 
-import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lathesim.cli.main import run_command_line
+from tests.diagnosis.asking import answer_in
 
 LESSON = """
 lesson: A joint whose weight was left out
@@ -63,13 +62,8 @@ def test_weight_and_friction_of_a_joint_are_named_with_their_sizes(
     (tmp_path / "lesson.yaml").write_text(LESSON.replace("viscous: 0.03 N*m*s/rad", f"viscous: 0.03 N*m*s/rad{known}"), encoding="utf-8")
     for name, seed in (("log.csv", 1), ("other.csv", 2)):
         write_log(tmp_path / name, seed, geared=geared)
-    words = ["diagnose", "lesson.yaml", "log.csv", "--validate", "other.csv", "--json", "answer.json", "--no-report", "--out", "out"]
-    for name in ("GravityTorque", "CoulombFriction", "GearLoss", "Cogging", "AmplifierDeadZone"):
-        words += ["--effect", name]
-    with pytest.MonkeyPatch.context() as there:
-        there.chdir(tmp_path)
-        assert run_command_line(words) == 0
-    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    tried = ("GravityTorque", "CoulombFriction", "GearLoss", "Cogging", "AmplifierDeadZone")
+    answer = answer_in(tmp_path, *(word for name in tried for word in ("--effect", name)))
     sizes = {effect["effect"]: next(iter(effect["parameters"].values())) for effect in answer["effects"]}
     assert answer["verdict"] == "named"
     assert {name: size["value"] for name, size in sizes.items()} == pytest.approx(truth, rel=0.03)

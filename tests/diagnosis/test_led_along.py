@@ -1,12 +1,11 @@
 """A table that is led along its reference, as the log of a machine control shows it."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lathesim.cli.main import run_command_line
+from tests.diagnosis.asking import answer_in
 
 LESSON = """
 lesson: A table that is said to be led without lag
@@ -50,11 +49,7 @@ def test_a_loop_without_feed_forward_is_no_late_sensor(tmp_path: Path) -> None:
     (tmp_path / "lesson.yaml").write_text(LESSON, encoding="utf-8")
     for name, seed in (("log.csv", 1), ("other.csv", 2)):
         write_log(tmp_path / name, seed)
-    words = ["diagnose", "lesson.yaml", "log.csv", "--validate", "other.csv", "--json", "answer.json", "--no-report", "--out", "out"]
-    with pytest.MonkeyPatch.context() as there:
-        there.chdir(tmp_path)
-        assert run_command_line(words) == 0
-    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    answer = answer_in(tmp_path)
     (effect,) = answer["effects"]
     assert (answer["verdict"], effect["effect"], effect["at"]) == ("named", "ServoLag", "x_axis")
     assert effect["parameters"]["lag"]["value"] == pytest.approx(LAG, rel=0.02)
@@ -94,11 +89,7 @@ def test_weight_and_friction_are_named_on_top_of_the_sign(tmp_path: Path) -> Non
     (tmp_path / "lesson.yaml").write_text(SLIDE, encoding="utf-8")
     for name, seed in (("log.csv", 1), ("other.csv", 2)):
         write_slide(tmp_path / name, seed)
-    words = ["diagnose", "lesson.yaml", "log.csv", "--validate", "other.csv", "--json", "answer.json", "--no-report", "--out", "out"]
-    with pytest.MonkeyPatch.context() as there:
-        there.chdir(tmp_path)
-        assert run_command_line(words) == 0
-    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    answer = answer_in(tmp_path)
     sizes = {effect["effect"]: next(iter(effect["parameters"].values()))["value"] for effect in answer["effects"]}
     assert answer["verdict"] in ("named", "tied")  # a zero of the current does the same as a weight
     assert sizes == pytest.approx({"ForceOffset": WEIGHT, "CoulombFriction": FRICTION}, rel=0.1)
@@ -135,11 +126,7 @@ def test_a_period_shorter_than_usual_screws_have_is_found_at_constant_speed(tmp_
     (tmp_path / "lesson.yaml").write_text(STEPPER, encoding="utf-8")
     write_steps(tmp_path / "log.csv", 1, 1e-3)
     write_steps(tmp_path / "other.csv", 2, 7e-3)
-    words = ["diagnose", "lesson.yaml", "log.csv", "--validate", "other.csv", "--json", "answer.json", "--no-report", "--out", "out"]
-    with pytest.MonkeyPatch.context() as there:
-        there.chdir(tmp_path)
-        assert run_command_line(words) == 0
-    answer = json.loads((tmp_path / "answer.json").read_text(encoding="utf-8"))
+    answer = answer_in(tmp_path)
     (effect,) = answer["effects"]
     assert (effect["effect"], effect["at"], answer["adequate"]) == ("PeriodicPitchError", "x_axis.position", True)
     values = {name: one["value"] for name, one in effect["parameters"].items()}
