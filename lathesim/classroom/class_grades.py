@@ -19,6 +19,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ from lathesim.json_text import digest_of, plain
 from lathesim.lessons.grading import Grade, Yardstick, grade_file, lesson_in, ranked, spreadsheet_cell, yardstick
 from lathesim.plugins import Registry
 from lathesim.record import Record
-from lathesim.units import split_quantity
+from lathesim.units import quantity, split_quantity
 from lathesim.whole_file import make_folder, write_text
 
 SCHEMA = "lathesim-class-grade/1"
@@ -39,8 +40,8 @@ NOTHING, NO_RECORD, FOREIGN = "nothing handed in", "no record", "another machine
 """Results beside those of :mod:`lathesim.lessons.grading`."""
 MOST_FILES = 40
 """Files of one student that are read."""
-MANY_DIGITS = 4
-"""Digits of an answer from which on two people hardly write the same wrong number by chance."""
+BY_CHANCE = 0.05
+"""How often at most a number that is called copied would be another student's by chance."""
 _SAME = 1e-3
 """Share by which two people round the same number differently."""
 MOST = 100.0
@@ -144,6 +145,7 @@ def _graded(
         diagnosis=diagnosis,
         notes=(*best.notes, *notes),
         prints={
+            "true": {one.ask: text for one, text in zip(lesson.settings.questions, answer.get("answers", ()), strict=False) if one.within},
             "samples": samples,
             "machines": machines,
             "diagnosis": {"": numbers} if numbers else {},
@@ -198,7 +200,7 @@ def _diagnosis(work: Path, files: Sequence[str], answer: Mapping[str, Any]) -> t
 
 
 def copies(folder: Path, grades: Sequence[StudentGrade]) -> dict[str, list[str]]:
-    """Return what looks copied, in sentences by the student's id: equal records and diagnoses, and the answers of another machine."""
+    """Return what looks copied, in sentences by the student's id: equal records and diagnoses, and answers for the machine of another."""
     place = ClassFolder(folder)
     book = [split_quantity(text)[0] for text in place.read()["answers"] if re.match(r"[-+.\d]", text)]
     owners = {
@@ -222,14 +224,27 @@ def copies(folder: Path, grades: Sequence[StudentGrade]) -> dict[str, list[str]]
 
 
 def _borrowed(item: StudentGrade, grades: Sequence[StudentGrade], book: Sequence[float]) -> Iterator[str]:
-    """Yield wrong answers that are right for one other student, who wrote the same; not the answers for the lesson's own machine."""
-    for question, text in item.prints.get("wrong", {}).items():
-        others = [other.student.id for other in grades if other.prints.get("right", {}).get(question) == text]
-        if len(others) != 1 or sum(letter.isdigit() for letter in text.partition(" ")[0]) < MANY_DIGITS:
+    """Yield numbers that another student wrote too, and that fit the machine of the other better; not those of the lesson's own machine.
+
+    A number with the last digit r equals one of n numbers that spread over S by chance in about n r/S of all cases.
+    """
+    for question, own in item.prints.get("true", {}).items():
+        text = item.prints["right"].get(question) or item.prints["wrong"].get(question, "")
+        answers = {one.student.id: one.prints["true"][question] for one in grades if question in one.prints.get("true", {})}
+        try:
+            (number, unit), own_unit = split_quantity(text), split_quantity(own)[1]
+            true = {name: quantity(answer, own_unit) for name, answer in answers.items()}
+            off = {name: abs(value - quantity(text, own_unit)) for name, value in true.items()}
+            digit = quantity(f"1e{Decimal(text.strip().removesuffix(unit).strip()).as_tuple().exponent} {unit}", own_unit)
+        except (LatheSimError, ArithmeticError):
             continue
-        number = split_quantity(text)[0]
-        if not any(math.isclose(number, known, rel_tol=_SAME) for known in book):
-            yield f"The answer {text} is right for {others[0]} alone."
+        same = [one.student.id for one in grades if one.prints.get("right", {}).get(question) == text]
+        source = min(same, key=lambda name: off[name], default=item.student.id)
+        spread = max(true.values()) - min(true.values())
+        by_chance = len(true) * digit / spread if spread else 1.0
+        of_the_book = any(math.isclose(number, known, rel_tol=_SAME) for known in book)
+        if off[source] < off[item.student.id] and by_chance <= BY_CHANCE and not of_the_book:
+            yield f"The answer {text} is that of {source}, whose machine it fits better. Chance does that in {by_chance:.1%} of all cases."
 
 
 def write_forms(folder: Path, lesson: str, grades: Sequence[StudentGrade], copied: Mapping[str, Sequence[str]]) -> list[Path]:

@@ -7,6 +7,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lathesim.classroom import class_grades
@@ -20,6 +21,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.questions import keep_answer
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import Registry, load_registry
+from lathesim.record import Record
 from lathesim.record_writer import save
 from lathesim.shipped import shipped_files
 from lathesim.units import quantity
@@ -232,8 +234,40 @@ def test_copies_are_named_and_nobody_else(handed_in: Path, grades: dict[str, Stu
     assert found == {
         S1: ["The same record as that of s2."],
         S2: ["The same record as that of s1.", "mine.hdf5 was made on the machine of s1."],
-        S3: [f"The answer {loop} is right for s1 alone."],
+        S3: [f"The answer {loop} is that of s1, whose machine it fits better. Chance does that in 0.1% of all cases."],
     }
+
+
+def test_a_copied_answer_is_named_also_where_it_is_right_and_an_honest_one_is_not(registry: Registry, tmp_path: Path) -> None:
+    people = [Student(f"s{number:02d}") for number in range(12)]
+    made = make_class(load_lesson("17_waves_on_the_part"), registry, people, tmp_path / "class", seed=5)
+    for machine in made:
+        own = ClassFolder(tmp_path / "class").students / machine.student.folder
+        lesson = load_lesson(own / "lesson.yaml")
+        save(
+            Record(
+                np.arange(3.0) + int(lesson.path.parent.name[1:]),
+                {},
+                {"lesson": lesson.text, "lesson_name": lesson.name, "status": "complete"},
+            ),
+            own / "run.h5",
+        )
+    true = [quantity(str(answer_of(tmp_path / "class", one)["answers"][0]), "mm") * 1e3 for one in people]  # type: ignore[index]
+    # every second one predicts the limit; the others try widths, and are off by up to 0.03 mm
+    given = [
+        f"{value + (number % 4 - 1) * 3e-5:.4f} mm" if number % 2 else f"{value + 0.03 * np.cos(number):.2f} mm"
+        for number, value in enumerate(true)
+    ]
+    given[8], given[9] = given[3], given[5]
+    for student, text in zip(people, given, strict=True):
+        keep_answer(tmp_path / "class/students" / student.folder / "run.h5", "lesson", {}, lesson.settings.questions[0].ask, text)
+    grades = list(grade_class(tmp_path / "class", registry))
+    assert {grades[8].answers_right, grades[9].answers_right} == {0, 1}
+    named = {name: sentences for name, sentences in copies(tmp_path / "class", grades).items() if sentences}
+    assert [sentence.partition(",")[0] for (sentence,) in named.values()] == [
+        f"The answer {text} is that of {name}" for text, name in ((given[3], "s03"), (given[5], "s05"))
+    ]
+    assert list(named) == ["s08", "s09"]
 
 
 def test_what_was_graded_is_not_read_again(
