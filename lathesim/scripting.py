@@ -91,17 +91,27 @@ def diagnose(
 ) -> Diagnosis:
     """Return the physics that a lesson left out, found in a recording.
 
-    The lesson says in ``recordings:`` what the columns of the file mean, and in ``uncertain:`` how sure its values are. Effects such as
-    friction are fitted to ``recording`` and judged by the recording ``validate``, or by the second half where there is none. The answer
-    takes about a minute. It holds:
+    Example::
 
-    - ``verdict``: "no_mismatch", "parameters_only", "named", "tied", "unknown" or "recording_fault";
+        answer = ls.diagnose("case_1/lesson.yaml", "case_1/recording.csv", validate="case_1/validate.csv")
+        print(answer.sentence)
+
+    The lesson says in ``recordings:`` what the columns of the file mean, and in ``uncertain:`` how sure its values are.
+
+    - ``recording``: the file to which effects, such as friction, are fitted.
+    - ``validate``: the file that judges them. By default, the second half of ``recording`` judges.
+    - ``before``: a recording from before the machine changed. The answer then names the change.
+    - ``effects``: names of the effects to try. By default, all are tried.
+    - ``at_most``: a limit of the time, such as "2 min". Without one, an answer takes about a minute.
+    - ``progress``: a function that is called with a line of text at each step.
+
+    The answer holds:
+
     - ``sentence``: the answer in one sentence;
-    - ``effects``: the effects found, with their places, sizes, 95 % intervals and probabilities;
+    - ``verdict``: "named", "tied", "parameters_only", "no_mismatch", "unknown" or "recording_fault";
+    - ``effects``: the effects found, each with ``effect``, ``at``, ``parameters`` (size and 95 % interval in SI) and ``probability``;
     - ``complete``: whether the search came to its end.
 
-    ``before`` is a recording from before the machine changed: then the change since is named. ``effects`` limits the search to some
-    effects, and ``at_most`` limits its time ("2 min"). ``progress`` is called with a line of text at each step.
     The command ``lathesim diagnose LESSON RECORDING`` also writes a report.
     """
     deadline = Deadline() if at_most is None else Deadline.after(quantity(at_most, "s"))

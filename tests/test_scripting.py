@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import lathesim as ls
+from lathesim.classroom.notebook import notebook_text
 from lathesim.errors import LatheSimError, LessonError, RecordError
 from lathesim.record import Channel, Record
 from tests.cli.command import ROOT, call, python
-from tests.cli.test_readme import blocks
+from tests.cli.test_readme import block, blocks
+from tests.exercises.test_notebook import checked, run_cells
 
 SCRIPTS = ["".join(text for text in blocks("python") if " ls." in text or "ls.lesson" in text)]
 
@@ -47,6 +49,17 @@ def test_the_examples_of_readme_and_manual_run_as_a_plain_script(tmp_path: Path)
     said = (ROOT / "README.md").read_text(encoding="utf-8").partition("This prints `")[2].split("`")
     assert done.stdout.splitlines()[:2] == [said[0], said[2]]
     assert (tmp_path / "run.png").stat().st_size > 1000
+
+
+@pytest.mark.slow
+def test_the_example_of_the_readme_runs_in_a_notebook(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
+    text = block("python", "import lathesim as ls", page)
+    Path("readme.ipynb").write_text(notebook_text([("code", part) for part in (*text.split("\n\n"), "record.plot()")]), encoding="utf-8")
+    printed = run_cells(checked(Path("readme.ipynb")))
+    assert printed.splitlines()[:2] == page.partition("This prints `")[2].split("`")[:3:2]
 
 
 def test_a_run_is_that_of_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +26,15 @@ def write_notebook(path: Path, lesson: Lesson) -> None:
     """Write a lesson as a notebook. Raises :class:`WriteError` where the name does not end with ``.ipynb``."""
     if path.suffix.lower() != ENDING:
         raise WriteError(f"a notebook cannot be written as '{path.suffix}'.", place=str(path), remedy=f"Use {ENDING}.")
+    write_text(path, notebook_text(_texts(lesson, path.parent)))
+
+
+def notebook_text(cells: Iterable[tuple[str, str]]) -> str:
+    """Return a notebook of cells, each with its kind (``code`` or ``markdown``) and its text, as JSON."""
     kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
     metadata = {"kernelspec": kernel, "language_info": {"name": "python"}}
-    cells = [_cell(number, kind, text) for number, (kind, text) in enumerate(_texts(lesson, path.parent))]
-    write_text(path, json.dumps({"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}, indent=1) + "\n")
+    made = [_cell(number, kind, text) for number, (kind, text) in enumerate(cells)]
+    return json.dumps({"cells": made, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}, indent=1) + "\n"
 
 
 def _cell(number: int, kind: str, text: str) -> dict[str, Any]:
