@@ -220,8 +220,7 @@ def largest_gains(course: Course, *, late: bool = True) -> tuple[LargestGain | N
     records = course.batch.run(list(values), np.tile(list(values.values()), (count + 1, 1)), np.copy, given)
     found = []
     for row, loop in enumerate(course.loops):
-        controller = next(part for part in course.machinery.parts if part.name == loop.controller)
-        channel = course.batch.plan.channels.index(f"{loop.controller}.{controller.component.ports['reading']}")
+        channel = course.batch.plan.channels.index(f"{loop.controller}.{course.machinery.ports(loop.controller)['reading']}")
         answer = (np.asarray(records[0])[channel] - np.asarray(records[row + 1])[channel])[_AT:] / _LOOP_PULSE
         found.append(_margin(loop.controller, answer[np.isfinite(answer)], course.period))
     return tuple(found)

@@ -174,9 +174,8 @@ def course_of(prepared: Prepared, what: str) -> Course:
         raise LessonError(f"the lap has {samples} samples, too few to learn from.", place=place)
     tables = []
     for loop in loops:
-        controller = next(part for part in machinery.parts if part.name == loop.controller)
-        port = controller.component.ports["reading" if what == "voltage" else "drive"]
-        name = _free_name(f"{loop.controller}_learned", {part.name for part in machinery.parts})
+        port = machinery.ports(loop.controller)["reading" if what == "voltage" else "drive"]
+        name = _free_name(f"{loop.controller}_learned", set(machinery.by_name))
         machinery = insert_effect(machinery, LearnedCorrection, f"{loop.controller}.{port}", name=name)
         tables.append(f"{name}.samples")
     parts = tuple(

@@ -124,10 +124,8 @@ def write_learned(prepared: Prepared, course: Course, learning: Learning, folder
     for place, (loop, table) in enumerate(zip(course.loops, course.tables, strict=True)):
         part = Place.of(table).part
         file = folder / f"{part}.csv"
-        unit = next(item for item in course.machinery.parts if item.name == part).component.declarations["samples"].unit
-        contents[file] = table_text(("correction",), learning.corrections[place][:, None], unit)
-        controller = next(item for item in course.machinery.parts if item.name == loop.controller)
-        port = controller.component.ports["reading" if course.what == "voltage" else "drive"]
+        contents[file] = table_text(("correction",), learning.corrections[place][:, None], course.machinery.declared(table).unit)
+        port = course.machinery.ports(loop.controller)["reading" if course.what == "voltage" else "drive"]
         insert.append({"remedy": "LearnedCorrection", "at": f"{loop.controller}.{port}", "name": part})
         tables[table] = file.name
     case = prepared.case

@@ -105,14 +105,12 @@ def _per_force(diagnosed: Diagnosed, loop: Loop) -> float:
 
 def sized_effects(bench: Bench, effects: Sequence[NamedEffect], axes: tuple[LoopToSize, ...]) -> list[Sized | NamedEffect]:
     """Return each effect with its loop, or as it is where it belongs to none."""
-    parts = {part.name: part for part in bench.machinery.parts}
     found: list[Sized | NamedEffect] = []
     for named in effects:
-        part = parts[named.entry.get("name") or effect_part_name(named.at, named.effect)]
-        values = {name: part.parameters.get(name, item.default) for name, item in part.component.declared(Parameter).items()}
+        part = bench.machinery.by_name[named.entry.get("name") or effect_part_name(named.at, named.effect)]
         host = Place.of(named.at).part
         axis = next((item for item in axes if host in item.loop.parts), None)
-        found.append(Sized(named, values, axis, axes) if axis is not None else named)
+        found.append(Sized(named, part.values, axis, axes) if axis is not None else named)
     return found
 
 

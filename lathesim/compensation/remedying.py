@@ -254,7 +254,7 @@ def _not_twice(diagnosed: Diagnosed, bench: Bench, found: DiagnosedMachine, axes
 
 def _intervals(bench: Bench, found: DiagnosedMachine, lesson: Lesson) -> dict[str, tuple[float, float, float]]:
     """Return the intervals of what is uncertain, by ``part.parameter`` of the bench: of the effects, and of the refitted values."""
-    placed = {part.name: part for part in bench.machinery.parts}
+    placed = bench.machinery.by_name
     intervals: dict[str, tuple[float, float, float]] = {}
     for item in found.effects:
         name = item.entry.get("name") or effect_part_name(item.at, item.effect)

@@ -146,11 +146,9 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
 
 def _easiest(experiment: Experiment) -> str:
     """Return the channel, easiest to log, that shows more than the place or speed that a compared one shows; empty where none does."""
-    parts = {part.name: part for part in experiment.machine.assembly.parts}
-    wires = {item.target: item for item in experiment.machine.assembly.wires}
     for name in recordable(experiment):
-        part, port = Place.of(measured_output(parts, wires, name))
-        ports = parts[part].component.ports
+        part, port = Place.of(measured_output(experiment.machine.assembly, name))
+        ports = experiment.machine.assembly.ports(part)
         if port not in (ports.get("displacement"), ports.get("flow")) or not _showing(experiment, part):
             return name
     return ""

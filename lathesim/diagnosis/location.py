@@ -107,11 +107,9 @@ def _telling(experiment: Experiment, part: str) -> npt.NDArray[np.bool_]:
 
 def _showing(experiment: Experiment, part: str) -> list[str]:
     """Return the compared channels that show the place or the speed of a part."""
-    parts = {item.name: item for item in experiment.machine.assembly.parts}
-    wires = {item.target: item for item in experiment.machine.assembly.wires}
-    ports = parts[part].component.ports if part in parts else {}
+    ports = experiment.machine.assembly.ports(part)
     motion = {f"{part}.{ports[role]}" for role in ("displacement", "flow") if role in ports}
-    return [name for name in experiment.machine.compare if measured_output(parts, wires, name) in motion]
+    return [name for name in experiment.machine.compare if measured_output(experiment.machine.assembly, name) in motion]
 
 
 def _pushed(plan: Plan, state: str) -> str:

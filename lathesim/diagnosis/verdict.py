@@ -220,16 +220,15 @@ def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, m
 
 def recordable(experiment: Experiment) -> list[str]:
     """Return what could be recorded and no compared channel shows, the easiest first."""
-    parts = {part.name: part for part in experiment.machine.assembly.parts}
-    wires = {item.target: item for item in experiment.machine.assembly.wires}
-    shown = {measured_output(parts, wires, name) for name in experiment.machine.compare} | set(experiment.machine.compare)
+    assembly = experiment.machine.assembly
+    shown = {measured_output(assembly, name) for name in experiment.machine.compare} | set(experiment.machine.compare)
     found = [
         f"{part.name}.{part.component.ports[role]}"
         for role in _RECORDABLE
-        for part in parts.values()
+        for part in assembly.parts
         if part.component.ports.get(role, "") in part.component.declared(Output) and not issubclass(part.component, Effect)
     ]
-    return [name for name in dict.fromkeys(found) if name not in shown and measured_output(parts, wires, name) not in shown]
+    return [name for name in dict.fromkeys(found) if name not in shown and measured_output(assembly, name) not in shown]
 
 
 def _simulated(experiment: Experiment, channels: Sequence[str], fits: Sequence[Fitted]) -> list[FloatArray]:

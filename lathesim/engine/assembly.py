@@ -6,12 +6,13 @@ Everything here is plain data in SI. A lesson becomes an :class:`Assembly`, and 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 
-from lathesim.component import Component
+from lathesim.component import Component, Declaration, Parameter
 from lathesim.record import Place as Place
 
 Value = TypeVar("Value")
@@ -45,6 +46,15 @@ class Part:
     every: int = 1
     side: str = ""
 
+    def value(self, parameter: str) -> float:
+        """Return the value of a parameter [SI]: the own one, else the default of its declaration."""
+        return float(self.parameters.get(parameter, getattr(self.component.declarations[parameter], "default", 0.0)))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Return the values of all parameters [SI]."""
+        return {name: self.value(name) for name in self.component.declared(Parameter)}
+
 
 @dataclass(frozen=True)
 class Wire:
@@ -65,3 +75,58 @@ class Assembly:
     step: float
     finish: str = ""
     record: tuple[str, ...] | None = None
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Part]:
+        """The parts by their names."""
+        return {part.name: part for part in self.parts}
+
+    @cached_property
+    def wired(self) -> Mapping[str, Wire]:
+        """The wires by their targets."""
+        return {wire.target: wire for wire in self.wires}
+
+    @cached_property
+    def sources(self) -> Mapping[str, str]:
+        """What feeds each target of a wire; empty for a constant."""
+        return {wire.target: wire.source for wire in self.wires}
+
+    def declared(self, place: str) -> Declaration:
+        """Return how ``part.name`` is declared."""
+        part, item = Place.of(place)
+        return self.by_name[part].component.declarations[item]
+
+    def ports(self, place: str) -> Mapping[str, str]:
+        """Return the ports by role of the part of a place; none where the machine has no such part."""
+        part = self.by_name.get(Place.of(place).part)
+        return part.component.ports if part is not None else {}
+
+
+Wired = TypeVar("Wired", bound=Assembly)
+
+
+class Rewiring:
+    """Parts and wires of an assembly by name and target, while some of them are exchanged."""
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.parts, self.wires = dict(assembly.by_name), dict(assembly.wired)
+
+    def add(self, part: Part) -> None:
+        """Add a part, or put it in the place of one of its name."""
+        self.parts[part.name] = part
+
+    def feed(self, source: str, *targets: str) -> None:
+        """Feed targets (``part.name``) from an output or a parameter, whatever fed them before."""
+        self.wires |= {target: Wire(target, source) for target in targets}
+
+    def pass_on(self, target: str, own: str) -> None:
+        """Feed the input ``own`` with what feeds a target."""
+        self.wires[own] = replace(self.wires[target], target=own)
+
+    def fed_by(self, output: str) -> list[str]:
+        """Return the targets that an output feeds."""
+        return [target for target, wire in self.wires.items() if wire.source == output]
+
+    def made(self, assembly: Wired) -> Wired:
+        """Return the assembly with these parts and wires."""
+        return replace(assembly, parts=tuple(self.parts.values()), wires=tuple(self.wires.values()))

@@ -176,10 +176,9 @@ class TrueMachine:
 
 def _with_noise(assembly: Assembly, columns: Sequence[LoggedColumn], noise: float) -> Assembly:
     """Put noise before every logged sensor that counts in steps: there it is part of the loop."""
-    parts = {part.name: part for part in assembly.parts}
     sizes = {}
     for sensor in dict.fromkeys(column.sensor for column in columns if column.sensor):
-        part = parts[sensor]
+        part = assembly.by_name[sensor]
         sizes[sensor] = noise * part.parameters.get(part.component.ports["resolution"], 0.0)
     return with_sensor_noise(assembly, sizes)
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Place
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.errors import LessonError
 from lathesim.identification.signal import SLOPE_ROUNDING
 from lathesim.lessons.lesson import Lesson
@@ -108,10 +108,7 @@ def recordings_entry(lesson: Lesson, columns: list[LoggedColumn]) -> dict[str, o
 
 
 def _driven(name: str, entry: RecordedSignal, assembly: Assembly, signals: Mapping[str, FloatArray]) -> LoggedColumn:
-    if name in signals:
-        source = f"recorded_{name.replace('.', '_')}.value"
-    else:
-        source = next((wire.source for wire in assembly.wires if wire.target == name and wire.source), "")
+    source = f"recorded_{name.replace('.', '_')}.value" if name in signals else assembly.sources.get(name, "")
     if not source:
         remedy = "Wire it to an interpolator that follows a part program, or give a recording that holds it, with --drive FILE."
         raise LessonError(f"nothing that moves feeds {name}, which the recordings of the lesson drive.", remedy=remedy)
@@ -127,34 +124,28 @@ def _compared(name: str, entry: RecordedSignal, assembly: Assembly) -> LoggedCol
 def _declared_resolution(entry: RecordedSignal, assembly: Assembly, name: str) -> float:
     from lathesim.units import quantity
 
-    part, item = Place.of(name)
-    unit = next(other.component.declarations[item].unit for other in assembly.parts if other.name == part)
-    return quantity(entry.resolution, unit) if entry.resolution is not None else 0.0
+    return quantity(entry.resolution, assembly.declared(name).unit) if entry.resolution is not None else 0.0
 
 
 def _sensor(channel: str, assembly: Assembly) -> tuple[str, float]:
     """Return the sensor whose reading a channel is, with its resolution [SI], where it counts in steps."""
     name, item = Place.of(channel)
-    part = next(other for other in assembly.parts if other.name == name)
-    ports = part.component.ports
+    ports = assembly.ports(name)
     if item != ports.get("reading") or "resolution" not in ports or "measured" not in ports:
         return "", 0.0
-    declared = part.component.declarations[ports["resolution"]]
-    step = float(part.parameters.get(ports["resolution"], getattr(declared, "default", 0.0)))
+    step = assembly.by_name[name].value(ports["resolution"])
     return (name, step) if step > 0.0 else ("", 0.0)
 
 
 def _usual(assembly: Assembly) -> list[LoggedColumn]:
     """Return the columns for a lesson that maps none: what the controllers are asked for, their voltages, and what the sensors read."""
     columns = []
-    feeding = {wire.target: wire.source for wire in assembly.wires if wire.source}
     own = [part for part in assembly.parts if not issubclass(part.component, Effect)]
     for part in own:
         ports = part.component.ports
         asked, measured = ports.get("drive"), ports.get("measured")
-        if asked and measured and asked != measured and f"{part.name}.{asked}" in feeding:
-            target = f"{part.name}.{asked}"
-            columns.append(_column(feeding[target], target, "drive", assembly))
+        if asked and measured and asked != measured and (source := assembly.sources.get(f"{part.name}.{asked}")):
+            columns.append(_column(source, f"{part.name}.{asked}", "drive", assembly))
     for part in own:
         ports = part.component.ports
         if "reading" in ports and "measured" in ports and ports.get("drive") != ports["measured"]:
@@ -168,10 +159,4 @@ def _usual(assembly: Assembly) -> list[LoggedColumn]:
 
 def _column(channel: str, target: str, role: Literal["drive", "compare"], assembly: Assembly) -> LoggedColumn:
     sensor, step = _sensor(channel, assembly)
-    return LoggedColumn(target.replace(".", "_"), _unit(channel, assembly), 1.0, channel, target, role, step, sensor)
-
-
-def _unit(channel: str, assembly: Assembly) -> str:
-    name, item = Place.of(channel)
-    part: Part = next(other for other in assembly.parts if other.name == name)
-    return part.component.declarations[item].unit
+    return LoggedColumn(target.replace(".", "_"), assembly.declared(channel).unit, 1.0, channel, target, role, step, sensor)

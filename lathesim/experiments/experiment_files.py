@@ -18,7 +18,7 @@ import numpy as np
 
 from lathesim.diagnosis.diagnose import diagnose
 from lathesim.diagnosis.preparation import Question
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
@@ -31,7 +31,7 @@ from lathesim.identification.replay.loading import load_case
 from lathesim.json_text import written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, load_lesson
-from lathesim.lessons.sensor_sides import SensorNoise
+from lathesim.lessons.sensor_sides import with_sensor_noise
 from lathesim.plugins import Registry
 from lathesim.units import conversion
 from lathesim.whole_file import make_folder, whole_file, write_text
@@ -42,57 +42,44 @@ _TELLS = 0.05
 
 def with_noise(assembly: Assembly) -> Assembly:
     """Return the machine with noise of one count before each sensor that counts."""
-    parts, wires = list(assembly.parts), list(assembly.wires)
+    sizes = {}
     for part in assembly.parts:
         ports = part.component.ports
-        if "measured" not in ports or "resolution" not in ports:
-            continue
-        target, name = f"{part.name}.{ports['measured']}", ports["resolution"]
-        declared = part.component.declarations[name]
-        size = float(part.parameters.get(name, getattr(declared, "default", 0.0)))
-        source = next((item for item in wires if item.target == target and item.source), None)
-        if source is None or size <= 0.0:
-            continue
-        unit = part.component.declarations[ports["measured"]].unit
-        before = f"noise_before_{part.name}"
-        parts.append(Part(before, SensorNoise.with_units({"signal": unit}), {"size": size}))
-        wires[wires.index(source)] = Wire(target, f"{before}.outgoing")
-        wires.append(Wire(f"{before}.incoming", source.source))
-    return dataclasses.replace(assembly, parts=tuple(parts), wires=tuple(wires))
+        if {"measured", "resolution"} <= set(ports) and assembly.sources.get(f"{part.name}.{ports['measured']}"):
+            sizes[part.name] = part.value(ports["resolution"])
+    return with_sensor_noise(assembly, {name: size for name, size in sizes.items() if size > 0.0}, "noise_before_{}")
 
 
-def recorded_rows(
-    assembly: Assembly, channels: tuple[str, ...], overrides: Mapping[str, float], table: Mapping[str, FloatArray], samples: int, seed: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return times (samples,) [s] and values (channels, samples) [SI] of one noisy run."""
-    machine = dataclasses.replace(with_noise(assembly), finish="", record=channels)
-    plan = wire(machine)
-    batch = Batch(plan, samples, seed=seed, threads=1)
-    values = batch.run(list(overrides), np.array([list(overrides.values())]), np.copy, {name: [rows] for name, rows in table.items()})[0]
-    return np.arange(samples, dtype=np.float64) * np.float64(machine.sample_period), np.asarray(values)
-
-
-def write_recording(lesson: Lesson, assembly: Assembly, place: Path, run: tuple[tuple[str, ...], FloatArray, FloatArray]) -> None:
-    """Write a run (channels, times, values) as the CSV file that the lesson's ``recordings:`` describes.
+def record_run(
+    lesson: Lesson,
+    assembly: Assembly,
+    seconds: float,
+    place: Path,
+    seed: int,
+    overrides: Mapping[str, float],
+    table: Mapping[str, FloatArray],
+) -> None:
+    """Run a machine with noise, and write what is recorded of it as the CSV file that the lesson's ``recordings:`` describes.
 
     A driven input is written from the output that feeds it.
     """
     settings = lesson.settings.recordings
     assert settings is not None
-    channels, times, values = run
-    by_name = dict(zip(channels, values, strict=True))
-    units = {f"{part.name}.{name}": item.unit for part in assembly.parts for name, item in part.component.declarations.items()}
+    sources = {target: assembly.sources[target] for target in settings.drive} | {target: target for target in settings.compare}
+    channels = tuple(dict.fromkeys(sources.values()))
+    samples = max(120, int(np.ceil(seconds / assembly.sample_period)))
+    batch = Batch(wire(dataclasses.replace(with_noise(assembly), finish="", record=channels)), samples, seed=seed, threads=1)
+    values = batch.run(list(overrides), np.array([list(overrides.values())]), np.copy, {name: [rows] for name, rows in table.items()})[0]
+    by_name = dict(zip(channels, np.asarray(values), strict=True))
     columns: dict[str, FloatArray] = {}
     if settings.time.column is not None:
+        times = np.arange(samples, dtype=np.float64) * np.float64(assembly.sample_period)
         columns[settings.time.column] = times / conversion(settings.time.unit, "s")
-    feeding = {item.target: item.source for item in assembly.wires}
-    for target, entry in settings.drive.items():
-        columns[entry.column] = by_name[feeding[target]] / (entry.scale * conversion(entry.unit, units[target]))
-    for target, signal in settings.compare.items():
-        columns[signal.column] = by_name[target] / (signal.scale * conversion(signal.unit, units[target]))
-    table = np.column_stack(list(columns.values()))
+    for target, signal in {**settings.drive, **settings.compare}.items():
+        columns[signal.column] = by_name[sources[target]] / (signal.scale * conversion(signal.unit, assembly.declared(target).unit))
+    rows = np.column_stack(list(columns.values()))
     with whole_file(place) as part:
-        np.savetxt(part, table, delimiter=",", header=",".join(columns), comments="", fmt="%.10g")
+        np.savetxt(part, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.10g")
 
 
 @dataclass(frozen=True)
@@ -138,20 +125,14 @@ def foretell(
     lesson = load_lesson(lesson_file)
     effects = [registry.effect(name) for name in dict.fromkeys(rival.effect for rival in scene.rivals if rival.term is not None)]
     random = np.random.default_rng(seed)
-    assembly = scene.plan.assembly
-    feeding = {item.target: item.source for item in assembly.wires}
-    driven = tuple(feeding[name] for name in (lesson.settings.recordings.drive if lesson.settings.recordings else ()))
-    channels = tuple(dict.fromkeys((*scene.channels, *driven)))
     for rival in scene.rivals:
         say(f"  what would be said if it were {rival.name} ...")
         row = scene.values(rival, rival.sizes[len(rival.sizes) // 2])
         row[: len(scene.uncertain)] += 0.5 * scene.deviation * random.standard_normal(len(scene.uncertain))
         overrides = dict(zip(scene.names, row, strict=True))
-        samples = max(120, int(np.ceil(program.seconds / scene.period)))
-        times, values = recorded_rows(assembly, channels, overrides, {scene.path_name: program.table}, samples, seed)
         with TemporaryDirectory() as folder:
             place = Path(folder) / "recording.csv"
-            write_recording(lesson, assembly, place, (channels, times, values))
+            record_run(lesson, scene.plan.assembly, program.seconds, place, seed, overrides, {scene.path_name: program.table})
             try:
                 case = load_case(lesson, [place], registry)
                 question = Question(lesson.title, case.machine, case.recordings[0], None, tuple(effects))  # type: ignore[arg-type]

@@ -144,7 +144,7 @@ def place_rivals(
 
 def _unread(item: NamedRival, effect: Any, terms: Sequence[Term], assembly: Assembly, compared: Sequence[str]) -> str:
     """Return the channel that would have to be recorded for an effect to sit at a sensor; empty where it has a place, or none at all."""
-    sensor = next((part for part in assembly.parts if part.name == item.at), None)
+    sensor = assembly.by_name.get(item.at)
     if sensor is None or any(item.at in (term.at, term.of_motion, Place.of(term.at).part) for term in terms if term.name == item.effect):
         return ""
     for output in sensor.component.declared(Output):

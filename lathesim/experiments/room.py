@@ -172,9 +172,8 @@ def _turning(prepared: Prepared, interpolator: Part, followed: set[str]) -> Turn
 def _of_stock(prepared: Prepared, name: str) -> float:
     """Return a size of the stock [m], 0 where there is none."""
     for part in prepared.machinery.parts:
-        declared = part.component.declared(Parameter)
-        if "stock_radius" in declared:
-            return float(np.float64(part.parameters.get(name, declared[name].default)))
+        if "stock_radius" in part.component.declared(Parameter):
+            return part.value(name)
     return 0.0
 
 
@@ -191,8 +190,7 @@ def _of_programs(prepared: Prepared) -> tuple[tuple[tuple[float, float], tuple[f
 
 
 def _acceleration(interpolator: Part) -> float:
-    declared = interpolator.component.declared(Parameter).get("acceleration")
-    return math.inf if declared is None else float(interpolator.parameters.get("acceleration", declared.default))
+    return interpolator.value("acceleration") if "acceleration" in interpolator.component.declared(Parameter) else math.inf
 
 
 _IDLE_WAY = 5e-3

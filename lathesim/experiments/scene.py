@@ -51,7 +51,7 @@ def counts_of(assembly: Assembly) -> dict[str, tuple[float, float]]:
         declared = declarations.get(name)
         if not isinstance(declared, Parameter):
             continue
-        given = float(part.parameters.get(name, declared.default))
+        given = part.value(name)
         if name == _BITS and declared.high is not None:
             found[f"{part.name}.{name}"] = given, float(declared.high)
         elif name != _BITS and given > 0.0 and (declared.low is None or declared.low <= 0.0):

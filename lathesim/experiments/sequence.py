@@ -15,15 +15,13 @@ from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.preparation import Question
 from lathesim.diagnosis.records.diagnosis import NAMING, Diagnosis, FoundEffect, Verdict, as_json
 from lathesim.engine.assembly import Assembly
-from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.experiments.design_experiment import Designed, DesignWish, design_experiment
 from lathesim.experiments.experiment_files import (
-    recorded_rows,
+    record_run,
     undecidable_sentence,
     write_experiment,
     write_program_and_lesson,
-    write_recording,
 )
 from lathesim.experiments.rivals import NOTHING, NamedRival, named_in
 from lathesim.identification.replay.loading import LoadedCase, load_case
@@ -88,23 +86,17 @@ def _check_same(case: LoadedCase, further: LoadedCase, other: Other) -> None:
 
 def _difference(first: Assembly, second: Assembly) -> str:
     """Return in what two machines differ, but for their paths; empty where they are the same."""
-    parts, others = {part.name: part for part in first.parts}, {part.name: part for part in second.parts}
+    parts, others = first.by_name, second.by_name
     for name in sorted(parts.keys() ^ others.keys()):
         return f"only one has {name}"
     for name, part in parts.items():
         if part.component.__name__ != others[name].component.__name__:
             return f"{name} is {part.component.__name__} in one and {others[name].component.__name__} in the other"
         for item in sorted({*part.parameters, *others[name].parameters}):
-            declared = part.component.declarations[item]
-            default = float(getattr(declared, "default", 0.0))
-            one, two = part.parameters.get(item, default), others[name].parameters.get(item, default)
+            one, two = part.value(item), others[name].value(item)
             if not math.isclose(one, two, rel_tol=1e-9, abs_tol=1e-300):
-                return f"{name}.{item} is {one:g} in one and {two:g} {declared.unit} in the other"
-    if {wire.target: (wire.source, wire.constant) for wire in first.wires} != {
-        wire.target: (wire.source, wire.constant) for wire in second.wires
-    }:
-        return "their wires differ"
-    return ""
+                return f"{name}.{item} is {one:g} in one and {two:g} {part.component.declarations[item].unit} in the other"
+    return "their wires differ" if first.wired != second.wired else ""
 
 
 def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
@@ -305,14 +297,7 @@ def run_rounds(
 def _record(machine: Lesson, folder: Path, found: Designed, registry: Registry, seed: int) -> None:
     """Run a program on the lesson that plays the machine, and write what would have been recorded."""
     prepared = prepare(machine, registry, program=folder / "program.nc")
-    mapped = machine.settings.recordings or found.lesson.settings.recordings
-    assembly = prepared.machinery
-    feeding = {item.target: item.source for item in assembly.wires}
-    driven = tuple(feeding[name] for name in (mapped.drive if mapped else ()))
-    channels = tuple(dict.fromkeys((*found.scene.channels, *driven)))
-    samples = max(120, math.ceil(found.program.seconds / wire(assembly).assembly.sample_period))
-    times, values = recorded_rows(assembly, channels, {}, {}, samples, seed)
-    write_recording(found.lesson, assembly, folder / RECORDING, (channels, times, values))
+    record_run(found.lesson, prepared.machinery, found.program.seconds, folder / RECORDING, seed, {}, {})
 
 
 def _diagnose(file: Path, recording: Path, others: Sequence[Other], found: Designed, registry: Registry) -> Diagnosis:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.component import Component, Parameter
-from lathesim.engine.assembly import FloatArray, Part, Place
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.experiments.free_values import FreeValue, bounds, values_of
 from lathesim.experiments.left_out import gained, is_noise, left_out
 from lathesim.experiments.objective import Objective, descend
@@ -82,7 +82,7 @@ def _interpolators(prepared: Prepared) -> Iterable[Change]:
             grid = np.array(list(itertools.product((0.1, 0.3, 1.0, 4.0, 20.0), (0.0, 0.01, 0.04), (0.0, 0.02, 0.08))))
             neutral, replaced = (_ACCELERATION[1], 0.0, 0.0), {part.name: _INTERPOLATOR}
             yield Change(f"{part.name} accelerates, rests and averages", brings, neutral, grid, replace=replaced)
-        elif part.component.__name__ != _INTERPOLATOR or _value(part, "cycle") > 0.0:
+        elif part.component.__name__ != _INTERPOLATOR or part.value("cycle") > 0.0:
             continue
         for cycle in _CYCLES:
             title, held = f"{part.name} counts blocks in cycles of {in_unit(cycle, 'ms', 'g')}", {f"{part.name}.cycle": cycle}
@@ -91,7 +91,7 @@ def _interpolators(prepared: Prepared) -> Iterable[Change]:
 
 def _parted_values(prepared: Prepared) -> Iterable[Change]:
     """Yield for each value that two controllers of one kind share a change that parts them."""
-    parts = {part.name: part for part in prepared.machinery.parts}
+    parts = prepared.machinery.by_name
     for wire in prepared.machinery.wires:
         target, source = Place.of(wire.target), Place.of(wire.source)
         if not wire.source or source.part not in parts or target.part not in parts:
@@ -101,7 +101,7 @@ def _parted_values(prepared: Prepared) -> Iterable[Change]:
         alike = own is other or own.__name__ == other.__name__
         if not alike or "update" in own.laws or own.group != "controllers" or not isinstance(declared, Parameter):
             continue
-        if not isinstance(other.declarations.get(source.port), Parameter) or _value(parts[source.part], source.port) == 0.0:
+        if not isinstance(other.declarations.get(source.port), Parameter) or parts[source.part].value(source.port) == 0.0:
             continue
         name = f"{target.part}_own_{target.port}"
         added = {name: {"component": "ScaledValue", "units": {"signal": declared.unit}}}
@@ -110,11 +110,6 @@ def _parted_values(prepared: Prepared) -> Iterable[Change]:
             f"{target.part} with its own {target.port}", (value,), (1.0,), np.array([[0.6], [0.8], [1.25], [1.6]]), add=added,
             wires={wire.target: f"{name}.outgoing", f"{name}.incoming": wire.source},
         )  # fmt: skip
-
-
-def _value(part: Part, item: str) -> float:
-    declared = part.component.declarations[item]
-    return float(part.parameters.get(item, getattr(declared, "default", 0.0)))
 
 
 def _effects(prepared: Prepared, registry: Registry) -> Iterable[Change]:
@@ -132,7 +127,7 @@ def _effects(prepared: Prepared, registry: Registry) -> Iterable[Change]:
                 continue
             place = f"{part.name}_{_snake(name)}"
             placed = insert_effect(prepared.machinery, effect, at, name=place)
-            own = next(each.component for each in placed.parts if each.name == place)  # with the units of its host
+            own = placed.by_name[place].component  # with the units of its host
             brings = tuple(_effect_value(own, place, item, bounds) for item, bounds in typical.items())
             looks = [
                 np.geomspace(low, high, _LOOKS) if item in neutral or item == how.resonance else [value.given]  # type: ignore[union-attr]

@@ -47,7 +47,7 @@ def insert_candidates(
         neutral = _neutral_si(effect)
         try:
             trial = insert_effect(result, effect, host, name=name, parameters=neutral, sources=dict(senses))
-            placed = next(part for part in trial.parts if part.name == name)
+            placed = trial.by_name[name]
             if not _carries(effect, placed.component):
                 continue
             wire(replace(trial, finish="", record=()))
@@ -58,7 +58,7 @@ def insert_candidates(
         placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
         placing["unsaid_side"] = beyond_its_spring(trial, name, host) if effect.beyond else {}
         candidate = _as_sampled(_candidate(name, effect, placed.component, host), assembly.sample_period)
-        candidate = _coarser(candidate, next(part for part in assembly.parts if part.name == Place.of(host).part))
+        candidate = _coarser(candidate, assembly.by_name[Place.of(host).part])
         candidates.append(replace(candidate, **placing, shaped=replace(candidate.shaped, **placing) if candidate.shaped else None))
     return result, candidates
 
@@ -105,15 +105,14 @@ def _coarser(candidate: Candidate, host: Part) -> Candidate:
     spacing, known = f"{candidate.part}.{candidate.effect.identification.spacing}", host.component.ports.get("resolution", "")
     if spacing not in candidate.parameters or not known:
         return candidate
-    declared = host.parameters.get(known, host.component.declared(Parameter)[known].default)
-    low = np.where(np.array(candidate.parameters) == spacing, 2.0 * declared, candidate.low)
+    low = np.where(np.array(candidate.parameters) == spacing, 2.0 * host.value(known), candidate.low)
     return replace(candidate, low=np.maximum(low, candidate.low), points=np.maximum(candidate.points, low))
 
 
 def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list[dict[str, str]]:
     """Return what may feed the inputs of an effect that sense another part: each output of that role of every other part that is pushed and
     moves as the host does; nothing to be fed where the effect senses its host alone."""
-    component = next(part.component for part in assembly.parts if part.name == host)
+    component = assembly.by_name[host].component
     found: list[dict[str, str]] = [{}]
     for item, role in effect.identification.senses_elsewhere.items():
         unit = effect.declarations[item].unit
@@ -132,11 +131,10 @@ def _from_elsewhere(effect: type[Effect], host: str, assembly: Assembly) -> list
 def _from_beside(effect: type[Effect], part: Part, at: str, assembly: Assembly, compared: Collection[str] | None) -> list[dict[str, str]]:
     """Return what may feed the input of an effect that senses another channel of its sensor: what feeds the sensor's other inputs, as
     far as their readings are compared, which tell it from a factor on the own one."""
-    ports, sources = part.component.ports, {wire.target: wire.source for wire in assembly.wires}
-    reading = Place.of(at).port or ports.get("reading", "")
+    reading = Place.of(at).port or part.component.ports.get("reading", "")
     readings = [port for port in readings_of(part.component) if port != reading]
     seen = [port for port in readings if compared is None or f"{part.name}.{port}" in compared]
-    fed = [sources.get(f"{part.name}.{name}", "") for name in inputs_of_readings(part.component, seen)]
+    fed = [assembly.sources.get(f"{part.name}.{name}", "") for name in inputs_of_readings(part.component, seen)]
     return [{effect.identification.senses_beside: source} for source in fed if source]
 
 
@@ -210,8 +208,7 @@ def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
 def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
     """Return whether a part's command comes from a drive of its own (amplifier, motor): what a drive leaves out then belongs there."""
     port = part.component.ports.get("drive")
-    source = next((wire.source for wire in assembly.wires if wire.target == f"{part.name}.{port}"), "")
-    before = next((other for other in assembly.parts if other.name == Place.of(source).part), None)
+    before = assembly.by_name.get(Place.of(assembly.sources.get(f"{part.name}.{port}", "")).part)
     return before is not None and "drive" in before.component.ports and not decides(before.component)
 
 

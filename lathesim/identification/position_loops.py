@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
@@ -64,14 +64,10 @@ def one_or_more(assembly: Assembly, place: str) -> tuple[Loop, ...]:
 
 
 def _loop(assembly: Assembly, controller: Part) -> Loop | None:
-    parts = {part.name: part for part in assembly.parts}
-    wires = {wire.target: wire.source for wire in assembly.wires}
-    ports = controller.component.ports
-    asked = _passed(wires, parts, wires.get(f"{controller.name}.{ports['drive']}", ""))
-    reading = _passed(wires, parts, wires.get(f"{controller.name}.{ports['measured']}", ""))
+    parts, ports = assembly.by_name, controller.component.ports
+    asked, reading = (_fed(assembly, f"{controller.name}.{ports[role]}") for role in ("drive", "measured"))
     sensor = Place.of(reading).part
-    measured = wires.get(f"{sensor}.measured", "") if sensor in parts else ""
-    seen = _passed(wires, parts, measured)
+    seen = _fed(assembly, f"{sensor}.measured")
     axis = Place.of(seen).part
     if axis not in parts or "effort" not in parts[axis].component.ports:
         return None
@@ -79,38 +75,44 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
     for part in assembly.parts:
         seated = {"reading", "measured"} <= set(part.component.ports) and part.side != "motor"
         if seated and part.name != sensor and parts[sensor].side != "load":
-            other = _passed(wires, parts, wires.get(f"{part.name}.{part.component.ports['measured']}", ""))
+            other = _fed(assembly, f"{part.name}.{part.component.ports['measured']}")
             if Place.of(other).part == axis and part.component.declarations[part.component.ports["reading"]].unit == "m":
                 beyond = f"{part.name}.{part.component.ports['reading']}"
-    converter = _after(wires, parts, controller.name)
+    converter = _after(assembly, controller.name)
     own = {controller.name, axis, sensor, converter, Place.of(beyond).part} - {""}
     return Loop(
-        controller.name, asked, reading, axis, sensor, converter, beyond, frozenset(own | _on_the_way(wires, controller.name, axis))
+        controller.name,
+        asked,
+        reading,
+        axis,
+        sensor,
+        converter,
+        beyond,
+        frozenset(own | _on_the_way(assembly.sources, controller.name, axis)),
     )
 
 
-def _passed(wires: dict[str, str], parts: dict[str, Any], source: str) -> str:
-    """Return what an output passes on where it is one of effects: the first output before them."""
-    while Place.of(source).part in parts and issubclass(parts[Place.of(source).part].component, Effect):
-        source = wires.get(f"{Place.of(source).part}.incoming", "")
-    if Place.of(source).part in parts and issubclass(parts[Place.of(source).part].component, SeenBeyond):
-        return _passed(wires, parts, wires.get(f"{Place.of(source).part}.incoming", ""))
-    return source
+def _fed(assembly: Assembly, target: str) -> str:
+    """Return the output that feeds an input in the end, before the effects on its way; empty where there is none."""
+    source = assembly.sources.get(target, "")
+    part = assembly.by_name.get(Place.of(source).part)
+    passes = part is not None and issubclass(part.component, (Effect, SeenBeyond))
+    return _fed(assembly, f"{Place.of(source).part}.incoming") if passes else source
 
 
-def _after(wires: dict[str, str], parts: dict[str, Part], name: str) -> str:
+def _after(assembly: Assembly, name: str) -> str:
     """Return the converter that holds the command of a controller, or nothing."""
-    for target, source in wires.items():
+    for target in assembly.wired:
         part = Place.of(target).part
-        if Place.of(_passed(wires, parts, source)).part != name or part not in parts:
+        if Place.of(_fed(assembly, target)).part != name or part not in assembly.by_name:
             continue
-        component = parts[part].component
+        component = assembly.by_name[part].component
         if "bits" in component.declared(Parameter) and component.ports.get("reading") == "voltage":
             return part
     return ""
 
 
-def _on_the_way(wires: dict[str, str], controller: str, axis: str) -> set[str]:
+def _on_the_way(wires: Mapping[str, str], controller: str, axis: str) -> set[str]:
     """Return the parts between a controller and its axis."""
     fed: dict[str, set[str]] = {}
     for target, source in wires.items():
@@ -132,17 +134,13 @@ def _on_the_way(wires: dict[str, str], controller: str, axis: str) -> set[str]:
 
 def level_of(assembly: Assembly, converter: str) -> float:
     """Return one level of a converter [V], 0 where there is none."""
-    part = next((part for part in assembly.parts if part.name == converter), None)
-    if part is None:
+    if converter not in assembly.by_name:
         return 0.0
-    value = {name: part.parameters.get(name, item.default) for name, item in part.component.declared(Parameter).items()}
+    value = assembly.by_name[converter].values
     return float((value["largest_voltage"] - value["smallest_voltage"]) / (2.0 ** value["bits"] - 1.0))
 
 
 def resolution_of(assembly: Assembly, sensor: str) -> float:
     """Return one count of a sensor [m], 0 where it measures exactly or nobody knows."""
-    part = next((part for part in assembly.parts if part.name == sensor), None)
-    name = part.component.ports.get("resolution", "") if part is not None else ""
-    if part is None or not name:
-        return 0.0
-    return float(part.parameters.get(name, part.component.declared(Parameter)[name].default))
+    name = assembly.ports(sensor).get("resolution")
+    return assembly.by_name[sensor].value(name) if name else 0.0

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from lathesim.component import Component, Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, Part
+from lathesim.engine.assembly import Assembly, Part, Place
 
 
 def decides(component: type[Component]) -> bool:
@@ -21,26 +21,24 @@ def closes_a_loop(part: Part) -> bool:
 
 def acting(assembly: Assembly) -> list[tuple[str, str]]:
     """Return for each moving part the output that pushes it: (``part.input``, ``part.output``)."""
-    sources = {item.target: item.source for item in assembly.wires}
     found = []
     for part in assembly.parts:
         ports = part.component.ports
         target = f"{part.name}.{ports.get('drive', '')}"
-        if not ("effort" in ports and "flow" in ports and sources.get(target)):
+        if not ("effort" in ports and "flow" in ports and assembly.sources.get(target)):
             continue
         # a part that holds its motor takes a voltage, and tells the force that this comes to
         own = isinstance(part.component.declarations.get(ports.get("applied", "")), Output)
-        found.append((target, f"{part.name}.{ports['applied']}" if own else sources[target]))
+        found.append((target, f"{part.name}.{ports['applied']}" if own else assembly.sources[target]))
     return found
 
 
 def commands(assembly: Assembly) -> dict[str, str]:
     """Return by part the output that a drive, an amplifier or a table takes its command from."""
-    sources = {item.target: item.source for item in assembly.wires}
     found = {}
     for part in assembly.parts:
         ports = part.component.ports
-        source = sources.get(f"{part.name}.{ports.get('drive', '')}", "")
+        source = assembly.sources.get(f"{part.name}.{ports.get('drive', '')}", "")
         if source and not issubclass(part.component, Effect) and "measured" not in ports:
             found[part.name] = source
     return found
@@ -88,6 +86,14 @@ def is_signal(part: str) -> bool:
 def comes_from_effect(source: str) -> bool:
     """Return whether a wire's source is the output of an effect, by the name that the contract of effects gives it."""
     return source.endswith(".outgoing")
+
+
+def behind_effects(assembly: Assembly, target: str) -> str:
+    """Return the output that feeds an input, or the effects on its way; empty where there is none."""
+    source = assembly.sources.get(target, "")
+    part = assembly.by_name.get(Place.of(source).part)
+    passes = part is not None and comes_from_effect(source) and "incoming" in part.component.declared(Input)
+    return behind_effects(assembly, f"{Place.of(source).part}.incoming") if passes else source
 
 
 def goes_to_effect(target: str) -> bool:

@@ -240,11 +240,11 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
         placed = insert_effect(machinery, effect, entry.at, name=insertion.part_name, sources=sources, every=entry.every)
     if constants:
         # in the units that the inputs have at this host
-        declarations = next(part for part in placed.parts if part.name == insertion.part_name).component.declarations
+        declarations = placed.by_name[insertion.part_name].component.declarations
         sources |= {key: si_value(given, declarations[key].unit) for key, given in constants.items()}
         placed = insert_effect(machinery, effect, entry.at, name=insertion.part_name, sources=sources, every=entry.every)
     # an effect may bring further parts with it: what shows a sensor the far side of a spring
-    own = next(part for part in placed.parts if part.name == insertion.part_name)
+    own = placed.by_name[insertion.part_name]
     values += of_part(insertion.part_name, case.set).items()
     parameters: dict[str, float] = {}
     start: dict[str, float] = {}

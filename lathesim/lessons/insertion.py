@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from lathesim.component import Component, Declaration, Input, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, Part, Place, Wire
+from lathesim.engine.assembly import Assembly, Part, Place, Rewiring, Wire
 from lathesim.errors import WiringError, nearest
 from lathesim.lessons.sensor_sides import SeenBeyond, sensors_of
 
@@ -48,13 +48,12 @@ class GoesWithMain(Component):
         return incoming * (after / before)
 
 
-@dataclass
-class _Bench:
+class _Bench(Rewiring):
     """Parts and wires while effects are put in."""
 
-    parts: dict[str, Part]
-    wires: dict[str, Wire]
-    seen_as: dict[str, str]
+    def __init__(self, assembly: Assembly) -> None:
+        super().__init__(assembly)
+        self.seen_as = dict(assembly.seen_as) if isinstance(assembly, Machinery) else {}
 
     def item(self, name: str) -> Declaration | None:
         part, item = Place.of(name)
@@ -90,8 +89,7 @@ def insert_effect(
     """
     if not issubclass(effect, Effect):
         raise WiringError(f"{effect.__name__} is a component and no effect.", remedy="Put it among the parts of a machine.")
-    seen_as = dict(assembly.seen_as) if isinstance(assembly, Machinery) else {}
-    bench = _Bench({part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}, seen_as)
+    bench = _Bench(assembly)
     host = _host(bench, at)
     _refuse_other_side(effect, host)
     places = _places(bench, effect, at, host)
@@ -104,7 +102,7 @@ def insert_effect(
     values = dict(parameters or {})
     if effect.identification.held_flag:
         values.setdefault(effect.identification.held_flag, float(_is_held(bench, next(iter(places)))))
-    bench.parts[name] = Part(name, placed, values, dict(start or {}), every=every)
+    bench.add(Part(name, placed, values, dict(start or {}), every=every))
     along = _goes_along(bench, effect, host, places)
     for place, (taken, given) in places.items():
         _attach(bench, _before_frictions(bench, effect, place), f"{name}.{taken}", f"{name}.{given}")
@@ -268,13 +266,11 @@ def _attach(bench: _Bench, place: str, taken: str, given: str) -> None:
     """Put the pair ``taken`` -> ``given`` of an effect on an input, parameter or output."""
     if not isinstance(bench.item(place), Output):
         bench.wires[taken] = bench.feeding(place, taken)
-        bench.wires[place] = Wire(place, given)
+        bench.feed(given, place)
         return
     source = bench.seen_as.get(place, place)
-    for target, wire in list(bench.wires.items()):
-        if wire.source == source and not _senses(bench, target):
-            bench.wires[target] = Wire(target, given)
-    bench.wires[taken] = Wire(taken, source)
+    bench.feed(given, *(target for target in bench.fed_by(source) if not _senses(bench, target)))
+    bench.feed(source, taken)
     bench.seen_as[place] = given
 
 
@@ -287,8 +283,7 @@ def _goes_along(bench: _Bench, effect: type[Effect], host: Part, places: Mapping
     main = f"{host.name}.{ports.get(_CUTS, '')}"
     if main not in places or effect.stage >= _FELT_BY_A_SENSOR or not isinstance(bench.item(main), Output):
         return []
-    seen = bench.seen_as.get(main, main)
-    if any(wire.source == seen and Place.of(wire.target).part == host.name for wire in bench.wires.values()):
+    if any(Place.of(target).part == host.name for target in bench.fed_by(bench.seen_as.get(main, main))):
         return []
     return [f"{host.name}.{ports[role]}" for role in _OTHER_FORCES if role in ports]
 
@@ -296,9 +291,9 @@ def _goes_along(bench: _Bench, effect: type[Effect], host: Part, places: Mapping
 def _let_go_along(bench: _Bench, place: str, name: str) -> None:
     """Apply to a force its share of what effect ``name`` does to the main force."""
     share = f"{name}_{Place.of(place).port}"
-    bench.parts[share] = Part(share, GoesWithMain)
-    bench.wires[f"{share}.before"] = replace(bench.wires[f"{name}.incoming"], target=f"{share}.before")
-    bench.wires[f"{share}.after"] = Wire(f"{share}.after", f"{name}.outgoing")
+    bench.add(Part(share, GoesWithMain))
+    bench.pass_on(f"{name}.incoming", f"{share}.before")
+    bench.feed(f"{name}.outgoing", f"{share}.after")
     _attach(bench, place, f"{share}.incoming", f"{share}.outgoing")
 
 
@@ -311,19 +306,19 @@ def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> 
         adder = f"{name}_beyond_{sensor.name}"
         port = f"{host.name}.{host.component.ports[sensor.role]}"
         unit = host.component.declarations[host.component.ports[sensor.role]].unit
-        bench.parts[adder] = Part(adder, SeenBeyond.with_units({"signal": unit}))
-        bench.wires[f"{adder}.incoming"] = Wire(f"{adder}.incoming", port)
-        bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", f"{name}.{beyond[sensor.role]}")
-        bench.wires[sensor.head] = Wire(sensor.head, f"{adder}.outgoing")
+        bench.add(Part(adder, SeenBeyond.with_units({"signal": unit})))
+        bench.feed(port, f"{adder}.incoming")
+        bench.feed(f"{name}.{beyond[sensor.role]}", f"{adder}.beyond")
+        bench.feed(f"{adder}.outgoing", sensor.head)
 
 
 def beyond_its_spring(assembly: Assembly, name: str, host: str) -> dict[str, str]:
     """Return the only sensor of a host's place and how much it sees of an inserted spring (sensor -> ``part.parameter``), if nobody says
     where it sits."""
-    parts, wires = {part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}
-    places = [one for one in sensors_of(parts, wires, getattr(assembly, "seen_as", {}), host) if one.role == "displacement"]
+    sensors = sensors_of(assembly.by_name, assembly.wired, getattr(assembly, "seen_as", {}), host)
+    places = [one for one in sensors if one.role == "displacement"]
     seeing = {one.name: f"{name}_beyond_{one.name}" for one in places if len(places) == 1 and one.assumed}
-    return {sensor: f"{adder}.share" for sensor, adder in seeing.items() if adder in parts}
+    return {sensor: f"{adder}.share" for sensor, adder in seeing.items() if adder in assembly.by_name}
 
 
 def _refuse_other_side(effect: type[Effect], host: Part) -> None:
@@ -347,11 +342,11 @@ def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
                 if sensed == "flow":
                     adder = f"{name}_behind_{before}"
                     unit = bench.parts[name].component.declarations[output].unit
-                    bench.parts[adder] = Part(adder, SeenBeyond.with_units({"signal": unit}))
-                    bench.wires[f"{adder}.incoming"] = replace(bench.wires[target], target=f"{adder}.incoming")
-                    bench.wires[f"{adder}.beyond"] = Wire(f"{adder}.beyond", given)
+                    bench.add(Part(adder, SeenBeyond.with_units({"signal": unit})))
+                    bench.pass_on(target, f"{adder}.incoming")
+                    bench.feed(given, f"{adder}.beyond")
                     given = f"{adder}.outgoing"
-                bench.wires[target] = Wire(target, given)
+                bench.feed(given, target)
         before = Place.of(bench.wires[f"{before}.incoming"].source).part
 
 

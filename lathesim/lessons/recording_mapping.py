@@ -42,9 +42,9 @@ def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
             "the lesson compares nothing with the recording.", place=place, remedy="Add compare: {x_encoder.position: {...}}."
         )
     declared = {f"{part.name}.{name}": item for part in assembly.parts for name, item in part.component.declarations.items()}
-    feeding = {item.target: item.source for item in assembly.wires if item.source}
+    sources = assembly.sources
     signals = [
-        _signal(lesson, "drive", name, entry, declared, (feeding[name],) if name in feeding else (), 0.0)
+        _signal(lesson, "drive", name, entry, declared, (sources[name],) if sources.get(name) else (), 0.0)
         for name, entry in recordings.drive.items()
     ]
     signals = [_between_rows(signal, entry, assembly) for signal, entry in zip(signals, recordings.drive.values(), strict=True)]
@@ -96,9 +96,8 @@ def _between_rows(signal: SignalMapping, entry: DrivingSignal, assembly: Assembl
     """
     if entry.held is not None or signal.threshold is not None:
         return replace(signal, moves=entry.held is False)
-    part, item = Place.of(signal.target)
-    ports = next(one.component.ports for one in assembly.parts if one.name == part)
-    pushes = item in (ports.get("effort"), ports.get("drive")) and "measured" not in ports
+    ports = assembly.ports(signal.target)
+    pushes = Place.of(signal.target).port in (ports.get("effort"), ports.get("drive")) and "measured" not in ports
     given = any(not wire(assembly).moves_between_samples(source) for source in signal.also)
     if not pushes or given or signal.si_unit not in (*_MEASURED, "V"):
         return signal
@@ -109,10 +108,9 @@ def _steps(assembly: Assembly) -> dict[str, float]:
     """Return the size [SI] of one count for the reading of each sensor that counts."""
     steps = {}
     for part in assembly.parts:
-        ports, declared = part.component.ports, part.component.declarations
+        ports = part.component.ports
         if "reading" in ports and "resolution" in ports:
-            name = ports["resolution"]
-            steps[f"{part.name}.{ports['reading']}"] = float(part.parameters.get(name, getattr(declared[name], "default", 0.0)))
+            steps[f"{part.name}.{ports['reading']}"] = part.value(ports["resolution"])
     return steps
 
 

@@ -6,12 +6,11 @@ Noise before the sensors is part of the loops that they close.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from lathesim.component import Component, DiscreteState, Input, Noise, Output, Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, Part, Place, Wire
+from lathesim.engine.assembly import Assembly, Part, Place, Rewiring, Wire, Wired
 
 _OF_MOTION = ("m", "rad", "m/s", "rad/s")
 
@@ -86,8 +85,7 @@ def assumed_sides(assembly: Assembly, host: str, found: Mapping[str, str] | None
 
     A diagnosis has ``found`` the sides of some (sensor -> side).
     """
-    parts, wires = {part.name: part for part in assembly.parts}, {wire.target: wire for wire in assembly.wires}
-    every = [sensor for sensor in sensors_of(parts, wires, getattr(assembly, "seen_as", {}), host) if sensor.assumed]
+    every = [one for one in sensors_of(assembly.by_name, assembly.wired, getattr(assembly, "seen_as", {}), host) if one.assumed]
     told = [f"By the recordings {sensor.name} is on the {found[sensor.name]} side." for sensor in every if found and sensor.name in found]
     assumed = [sensor for sensor in every if not found or sensor.name not in found]
     if not assumed:
@@ -116,9 +114,6 @@ def _taken(component: type[Component], given: str) -> str:
     return "incoming" if given == "outgoing" else ""
 
 
-Placed = TypeVar("Placed", bound=Assembly)
-
-
 class SensorNoise(Component):
     """Noise before a sensor, new in each sample and held until the next:  out = in + size n_k."""
 
@@ -137,16 +132,12 @@ class SensorNoise(Component):
         return incoming + noise
 
 
-def with_sensor_noise(assembly: Placed, sizes: Mapping[str, float]) -> Placed:
+def with_sensor_noise(assembly: Wired, sizes: Mapping[str, float], naming: str = "{}_noise") -> Wired:
     """Return the assembly with noise before each sensor of ``sizes``, one standard deviation [unit of what it measures]."""
-    parts, wires = list(assembly.parts), {wire.target: wire for wire in assembly.wires}
-    by_name = {part.name: part for part in parts}
+    bench = Rewiring(assembly)
     for sensor, size in sizes.items():
-        part = by_name[sensor]
-        target = f"{sensor}.{part.component.ports['measured']}"
-        unit = part.component.declarations[part.component.ports["measured"]].unit
-        name = f"{sensor}_noise"
-        parts.append(Part(name, SensorNoise.with_units({"signal": unit}), {"size": size}))
-        wires[f"{name}.incoming"] = replace(wires[target], target=f"{name}.incoming")
-        wires[target] = Wire(target, f"{name}.outgoing")
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+        target, name = f"{sensor}.{assembly.ports(sensor)['measured']}", naming.format(sensor)
+        bench.add(Part(name, SensorNoise.with_units({"signal": assembly.declared(target).unit}), {"size": size}))
+        bench.pass_on(target, f"{name}.incoming")
+        bench.feed(f"{name}.outgoing", target)
+    return bench.made(assembly)

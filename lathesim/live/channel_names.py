@@ -10,8 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from lathesim.engine.assembly import SIDES, Assembly, Part, Place
+from lathesim.engine.assembly import SIDES, Assembly, Place
 from lathesim.errors import UnitError, nearest
+from lathesim.identification.roles import behind_effects
 from lathesim.live.samples import LiveError, Signal
 from lathesim.units import si_factor
 
@@ -66,12 +67,10 @@ def published_names(assembly: Assembly, signals: Sequence[Signal]) -> list[Publi
     A sensor that a controller closes its loop on is the motor's (PosIndirect) where another sensor sees the same motion, which is then the
     scale (PosDirect); a single sensor is PosDirect.
     """
-    parts = {part.name: part for part in assembly.parts}
-    sources = {wire.target: wire.source for wire in assembly.wires if wire.source}
-    by_motion = _sensors(parts, sources)
+    by_motion = _sensors(assembly)
     found = []
     for signal in signals:
-        path = _standard(signal, parts, sources, by_motion) or ("Signals", signal.name)
+        path = _standard(signal, assembly, by_motion) or ("Signals", signal.name)
         found.append(PublishedName(signal.name, path, "mm" if path[0] == "CncAxisList" and signal.unit == "m" else signal.unit))
     taken: set[tuple[str, ...]] = set()
     for at, entry in enumerate(found):
@@ -85,46 +84,37 @@ def _unit(signals: Sequence[Signal], name: str) -> str:
     return next(signal.unit for signal in signals if signal.name == name)
 
 
-def _sensors(parts: Mapping[str, Part], sources: Mapping[str, str]) -> dict[str, list[str]]:
+def _sensors(assembly: Assembly) -> dict[str, list[str]]:
     """Return for each motion (``part.output``) the outputs of its sensors; at the motor, then used by a controller, come first."""
     found: dict[str, list[str]] = {}
-    closing = set(sources.values())
-    for part in parts.values():
+    closing = set(assembly.sources.values())
+    for part in assembly.parts:
         ports = part.component.ports
         if "measured" in ports and "reading" in ports and "drive" not in ports:
-            seen = _behind_effects(f"{part.name}.{ports['measured']}", sources)
+            seen = behind_effects(assembly, f"{part.name}.{ports['measured']}")
             found.setdefault(seen, []).append(f"{part.name}.{ports['reading']}")
-    side = {name: SIDES.index(part.side) for name, part in parts.items()}
+    side = {part.name: SIDES.index(part.side) for part in assembly.parts}
     return {motion: sorted(outputs, key=lambda name: (side[Place.of(name).part], name not in closing)) for motion, outputs in found.items()}
 
 
-def _behind_effects(target: str, sources: Mapping[str, str]) -> str:
-    source = sources.get(target, "")
-    while source.endswith(".outgoing"):
-        source = sources.get(f"{Place.of(source).part}.incoming", "")
-    return source
-
-
-def _standard(
-    signal: Signal, parts: Mapping[str, Part], sources: Mapping[str, str], by_motion: Mapping[str, list[str]]
-) -> tuple[str, ...] | None:
+def _standard(signal: Signal, assembly: Assembly, by_motion: Mapping[str, list[str]]) -> tuple[str, ...] | None:
     part, item = Place.of(signal.name)
-    if part not in parts:
+    if part not in assembly.by_name:
         return None
     for motion, sensors in by_motion.items():
         if signal.name in sensors and signal.unit in ("m", "rad"):
             indirect = len(sensors) > 1 and sensors.index(signal.name) == 0
             return ("CncAxisList", Place.of(motion).part, "PosIndirect" if indirect else "PosDirect", "ActPos")
-    ports = parts[part].component.ports
+    ports = assembly.ports(part)
     if "drive" in ports and "measured" in ports and item == ports["drive"] and signal.unit == "m":
-        return ("CncAxisList", _axis_of(part, parts, sources, by_motion), "PosDirect", "CmdPos")
+        return ("CncAxisList", _axis_of(part, assembly, by_motion), "PosDirect", "CmdPos")
     if "flow" in ports and signal.unit == "rad/s" and item == ports["flow"]:
         return ("CncSpindleList", part, "ActSpeed")
     return None
 
 
-def _axis_of(controller: str, parts: Mapping[str, Part], sources: Mapping[str, str], by_motion: Mapping[str, list[str]]) -> str:
-    measured = sources.get(f"{controller}.{parts[controller].component.ports['measured']}", "")
+def _axis_of(controller: str, assembly: Assembly, by_motion: Mapping[str, list[str]]) -> str:
+    measured = assembly.sources.get(f"{controller}.{assembly.ports(controller)['measured']}", "")
     for motion, sensors in by_motion.items():
         if measured in sensors:
             return Place.of(motion).part

@@ -275,20 +275,18 @@ def recordings_for(prepared: Prepared, recorded: Sequence[str]) -> dict[str, Any
     """
     lesson = prepared.case.lesson
     given = lesson.settings.recordings
-    declared = {f"{part.name}.{name}": item.unit for part in prepared.machinery.parts for name, item in part.component.declarations.items()}
     if given is None:
         raise LiveError("the lesson has no 'recordings:'.", place=str(lesson.path), remedy="Say there what is driven and compared.")
-    feeding = {wire.target: wire.source for wire in prepared.machinery.wires if wire.source}
     drive: dict[str, dict[str, str]] = {}
     for target in given.drive:
-        column = target if target in recorded else feeding.get(target, "")
+        column = target if target in recorded else prepared.machinery.sources.get(target, "")
         if column not in recorded:
             raise LiveError(f"the recording has no '{target}', which drives the lesson.", remedy="Add it to the map.")
-        drive[target] = {"column": column, "unit": declared[target]}
+        drive[target] = {"column": column, "unit": prepared.machinery.declared(target).unit}
     compare = {}
     for target, entry in given.compare.items():
         if target in recorded:
-            compare[target] = {"column": target, "unit": declared[target]}
+            compare[target] = {"column": target, "unit": prepared.machinery.declared(target).unit}
             if entry.resolution is not None:
                 compare[target]["resolution"] = entry.resolution
     if not compare:

@@ -129,9 +129,8 @@ def axes_of(prepared: Prepared, names: Sequence[str], given: Mapping[str, str]) 
     for item in assembly.wires:
         if item.source:
             fed.setdefault(item.source, []).append(item.target)
-    declared = {part.name: part.component for part in assembly.parts}
-    inputs = {f"{name}.{item}" for name, component in declared.items() for item in component.declared(Input)}
-    references = {f"{name}.{item}": item for name, component in declared.items() for item in component.declared(Output)}
+    inputs = {f"{part.name}.{item}" for part in assembly.parts for item in part.component.declared(Input)}
+    references = {f"{part.name}.{item}": item for part in assembly.parts for item in part.component.declared(Output)}
     recordings = prepared.case.lesson.settings.recordings
     driven = dict(recordings.drive) if recordings is not None else {}
     for name in given:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from lathesim.engine.assembly import Place
+from lathesim.identification.roles import behind_effects
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.samples import SAME, LiveError
@@ -129,20 +129,11 @@ def _distances(timing: Timing, time: FloatArray, wanted: FloatArray, executed: F
 
 def _executed(prepared: Prepared, targets: tuple[str, ...]) -> str:
     """Return the output that shows where an axis really is: what its controller's sensor looks at."""
-    parts = {part.name: part for part in prepared.machinery.parts}
-    sources = {wire.target: wire.source for wire in prepared.machinery.wires if wire.source}
+    assembly = prepared.machinery
     for target in targets:
         name = Place.of(target).part
-        ports: Any = parts[name].component.ports
-        measured = f"{name}.{ports.get('measured', 'measured')}"
-        sensor = sources.get(measured, "")
-        while sensor.endswith(".outgoing"):
-            sensor = sources.get(f"{Place.of(sensor).part}.incoming", "")
+        sensor = behind_effects(assembly, f"{name}.{assembly.ports(name).get('measured', 'measured')}")
         host = Place.of(sensor).part
-        if host in parts:
-            eye = parts[host].component.ports.get("measured")
-            seen = sources.get(f"{host}.{eye}", "") if eye else ""
-            while seen.endswith(".outgoing"):
-                seen = sources.get(f"{Place.of(seen).part}.incoming", "")
-            return seen or sensor
+        if host in assembly.by_name:
+            return behind_effects(assembly, f"{host}.{assembly.ports(host).get('measured', '')}") or sensor
     raise LiveError(f"no sensor shows what follows {', '.join(targets)}.", remedy="Choose a lesson whose axes are under control.")

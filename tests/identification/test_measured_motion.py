@@ -73,10 +73,9 @@ def test_a_channel_with_holes_tells_nothing() -> None:
 
 def test_a_sensor_shows_its_host_past_effects_in_between() -> None:
     assembly = insert_effect(machine().assembly, Backlash, "x_encoder")
-    parts = {part.name: part for part in assembly.parts}
-    wires = {wire.target: wire for wire in assembly.wires}
-    assert measured_output(parts, wires, POSITION) == "x_axis.position"
-    assert measured_output(parts, wires, "x_axis.velocity") == "x_axis.velocity"
+    assembly = insert_effect(machine().assembly, Backlash, "x_encoder")
+    assert measured_output(assembly, POSITION) == "x_axis.position"
+    assert measured_output(assembly, "x_axis.velocity") == "x_axis.velocity"
 
 
 def test_the_volts_of_a_tachometer_are_no_speed() -> None:
@@ -127,11 +126,9 @@ def test_the_rate_that_an_encoder_makes_of_its_counts_is_the_speed() -> None:
 def test_a_part_that_measures_nothing_shows_itself() -> None:
     """The contour error of a lathe is worked out of two axes: no machine part stands behind it."""
     lathe = shipped_machine("two_axis_lathe_analytical")
-    parts = {part.name: part for part in lathe.parts}
-    wires = {wire.target: wire for wire in lathe.wires}
     names = [f"{part.name}.{part.component.ports['reading']}" for part in lathe.parts if part.component is ContourError]
     assert names
-    assert [measured_output(parts, wires, name) for name in names] == names
+    assert [measured_output(lathe, name) for name in names] == names
 
 
 MACHINES = Path(__file__).parents[2] / "lesson_configs" / "machines"

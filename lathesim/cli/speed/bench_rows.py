@@ -77,7 +77,7 @@ def lathe_plan() -> Plan:
     registry = load_registry(installed=False)
     assembly = assemble(load_lesson(LESSON), registry, VARIANT, SETTINGS)
     controller = registry.component(FORCE_CONTROLLER).with_units({"signal": "N"})
-    parts = {part.name: part for part in assembly.parts}
+    parts = dict(assembly.by_name)
     holding = dataclasses.replace(parts["process_controller"], component=controller, parameters={"reference": WANTED_FORCE})
     parts[holding.name] = holding
     return wire(dataclasses.replace(assembly, parts=tuple(parts.values()), record=CHANNELS))

@@ -154,13 +154,12 @@ def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArr
     """Return by part which part moves, its place and its velocity: of a moving part its own, of a sensor those of the part it looks at,
     of an effect that repeats along something else that, as simulated."""
     motion = experiment.motion
-    parts = {part.name: part for part in experiment.machine.assembly.parts}
-    wires = {wire.target: wire for wire in experiment.machine.assembly.wires}
+    assembly = experiment.machine.assembly
     found: dict[str, tuple[str, FloatArray, FloatArray]] = {}
-    for name, part in parts.items():
+    for name, part in assembly.by_name.items():
         ports = part.component.ports
-        host = name if "displacement" in ports else Place.of(measured_output(parts, wires, f"{name}.{ports.get('reading', '')}")).part
-        of_host = parts[host].component.ports if host in parts else {}
+        host = name if "displacement" in ports else Place.of(measured_output(assembly, f"{name}.{ports.get('reading', '')}")).part
+        of_host = assembly.ports(host)
         place, velocity = (motion.get(f"{host}.{of_host.get(role, '')}") for role in ("displacement", "flow"))
         if place is not None and velocity is not None and np.ptp(place) > 0.0:
             found[name] = (host, place, velocity)

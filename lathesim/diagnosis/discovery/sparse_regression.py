@@ -272,15 +272,12 @@ def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArra
         # a row holds over its sample: the value in its middle
         table[:, number] = 0.5 * (values + np.append(values[1:], values[-1]))
     seen_as = dict(assembly.seen_as) if isinstance(assembly, Machinery) else {}
-    wires = {item.target: item for item in assembly.wires}
-    parts = {part.name: part for part in assembly.parts}
-    host, item = Place.of(draft.at)
-    declared = parts[host].component.declarations[item]
+    wires, declared = dict(assembly.wired), assembly.declared(draft.at)
     if declared.kind == "output":
         wires[f"{_TERM}.incoming"] = Wire(f"{_TERM}.incoming", seen(assembly, draft.at))
         seen_as[draft.at] = f"{_TERM}.outgoing"
     else:
-        target = first_input(parts, wires, draft.at)
+        target = first_input(assembly.by_name, wires, draft.at)
         feeding = wires.get(target) or Wire(target, constant=float(getattr(declared, "default", 0.0) or 0.0))
         wires[f"{_TERM}.incoming"] = replace(feeding, target=f"{_TERM}.incoming")
         wires[target] = Wire(target, f"{_TERM}.outgoing")
@@ -290,9 +287,8 @@ def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArra
 
 
 def _role(experiment: Experiment, at: str) -> str:
-    host, item = Place.of(at)
-    ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
-    return next((role for role, port in ports.items() if port == item), "")
+    ports = experiment.machine.assembly.ports(at)
+    return next((role for role, port in ports.items() if port == Place.of(at).port), "")
 
 
 def _unit_over(unit: str, of: str) -> str:

@@ -84,9 +84,9 @@ def of_channels(
 
 def _asked(experiment: Experiment, asked: Collection[str] | None) -> dict[int, str]:
     """Return the rows of the compared channels that no controller gives, with their names; with ``asked`` only of those."""
-    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
+    parts = experiment.machine.assembly.by_name
     compared = [(row, name) for row, name in enumerate(experiment.machine.compare) if asked is None or name in asked]
-    return {row: name for row, name in compared if not decides(parts[Place.of(name).part])}
+    return {row: name for row, name in compared if not decides(parts[Place.of(name).part].component)}
 
 
 def _beside(moved: Conditions, left: Mapping[int, Sequence[Lacking]], row: int, others: Mapping[str, int]) -> Conditions:

@@ -230,7 +230,7 @@ def _goes_with_inputs(experiment: Experiment, command: str, signal: FloatArray, 
     if (shape := _shape(experiment, command, signal, method)).share > 0.0 and not shape.repeats:
         return False
     controller = Place.of(command).part
-    wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
+    wires = experiment.machine.assembly.sources
     targets = [target for target in dict.fromkeys((*experiment.machine.drive, *wires)) if Place.of(target).part == controller]
     names = [name for target in targets for name in (target, wires.get(target, "")) if name in experiment.record]
     given = [np.nan_to_num(experiment.record[name]) for name in dict.fromkeys(names)]

@@ -48,12 +48,12 @@ def of_another_place(experiment: Experiment, values: Mapping[str, float], method
 
 def _follows_another_reference(experiment: Experiment, method: Method) -> str:
     """Return the sentence for a reading that goes where the reference of another controller than its own asks."""
-    wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
-    loops = [part for part in experiment.machine.assembly.parts if closes_a_loop(part)]
+    assembly = experiment.machine.assembly
+    loops = [part for part in assembly.parts if closes_a_loop(part)]
     asked = {f"{part.name}.{part.component.ports['drive']}": part for part in loops}
     asked = {name: part for name, part in asked.items() if name in experiment.machine.drive}
     for own, part in asked.items():
-        reading = wires.get(f"{part.name}.{part.component.ports['measured']}", "")
+        reading = assembly.sources.get(f"{part.name}.{part.component.ports['measured']}", "")
         if reading not in experiment.machine.compare:
             continue
         column, unit = np.nan_to_num(experiment.record[reading]), experiment.record.unit(reading)
@@ -138,13 +138,12 @@ def _given_to_controller(experiment: Experiment, values: Mapping[str, float], na
 
 def _transmission(experiment: Experiment, name: str, factor: float, method: Method) -> str:
     """Return which transmission of the machine a factor is that of; empty where of none."""
-    parts = {part.name: part for part in experiment.machine.assembly.parts}
-    wires = {wire.target: wire for wire in experiment.machine.assembly.wires}
-    host, item = Place.of(measured_output(parts, wires, name))
-    ports = parts[host].component.ports if host in parts else {}
+    assembly = experiment.machine.assembly
+    host, item = Place.of(measured_output(assembly, name))
+    ports = assembly.ports(host)
     if item not in (ports.get("displacement"), ports.get("flow")):
         return ""
-    for output, ratio in _turning_within(parts[host]):
+    for output, ratio in _turning_within(assembly.by_name[host]):
         for angle, unit in _ANGLES.items():
             if abs(abs(factor) * ratio / angle - 1.0) < method.little:
                 return f"as the motion of {host}.{output} in {unit} is: it was recorded on the other side of the transmission"

@@ -81,10 +81,9 @@ def _told_by_others(experiment: Experiment) -> dict[int, str]:
         sight.row: f"{experiment.machine.compare[sight.first]}, which shows the same motion"
         for sight in experiment.sensed.redundant_sensors
     }
-    ports = {part.name: part.component.ports for part in experiment.machine.assembly.parts}
     for row, channel in enumerate(experiment.machine.compare):
-        part, item = Place.of(channel)
-        if "back_emf" in ports[part] and item == ports[part].get("current"):
+        ports = experiment.machine.assembly.ports(channel)
+        if "back_emf" in ports and Place.of(channel).port == ports.get("current"):
             found[row] = "what the drive makes of its command, with which the axis moves as it did"
     return found
 

@@ -106,7 +106,7 @@ def of_a_slow_log(findings: Iterable[Finding], machine: Machine, answer: Diagnos
     not."""
     slow = next((finding for finding in findings if finding.kind == "coarse"), None)
     suspect = next(iter(answer.location.components), "")
-    part = next((part for part in machine.assembly.parts if part.name == suspect), None)
+    part = machine.assembly.by_name.get(suspect)
     if answer.verdict != "unknown" or slow is None or part is None or not closes_a_loop(part):
         return ()
     fact = f"{slow.fact[:1].upper()}{slow.fact[1:]}"

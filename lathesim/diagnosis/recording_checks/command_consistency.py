@@ -18,7 +18,7 @@ from lathesim.component import Input
 from lathesim.diagnosis.location import passed_through
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import unexplained_share
-from lathesim.engine.assembly import FloatArray, Part, Place
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.replay.experiment import SETTLING, Experiment
 from lathesim.identification.signal import root_mean_square
 
@@ -65,8 +65,8 @@ def contradicted(
 
 def _reads_through_a_converter(experiment: Experiment, row: int) -> bool:
     """Return whether what a command (row) follows from was read by a converter: what that made of it, with its noise, was not recorded."""
-    ports = {part.name: part.component.ports for part in experiment.machine.assembly.parts}
-    return any("bits" in ports.get(name, ()) for name in passed_through(experiment.sensed.plan, experiment.sensed.channels[row]))
+    ports = experiment.machine.assembly.ports
+    return any("bits" in ports(name) for name in passed_through(experiment.sensed.plan, experiment.sensed.channels[row]))
 
 
 def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int, share: float, method: Method = STANDARD) -> str:
@@ -74,8 +74,8 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
     name = experiment.machine.compare[row]
     controller = Place.of(name).part
     period = experiment.machine.assembly.sample_period
-    wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
-    fed = {wires.get(f"{controller}.{port}", "") for port in _part(experiment, controller).component.declared(Input)}
+    assembly = experiment.machine.assembly
+    fed = {assembly.sources.get(f"{controller}.{port}", "") for port in assembly.by_name[controller].component.declared(Input)}
     for channel in (other for other in experiment.machine.compare if other in fed):
 
         def left(samples: float, channel: str = channel) -> float:
@@ -102,12 +102,9 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
     where it does not. The first guess is how far apart the two are in the middle; what is left of the command then tells how far that is
     off."""
     name = experiment.machine.compare[row]
-    controller = _part(experiment, Place.of(name).part)
-    ports = controller.component.ports
-    target = f"{controller.name}.{ports['drive']}"
-    measured = next(
-        (wire.source for wire in experiment.machine.assembly.wires if wire.target == f"{controller.name}.{ports['measured']}"), ""
-    )
+    controller, ports = Place.of(name).part, experiment.machine.assembly.ports(name)
+    target = f"{controller}.{ports['drive']}"
+    measured = experiment.machine.assembly.sources.get(f"{controller}.{ports['measured']}", "")
     if target not in experiment.machine.drive or measured not in experiment.machine.compare:
         return ""
     zero = float(np.nanmedian(experiment.record[measured] - experiment.record[target]))
@@ -142,7 +139,3 @@ def _shifted(experiment: Experiment, channel: str, samples: float) -> Experiment
     ahead = CubicSpline(number[known], recorded[known])(np.clip(number + samples, 0.0, number[-1]))
     column = experiment.record.channels[channel]
     return replace(experiment, record=experiment.record.with_channel(channel, column.unit, np.where(known, ahead, np.nan)))
-
-
-def _part(experiment: Experiment, name: str) -> Part:
-    return next(part for part in experiment.machine.assembly.parts if part.name == name)

@@ -43,8 +43,8 @@ def shown_commands(experiment: Experiment) -> list[tuple[str, int]]:
 
 def controller_commands(experiment: Experiment) -> list[tuple[int, str]]:
     """Return place and name of each compared channel that is the command of a controller."""
-    parts = {part.name: part.component for part in experiment.machine.assembly.parts}
-    return [(row, name) for row, name in enumerate(experiment.machine.compare) if makes_a_command(parts[Place.of(name).part])]
+    parts = experiment.machine.assembly.by_name
+    return [(row, name) for row, name in enumerate(experiment.machine.compare) if makes_a_command(parts[Place.of(name).part].component)]
 
 
 def unexplained_share(experiment: Experiment, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
@@ -118,8 +118,7 @@ def _settled(
 
 def _values_of(experiment: Experiment, controller: str) -> Iterator[tuple[str, float]]:
     """Return name and value of a controller's parameters that are more than nothing."""
-    part = next(part for part in experiment.machine.assembly.parts if part.name == controller)
-    for item in part.component.declared(Parameter):
+    for item in experiment.machine.assembly.by_name[controller].component.declared(Parameter):
         name = f"{controller}.{item}"
         if name in experiment.sensed.plan.parameters and experiment.sensed.given(name) > 0.0:
             yield name, experiment.sensed.given(name)

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.component import DiscreteState, Law, Output, Parameter
+from lathesim.component import DiscreteState, Law, Output
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.engine.assembly import FloatArray, Part, Place
@@ -36,13 +36,13 @@ def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method
 
 def _converters(experiment: Experiment) -> Iterator[tuple[Part, str, str, Callable[[FloatArray], FloatArray]]]:
     """Return the parts that round what arrives and do nothing else: part, what feeds it, what it gives, and its law for many values."""
-    sources = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
+    sources = experiment.machine.assembly.sources
     for part in experiment.machine.assembly.parts:
-        ports, declared = part.component.ports, part.component.declared(Parameter)
+        ports = part.component.ports
         if not decides(part.component) or ports["drive"] != ports["measured"] or len(part.component.declared(DiscreteState)) != 1:
             continue
         update, arguments = part.component.laws["update"], part.component.arguments["update"]
-        known = {name: float(part.parameters.get(name, item.default)) for name, item in declared.items() if name in arguments}
+        known = {name: value for name, value in part.values.items() if name in arguments}
         # a range that another part sets is not known here
         if set(arguments) != {ports["drive"], *known} or any(f"{part.name}.{name}" in sources for name in known):
             continue
@@ -108,14 +108,12 @@ def _before_converter(experiment: Experiment, simulated: FloatArray, method: Met
 
 def _in_counts(experiment: Experiment, method: Method) -> str:
     """Return the sentence for a reading of whole numbers which, worth a count each, spans as much as the command that it follows."""
-    parts = {part.name: part for part in experiment.machine.assembly.parts}
     for name in experiment.machine.compare:
-        part = parts[Place.of(name).part]
+        part = experiment.machine.assembly.by_name[Place.of(name).part]
         ports = part.component.ports
         if Place.of(name).port != ports.get("reading") or "resolution" not in ports:
             continue
-        default = part.component.declared(Parameter)[ports["resolution"]].default
-        count = experiment.machine.resolution.get(name, 0.0) or float(part.parameters.get(ports["resolution"], default))
+        count = experiment.machine.resolution.get(name, 0.0) or part.value(ports["resolution"])
         column = np.nan_to_num(experiment.record[name])
         spacing = smallest_step(column) or grid_spacing(column)
         unit = part.component.declared(Output)[ports["reading"]].unit
@@ -181,7 +179,7 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
     """Return the sentence for a column that was written some whole rows late or early: a command is arithmetic, and follows from what its
     controller was given with that column moved, be it the command itself."""
     furthest = int(method.recording_checks.shift_looked_for)
-    wires = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
+    wires = experiment.machine.assembly.sources
     for row, share in unexplained_share(experiment, values):
         command = experiment.machine.compare[row]
         controller = Place.of(command).part

@@ -37,9 +37,8 @@ def coarse_counts(
 def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, float]:
     found: dict[str, float] = {}
     period = experiment.machine.assembly.sample_period
-    components = {part.name: part.component for part in experiment.machine.assembly.parts}
     for candidate in (candidate for candidate in experiment.candidates if candidate.effect.identification.spacing):
-        ports = components[Place.of(candidate.at).part].ports
+        ports = experiment.machine.assembly.ports(candidate.at)
         # the rate of an encoder is one count a sample, or several
         for role, counts in (("reading", 1.0), ("rate", period)):
             channel = f"{candidate.at}.{ports.get(role, '')}"
@@ -53,6 +52,7 @@ def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, fl
 def _declared(experiment: Experiment, channel: str, counts: float) -> float:
     """Return the counts [SI] in which a sensor reads as far as the lesson tells, 0 where it does not; ``counts`` make one unit of the
     channel."""
-    part = next(part for part in experiment.machine.assembly.parts if part.name == Place.of(channel).part)
-    name = part.component.ports.get("resolution", "")
-    return max(experiment.own.given(f"{part.name}.{name}") if name else 0.0, counts * experiment.machine.resolution.get(channel, 0.0))
+    name = experiment.machine.assembly.ports(channel).get("resolution", "")
+    return max(
+        experiment.own.given(f"{Place.of(channel).part}.{name}") if name else 0.0, counts * experiment.machine.resolution.get(channel, 0.0)
+    )

@@ -71,13 +71,12 @@ def suspected(validation: Experiment, evidence: Evidence, off: Collection[str], 
     shares = [(item.share_before, item.at) for name, item in compare if name in off and np.isfinite(item.share_before)]
     most = max((share for share, _ in shares), default=0.0)
     shares = sorted((pair for pair in shares if pair[0] >= method.little * most), key=lambda pair: -pair[0])
-    ports = {part.name: part.component.ports for part in validation.machine.assembly.parts}
+    assembly = validation.machine.assembly
     found = []
     for part in [Place.of(at).part for _, at in shares]:
         reads: list[str] = []
-        if {"measured", "reading"} <= set(ports.get(part, ())):
-            wires = validation.machine.assembly.wires
-            reads = [Place.of(wire.source).part for wire in wires if wire.source and Place.of(wire.target).part == part]
+        if {"measured", "reading"} <= set(assembly.ports(part)):
+            reads = [Place.of(wire.source).part for wire in assembly.wires if wire.source and Place.of(wire.target).part == part]
         several = sum(at != part and Place.of(at).part == part for _, at in shares) > 1
         found += [*reads, part] if several else [part, *reads]
     return found

@@ -13,13 +13,13 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Rewiring
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.identification.replay.open_loop import cut, drive, seen, sense
-from lathesim.identification.replay.recorded_parts import LinearSignal
+from lathesim.identification.replay.recorded_parts import LinearSignal, recorded_signal
 from lathesim.identification.replay.simulator import LOST
 from lathesim.identification.signal import channel_floor
 from lathesim.record import Record
@@ -119,27 +119,21 @@ def _needed(assembly: Assembly, channels: Sequence[str]) -> Assembly:
 
 def _shown_places(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
     """Return the assembly in which other parts see the place of a part where it was recorded to be, so that a cut begins when it did."""
-    by_name = {part.name: part for part in assembly.parts}
-    parts = list(assembly.parts)
-    wires = {item.target: item for item in assembly.wires}
+    bench = Rewiring(assembly)
     for output, values in motion.items():
         host, item = Place.of(output)
-        component = by_name[host].component
-        if item != component.ports.get("displacement"):
-            continue
-        targets = [target for target, one in wires.items() if one.source == output and not _measures(by_name, target)]
-        if targets:
+        targets = [target for target in bench.fed_by(output) if not _measures(assembly, target)]
+        if targets and item == assembly.ports(host).get("displacement"):
             name = f"place_of_{host}"
-            unit = {"signal": component.declarations[item].unit}
-            parts.append(Part(name, LinearSignal.with_units(unit), tables={"recorded": np.ascontiguousarray(values.reshape(-1, 1))}))
-            wires |= {target: Wire(target, f"{name}.value") for target in targets}
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+            bench.add(recorded_signal(name, LinearSignal, assembly.declared(output).unit, values))
+            bench.feed(f"{name}.value", *targets)
+    return bench.made(assembly)
 
 
-def _measures(parts: Mapping[str, Part], target: str) -> bool:
+def _measures(assembly: Assembly, target: str) -> bool:
     """Return whether an input is that of a sensor or an effect, which stand for the machine and not for what it does."""
     part, item = Place.of(target)
-    component = parts[part].component
+    component = assembly.by_name[part].component
     return issubclass(component, Effect) or component.ports.get("measured") == item
 
 

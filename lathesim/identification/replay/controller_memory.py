@@ -46,7 +46,6 @@ def remembered_at_start(assembly: Assembly, compared: Sequence[str], replay: Sim
 def shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> list[int]:
     """Return the compared channels (rows) that show the command of a controller: its own, or those of what passes it on to a part that
     moves, as a converter's voltage or a drive's current; the nearest first."""
-    parts = {part.name: part for part in assembly.parts}
     rows: list[int] = []
     waiting, seen = [controller.name], {controller.name}
     while waiting:
@@ -54,7 +53,7 @@ def shown_by(assembly: Assembly, controller: Part, compared: Sequence[str]) -> l
         rows += [row for row, channel in enumerate(compared) if Place.of(channel).part == name]
         for wire in assembly.wires:
             target, port = Place.of(wire.target)
-            ports = parts[target].component.ports if target in parts else {}
+            ports = assembly.ports(target)
             passed_on = Place.of(wire.source).part == name and port == ports.get("drive") and "effort" not in ports
             if passed_on and target not in seen and ports.get("measured") in (None, port):
                 seen.add(target)
@@ -68,12 +67,12 @@ def _start_speeds(assembly: Assembly, part: Part, compared: Sequence[str], repla
     Without them the command may begin at its limit, where it answers to nothing.
     """
     measured = f"{part.name}.{part.component.ports['measured']}"
-    source = next((wire.source for wire in assembly.wires if wire.target == measured), "")
+    source = assembly.sources.get(measured, "")
     if source not in compared:
         return {}
     first, second = np.nan_to_num(replay.recorded[compared.index(source)][:2])
     speed = float(second - first) / assembly.sample_period
-    unit = part.component.declarations[part.component.ports["measured"]].unit
+    unit = assembly.declared(measured).unit
     declared = part.component.declared(Parameter)
     return {f"{part.name}.{name}": speed for name in start_values(part.component) if declared[name].unit == f"{unit}/s"}
 

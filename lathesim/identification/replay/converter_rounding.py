@@ -15,11 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import Component, Output, Parameter
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Rewiring
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.replay.open_loop import ROUNDED, ROUNDING
-from lathesim.identification.replay.recorded_parts import HeldSignal
+from lathesim.identification.replay.recorded_parts import HeldSignal, recorded_signal
 from lathesim.lessons.sensor_sides import SeenBeyond
 
 _TWIN = "without_steps_"
@@ -38,8 +38,7 @@ def plain_replay(replayed: Assembly, motion: Collection[str], samples: int, comp
     twins = {output: f"{_TWIN}{output}" for output in rounding}
     parts, wires = list(replayed.parts), list(replayed.wires)
     for name in dict.fromkeys(Place.of(output).part for output in rounding):
-        part = next(part for part in parts if part.name == name)
-        parts.append(replace(_without_steps(part), name=f"{_TWIN}{name}"))
+        parts.append(replace(_without_steps(replayed.by_name[name]), name=f"{_TWIN}{name}"))
         wires += [replace(item, target=f"{_TWIN}{item.target}") for item in replayed.wires if Place.of(item.target).part == name]
     asked = (*rounding, *twins.values(), *motion)
     plan = wire(replace(replayed, parts=tuple(parts), wires=tuple(wires), record=asked, finish=""))
@@ -51,20 +50,15 @@ def plain_replay(replayed: Assembly, motion: Collection[str], samples: int, comp
 
 def with_rounding(assembly: Assembly, rounding: Mapping[str, FloatArray]) -> Assembly:
     """Return the assembly whose converters add what they round, as it is known, to all that they feed."""
-    parts, wires = list(assembly.parts), {item.target: item for item in assembly.wires}
-    by_name = {part.name: part for part in parts}
+    bench = Rewiring(assembly)
     for output, values in rounding.items():
-        targets = [target for target, item in wires.items() if item.source == output]
-        name, item = Place.of(output)
-        unit = by_name[name].component.declarations[item].unit
-        signal, sum_of_both = f"{ROUNDING}{name}_{item}", f"{ROUNDED}{name}_{item}"
-        table = np.ascontiguousarray(values.reshape(-1, 1))
-        parts += [Part(signal, HeldSignal.with_units({"signal": unit}), tables={"recorded": table})]
-        parts += [Part(sum_of_both, SeenBeyond.with_units({"signal": unit}))]
-        wires |= {target: Wire(target, f"{sum_of_both}.outgoing") for target in targets}
-        ends = {f"{sum_of_both}.incoming": output, f"{sum_of_both}.beyond": f"{signal}.value"}
-        wires |= {target: Wire(target, source) for target, source in ends.items()}
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+        name, unit = output.replace(".", "_"), assembly.declared(output).unit
+        bench.add(recorded_signal(f"{ROUNDING}{name}", HeldSignal, unit, values))
+        bench.add(Part(f"{ROUNDED}{name}", SeenBeyond.with_units({"signal": unit})))
+        bench.feed(f"{ROUNDED}{name}.outgoing", *bench.fed_by(output))
+        bench.feed(output, f"{ROUNDED}{name}.incoming")
+        bench.feed(f"{ROUNDING}{name}.value", f"{ROUNDED}{name}.beyond")
+    return bench.made(assembly)
 
 
 def resolving_everything(component: type[Component]) -> dict[str, float]:

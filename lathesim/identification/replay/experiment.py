@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import prev_fast_len
 
-from lathesim.component import Component, Input, Output, Parameter
+from lathesim.component import Input, Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.wiring import Plan, wire
@@ -111,9 +111,8 @@ class Experiment:
         plan = wire(replace(finer, record=(*channels, *beside), finish="", step=self._step(finer)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
-        parts = {part.name: part.component for part in self.machine.assembly.parts}
-        names = [Place.of(name) for name in self.machine.compare]
-        rates = frozenset(row for row, (host, item) in enumerate(names) if item == parts[host].ports.get("rate"))
+        ports = self.machine.assembly.ports
+        rates = frozenset(row for row, name in enumerate(self.machine.compare) if Place.of(name).port == ports(name).get("rate"))
         again = self._redundant_sensors(recorded)
         every = self.machine.decisions
         how = (self.machine.white, every, rates, self._led(), self.machine.output_error)
@@ -121,13 +120,12 @@ class Experiment:
 
     def _led(self) -> frozenset[int]:
         """Return the rows of the compared channels that show the position of a part that follows its reference exactly."""
-        parts = {part.name: part for part in self.machine.assembly.parts}
-        wires = {item.target: item for item in self.machine.assembly.wires}
+        assembly = self.machine.assembly
         again = {sight.row for sight in self._redundant_sensors(np.array([self._recorded[name] for name in self.machine.compare]))}
         found = set()
         for row, name in enumerate(self.machine.compare):
-            host, item = Place.of(measured_output(parts, wires, name))
-            if is_led(parts[host].component) and row not in again and item == parts[host].component.ports["displacement"]:
+            host, item = Place.of(measured_output(assembly, name))
+            if is_led(assembly.by_name[host].component) and row not in again and item == assembly.ports(host)["displacement"]:
                 found.add(row)
         return frozenset(found)
 
@@ -139,8 +137,8 @@ class Experiment:
         return tuple(output for output in outputs if output not in moved and self._gives(output))
 
     def _gives(self, output: str) -> bool:
-        name, item = Place.of(output)
-        return any(part.name == name and item in part.component.declared(Output) for part in self.machine.assembly.parts)
+        part = self.machine.assembly.by_name.get(Place.of(output).part)
+        return part is not None and Place.of(output).port in part.component.declared(Output)
 
     @cached_property
     def doing(self) -> dict[str, FloatArray]:
@@ -168,14 +166,12 @@ class Experiment:
 
     def _redundant_sensors(self, recorded: FloatArray) -> tuple[RedundantSensor, ...]:
         """Return the channels that show a motion which a channel before them shows already."""
-        parts = {part.name: part for part in self.machine.assembly.parts}
-        wires = {item.target: item for item in self.machine.assembly.wires}
-        shown = [measured_output(parts, wires, name) for name in self.machine.compare]
+        shown = [measured_output(self.machine.assembly, name) for name in self.machine.compare]
         period = self.machine.assembly.sample_period
         found: list[RedundantSensor] = []
         for row, output in enumerate(shown):
             host, item = Place.of(output)
-            ports = parts[host].component.ports
+            ports = self.machine.assembly.ports(output)
             earlier = {shown[first]: first for first in range(len(shown)) if first != row and all(first != one.row for one in found)}
             place = f"{host}.{ports.get('displacement', '')}"
             if output == place and earlier.get(place, row) < row:
@@ -222,7 +218,7 @@ class Experiment:
         """Return a driven assembly whose parts take what was recorded of their inputs, and whose processes go on where the machine was."""
         made = self._made_plainly
         followed = follow(cut(assembly, self._whole()), counted_motion(self.with_candidates, self._whole(), made))
-        rounding = {name: values for name, values in made.items() if "bits" in self._part(name).ports}
+        rounding = {name: values for name, values in made.items() if "bits" in self.machine.assembly.ports(name)}
         return with_rounding(followed, rounding)
 
     @cached_property
@@ -238,9 +234,6 @@ class Experiment:
         motion = [name for name in counted if self._gives(name)] if followed.wires != replayed.wires else []
         assembly = replace(followed, step=self._step(followed))
         return plain_replay(assembly, motion, len(self.record), self.machine.compare)
-
-    def _part(self, output: str) -> type[Component]:
-        return next(part.component for part in self.machine.assembly.parts if part.name == Place.of(output).part)
 
     @cached_property
     def feeds_back(self) -> bool:

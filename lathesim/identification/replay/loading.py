@@ -142,7 +142,7 @@ def with_rates(mapped: MappedRecording, assembly: Assembly) -> MappedRecording:
     """Return a recording with the velocity and the acceleration that the recorded reference of a led part has, where the lesson leaves them
     at 0: derivatives of the smoothed reference [m/s, m/s^2]."""
     channels, findings = dict(mapped.record.channels), list(mapped.findings)
-    wires = {item.target: item for item in assembly.wires}
+    wires = assembly.wired
     for part in (part for part in assembly.parts if is_led(part.component)):
         names = [f"{part.name}.{part.component.ports[role]}" for role in _RATES if role in part.component.ports]
         for place, rate in itertools.pairwise(names):

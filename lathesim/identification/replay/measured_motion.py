@@ -16,9 +16,8 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, savgol_filter, sosfiltfilt
 
-from lathesim.component import Input, Parameter
-from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place, Wire
-from lathesim.identification.roles import comes_from_effect, is_led
+from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Place
+from lathesim.identification.roles import behind_effects, is_led
 from lathesim.identification.signal import channel_floor
 
 _CUTOFF = 100.0
@@ -56,7 +55,6 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     with the ports ``displacement`` and ``flow``. A recorded output of the host itself counts too. A reading in another unit, as the volts
     of a tachometer, is divided by the sensor's ``gain``. The motion of a part that is led is given, so no sensor has to show it.
     """
-    parts = {part.name: part for part in assembly.parts}
     period = assembly.sample_period
     found: dict[str, FloatArray] = {}
     gained: dict[str, FloatArray] = {}
@@ -72,7 +70,7 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     found.update(velocities)
     for source in found.copy():
         host, item = Place.of(source)
-        ports = parts[host].component.ports
+        ports = assembly.ports(source)
         if item == ports.get("flow") and "displacement" in ports:
             found.setdefault(f"{host}.{ports['displacement']}", cumulative_trapezoid(found[source], dx=period, initial=0.0))
     return found
@@ -116,33 +114,26 @@ class _Shown:
 
 def _shown_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Iterator[_Shown]:
     """Return what whole channels show of the motion of machine parts, those at the motor first; places only in their unit."""
-    parts = {part.name: part for part in assembly.parts}
     side = {part.name: part.side for part in assembly.parts}
-    wires = {wire.target: wire for wire in assembly.wires}
     for channel, values in sorted(recorded.items(), key=lambda item: SIDES.index(side.get(Place.of(item[0]).part, ""))):
-        source = _shown_through(parts, wires, channel)
+        source = _shown_through(assembly, channel)
         host, item = Place.of(source)
-        ports = _ports(parts, source)
+        ports = assembly.ports(source)
         is_place = item == ports.get("displacement")
-        if not np.isfinite(values).all() or not (is_place or item == ports.get("flow")) or is_led(parts[host].component):
+        if not np.isfinite(values).all() or not (is_place or item == ports.get("flow")) or is_led(assembly.by_name[host].component):
             continue
-        gain = _gain(parts, channel, source)
+        gain = _gain(assembly, channel, source)
         if gain == 1.0 or (gain and not is_place):
             yield _Shown(source, values, gain, is_place, f"{host}.{ports['flow']}" if is_place and "flow" in ports else "")
 
 
-def _shown_through(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
+def _shown_through(assembly: Assembly, channel: str) -> str:
     """Return what a channel shows in the end: a converter reads a tachometer, and that a spindle. What a controller makes of what it
     measures shows nothing of it."""
     shown = channel
-    while "drive" not in _ports(parts, shown) and (further := measured_output(parts, wires, shown)) != shown:
+    while "drive" not in assembly.ports(shown) and (further := measured_output(assembly, shown)) != shown:
         shown = further
     return shown
-
-
-def _ports(parts: Mapping[str, Part], output: str) -> Mapping[str, str]:
-    part = parts.get(Place.of(output).part)
-    return part.component.ports if part else {}
 
 
 def _steady_velocity(shown: _Shown, period: float, modelled: Mapping[str, FloatArray]) -> FloatArray:
@@ -173,36 +164,24 @@ def _odd(samples: float, count: int, period: float) -> int:
     return width + 1 - width % 2
 
 
-def _gain(parts: Mapping[str, Part], channel: str, source: str) -> float:
+def _gain(assembly: Assembly, channel: str, source: str) -> float:
     """Return by what a reading is to be divided to be what it shows: 1 where it has its unit; 0 where nobody knows."""
-    (sensor, reading), (host, item) = (Place.of(name) for name in (channel, source))
-    part = parts[sensor]
-    declared = part.component.declarations
-    if declared[reading].unit == parts[host].component.declarations[item].unit:
+    if assembly.declared(channel).unit == assembly.declared(source).unit:
         return 1.0
-    name = part.component.ports.get("gain", "")
-    default = part.component.declared(Parameter)[name].default if name else 0.0
-    return float(part.parameters.get(name, default))
+    name = assembly.ports(channel).get("gain")
+    return assembly.by_name[Place.of(channel).part].value(name) if name else 0.0
 
 
-def measured_output(parts: Mapping[str, Part], wires: Mapping[str, Wire], channel: str) -> str:
+def measured_output(assembly: Assembly, channel: str) -> str:
     """Return the output of the machine part that a channel shows: itself, or what its sensor is wired to, past effects in between; of the
     rate that an encoder makes of its counts the velocity that belongs to the place."""
     name, item = Place.of(channel)
-    ports = parts[name].component.ports if name in parts else {}
+    ports = assembly.ports(channel)
     if item == ports.get("rate"):
-        place = measured_output(parts, wires, f"{name}.{ports['reading']}")
+        place = measured_output(assembly, f"{name}.{ports['reading']}")
         host, shown = Place.of(place)
-        moving = _ports(parts, place)
+        moving = assembly.ports(place)
         return f"{host}.{moving['flow']}" if shown == moving.get("displacement") and "flow" in moving else channel
     if item != ports.get("reading") or "measured" not in ports:
         return channel
-    target = f"{name}.{ports['measured']}"
-    while target in wires and wires[target].source:
-        source = wires[target].source
-        part = Place.of(source).part
-        if comes_from_effect(source) and "incoming" in parts[part].component.declared(Input):
-            target = f"{part}.incoming"
-            continue
-        return source
-    return channel
+    return behind_effects(assembly, f"{name}.{ports['measured']}") or channel

@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from lathesim.component import Component, Input
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Wire
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, Rewiring, Wire
 from lathesim.engine.wiring import wire
-from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion
+from lathesim.identification.replay.recorded_parts import CorrectedSight, HeldSignal, LinearSignal, SensedMotion, recorded_signal
 from lathesim.identification.roles import SENSED, comes_from_effect, goes_to_effect
 from lathesim.lessons.insertion import GoesWithMain, Machinery
 from lathesim.lessons.sensor_sides import first_input
@@ -35,40 +33,37 @@ def drive(assembly: Assembly, signals: Mapping[str, FloatArray], moving: Collect
 
     Each value is held until the next one, as a command is; those of ``moving`` inputs go there on a straight line, as what is measured.
     """
-    parts = list(assembly.parts)
-    wires = {item.target: item for item in assembly.wires}
-    units = {f"{part.name}.{name}": item.unit for part in parts for name, item in part.component.declarations.items()}
+    bench = Rewiring(assembly)
     for target, values in signals.items():
         name = f"recorded_{target.replace('.', '_')}"
-        parts.append(_signal(name, LinearSignal if target in moving else HeldSignal, units[target], values))
-        for driven in (*_sensing(assembly, wires, target), first_input({part.name: part for part in parts}, wires, target)):
-            wires[driven] = Wire(driven, f"{name}.value")
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+        bench.add(recorded_signal(name, LinearSignal if target in moving else HeldSignal, assembly.declared(target).unit, values))
+        bench.feed(f"{name}.value", *_sensing(assembly, bench, target), first_input(bench.parts, bench.wires, target))
+    return bench.made(assembly)
 
 
-def _sensing(assembly: Assembly, wires: Mapping[str, Wire], target: str) -> list[str]:
+def _sensing(assembly: Assembly, bench: Rewiring, target: str) -> list[str]:
     """Return the inputs of effects that sense the same input of their host: fed as it was, and called as its role."""
     host, item = Place.of(target)
-    component = next(part.component for part in assembly.parts if part.name == host)
+    component = assembly.by_name[host].component
     roles = {role for role, port in component.ports.items() if port == item}
-    head = first_input({part.name: part for part in assembly.parts}, wires, target)
+    head = first_input(assembly.by_name, bench.wires, target)
     default = component.declared(Input)[item].default if head == target else None
-    fed = wires.get(head, Wire(head, constant=default or 0.0))
+    fed = bench.wires.get(head, Wire(head, constant=default or 0.0))
     found = []
     for part in assembly.parts:
         if issubclass(part.component, Effect) and host in _sits_at(assembly, part.name):
             senses = [f"{part.name}.{name}" for name in part.component.declared(Input) if name in roles]
-            found += [own for own in senses if own in wires and replace(wires[own], target=head) == replace(fed, target=head)]
+            senses = [own for own in senses if own in bench.wires]
+            found += [own for own in senses if replace(bench.wires[own], target=head) == replace(fed, target=head)]
     return found
 
 
 def _sits_at(assembly: Assembly, effect: str) -> set[str]:
     """Return the parts whose port an effect sits on, past effects beside it."""
     effects = {part.name for part in assembly.parts if issubclass(part.component, Effect)}
-    before = {item.target: Place.of(item.source).part for item in assembly.wires}
     here = effect
     while here in effects:
-        here = before.get(f"{here}.incoming", "")
+        here = Place.of(assembly.sources.get(f"{here}.incoming", "")).part
     found, waiting, seen_before = {here}, [effect], {effect}
     while waiting:
         source = f"{waiting.pop()}.outgoing"
@@ -83,22 +78,14 @@ def _sits_at(assembly: Assembly, effect: str) -> set[str]:
 
 def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
     """Return the assembly in which each recorded channel feeds its wires as it was recorded; the parts still compute their own."""
-    held = _held_channels(assembly, recorded)
-    parts = list(assembly.parts)
-    by_name = {part.name: part for part in parts}
-    wires = {item.target: item for item in assembly.wires}
+    held, bench = _held_channels(assembly, recorded), Rewiring(assembly)
     for channel, values in recorded.items():
-        source = seen(assembly, channel)
-        targets = [target for target, item in wires.items() if item.source == source and not _senses_own_host(by_name, target)]
-        if not targets:
-            continue
-        part, item = Place.of(channel)
-        name = f"recorded_{channel.replace('.', '_')}"
-        unit = by_name[part].component.declarations[item].unit
-        parts.append(_signal(name, HeldSignal if channel in held else LinearSignal, unit, values))
-        for target in targets:
-            wires[target] = Wire(target, f"{name}.value")
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+        targets = [target for target in bench.fed_by(seen(assembly, channel)) if not _senses_own_host(assembly, target)]
+        if targets:
+            name = f"recorded_{channel.replace('.', '_')}"
+            bench.add(recorded_signal(name, HeldSignal if channel in held else LinearSignal, assembly.declared(channel).unit, values))
+            bench.feed(f"{name}.value", *targets)
+    return bench.made(assembly)
 
 
 def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
@@ -107,30 +94,25 @@ def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
 
     A replayed axis drifts away from its recording by what its controller had held, and a cut there, at that feed, is another one.
     """
-    parts = list(assembly.parts)
-    by_name = {part.name: part for part in parts}
-    wires = {item.target: item for item in assembly.wires}
+    bench = Rewiring(assembly)
     for output, values in motion.items():
-        targets = _taken_by_processes(by_name, wires, output)
-        if not targets:
-            continue
-        host, item = Place.of(output)
-        name = f"followed_{host}_{item}"
-        parts.append(_signal(name, LinearSignal, by_name[host].component.declarations[item].unit, values))
-        for target in targets:
-            wires[target] = Wire(target, f"{name}.value")
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+        targets = _taken_by_processes(bench, output)
+        if targets:
+            name = f"followed_{output.replace('.', '_')}"
+            bench.add(recorded_signal(name, LinearSignal, assembly.declared(output).unit, values))
+            bench.feed(f"{name}.value", *targets)
+    return bench.made(assembly)
 
 
-def _taken_by_processes(parts: Mapping[str, Part], wires: Mapping[str, Wire], output: str) -> list[str]:
+def _taken_by_processes(bench: Rewiring, output: str) -> list[str]:
     """Return the inputs of processes that an output feeds; past effects that others see as well, as what is recorded has passed them
     too."""
     found: list[str] = []
-    for target in [target for target, item in wires.items() if item.source == output]:
-        if _is_of_a_process(parts, wires, target):
+    for target in bench.fed_by(output):
+        if _is_of_a_process(bench, target):
             found.append(target)
         elif goes_to_effect(target):
-            found += _taken_by_processes(parts, wires, f"{Place.of(target).part}.outgoing")
+            found += _taken_by_processes(bench, f"{Place.of(target).part}.outgoing")
     return found
 
 
@@ -139,14 +121,14 @@ def is_a_process(component: type[Component]) -> bool:
     return not {"effort", "drive", "measured", "reading"} & set(component.ports)
 
 
-def _is_of_a_process(parts: Mapping[str, Part], wires: Mapping[str, Wire], target: str) -> bool:
+def _is_of_a_process(bench: Rewiring, target: str) -> bool:
     """Return whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
     part, item = Place.of(target)
-    component = parts[part].component
+    component = bench.parts[part].component
     if "incoming" not in component.declared(Input):
         return is_a_process(component)
-    fed = [end for end, wire in wires.items() if wire.source == f"{part}.outgoing"]
-    return item == "incoming" and bool(fed) and all(_is_of_a_process(parts, wires, end) for end in fed)
+    fed = bench.fed_by(f"{part}.outgoing")
+    return item == "incoming" and bool(fed) and all(_is_of_a_process(bench, end) for end in fed)
 
 
 def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Collection[str] | None = None) -> Assembly:
@@ -155,37 +137,33 @@ def sense(assembly: Assembly, motion: Mapping[str, FloatArray], candidates: Coll
     With the names of some ``candidates`` only they do, and how much of it each of their inputs senses is a parameter,
     :func:`sensed_share`: a friction that holds a table still has to feel that it does.
     """
-    parts = list(assembly.parts)
-    by_name = {part.name: part for part in parts}
-    wires = {item.target: item for item in assembly.wires}
+    bench = Rewiring(assembly)
     for output, values in motion.items():
         # target -> the input of an effect for which it senses: itself, or one behind a spring
-        sensing = {target: _sensing_for(wires, target) for target, item in wires.items() if item.source == output}
-        sensing = {target: own for target, own in sensing.items() if _senses_own_host(by_name, own)}
+        sensing = {target: _sensing_for(bench, target) for target in bench.fed_by(output)}
+        sensing = {target: own for target, own in sensing.items() if _senses_own_host(assembly, own)}
         targets = [target for target, own in sensing.items() if candidates is None or Place.of(own).part in candidates]
         if not targets:
             continue
-        part, item = Place.of(output)
-        name = f"motion_{part}_{item}"
-        unit = by_name[part].component.declarations[item].unit
-        parts.append(_signal(name, LinearSignal, unit, values))
+        name, unit = f"motion_{output.replace('.', '_')}", assembly.declared(output).unit
+        bench.add(recorded_signal(name, LinearSignal, unit, values))
         for target in targets:
             if candidates is None:
-                wires[target] = Wire(target, f"{name}.value")
+                bench.feed(f"{name}.value", target)
                 continue
             sensed = Place.of(sensed_share(sensing[target])).part
-            parts.append(Part(sensed, SensedMotion.with_units({"signal": unit})))
-            for end, feed in (("recorded", f"{name}.value"), ("simulated", output)):
-                wires[f"{sensed}.{end}"] = Wire(f"{sensed}.{end}", feed)
-            wires[target] = Wire(target, f"{sensed}.value")
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values()))
+            bench.add(Part(sensed, SensedMotion.with_units({"signal": unit})))
+            bench.feed(f"{name}.value", f"{sensed}.recorded")
+            bench.feed(output, f"{sensed}.simulated")
+            bench.feed(f"{sensed}.value", target)
+    return bench.made(assembly)
 
 
-def _sensing_for(wires: Mapping[str, Wire], target: str) -> str:
+def _sensing_for(bench: Rewiring, target: str) -> str:
     """Return the input that is fed with what ``target`` sees, past what is added to it behind springs."""
     part, item = Place.of(target)
-    if item == "incoming" and f"{part}.beyond" in wires:
-        return next((_sensing_for(wires, fed) for fed, wire in wires.items() if wire.source == f"{part}.outgoing"), target)
+    if item == "incoming" and f"{part}.beyond" in bench.wires:
+        return next((_sensing_for(bench, fed) for fed in bench.fed_by(f"{part}.outgoing")), target)
     return target
 
 
@@ -204,102 +182,92 @@ def look(assembly: Assembly, channels: Mapping[str, str], motion: Mapping[str, F
     machine that stands. At a second sensor these are errors: how fast the machine was is recorded, and a replay is off by what nobody
     modelled.
     """
-    parts = list(assembly.parts)
-    by_name = {part.name: part for part in parts}
-    wires = {item.target: item for item in assembly.wires}
+    bench = Rewiring(assembly)
     shown: dict[str, str] = {}
     looked_at: set[str] = set()
     for channel, output in channels.items():
         sensor, reading = Place.of(channel)
-        if sensor not in by_name or by_name[sensor].component.ports.get("reading") != reading:
+        if assembly.ports(sensor).get("reading") != reading:
             continue
-        target = _eye(by_name, wires, sensor)
-        source = wires[target].source if target in wires else ""
+        target = _eye(bench, sensor)
+        source = bench.wires[target].source if target in bench.wires else ""
         if source not in motion:
             continue
-        host, item = Place.of(source)
-        unit = by_name[host].component.declarations[item].unit
-        if by_name[sensor].component.declarations[reading].unit != unit:
+        unit = assembly.declared(source).unit
+        if assembly.declared(channel).unit != unit:
             continue  # its errors are not lengths or speeds that could be added to the motion
-        signal = f"motion_{host}_{item}"
-        if signal not in by_name:
-            by_name[signal] = _signal(signal, LinearSignal, unit, motion[source])
-            parts.append(by_name[signal])
-        sight = f"sight_{sensor}"
-        parts.append(Part(sight, CorrectedSight.with_units({"signal": unit})))
-        wires[target] = Wire(target, f"{signal}.value")
-        behind = _between(wires, channel, output)
-        after = [] if source in looked_at else [name for name in behind if _is_late(by_name[name].component)]
+        signal, sight = f"motion_{source.replace('.', '_')}", f"sight_{sensor}"
+        if signal not in bench.parts:
+            bench.add(recorded_signal(signal, LinearSignal, unit, motion[source]))
+        bench.add(Part(sight, CorrectedSight.with_units({"signal": unit})))
+        bench.feed(f"{signal}.value", target)
+        behind = _between(bench, channel, output)
+        after = [] if source in looked_at else [name for name in behind if _is_late(bench.parts[name].component)]
         errors = [name for name in behind if name not in after]
         if source not in looked_at:
-            after = [*_taken_out(by_name, wires, sensor), *after]
+            after = [*_taken_out(bench, sensor), *after]
         looked_at.add(source)
-        sensed = _in_line(wires, channel, errors)
-        for name, feed in (("sensed", sensed), ("simulated", source), ("recorded", f"{signal}.value")):
-            wires[f"{sight}.{name}"] = Wire(f"{sight}.{name}", feed)
-        shown[channel] = _in_line(wires, f"{sight}.reading", after)
-    return replace(assembly, parts=tuple(parts), wires=tuple(wires.values())), shown
+        bench.feed(_in_line(bench, channel, errors), f"{sight}.sensed")
+        bench.feed(source, f"{sight}.simulated")
+        bench.feed(f"{signal}.value", f"{sight}.recorded")
+        shown[channel] = _in_line(bench, f"{sight}.reading", after)
+    return bench.made(assembly), shown
 
 
-def _taken_out(parts: Mapping[str, Part], wires: dict[str, Wire], sensor: str) -> list[str]:
+def _taken_out(bench: Rewiring, sensor: str) -> list[str]:
     """Take the effects that multiply a reading, or hold it where the motion turns round, out of the line before a sensor that resolves
     everything, and give them: behind it they do the same."""
     found = []
-    target = f"{sensor}.{parts[sensor].component.ports['measured']}"
-    while comes_from_effect(wires[target].source):
-        before = Place.of(wires[target].source).part
-        component, incoming = parts[before].component, f"{before}.incoming"
+    target = f"{sensor}.{bench.parts[sensor].component.ports['measured']}"
+    while comes_from_effect(bench.wires[target].source):
+        before = Place.of(bench.wires[target].source).part
+        component, incoming = bench.parts[before].component, f"{before}.incoming"
         if issubclass(component, Effect) and (component.proportional or component.identification.sticks):
             found.append(before)
-            wires[target] = replace(wires[incoming], target=target)
+            bench.pass_on(incoming, target)
         else:
             target = incoming
     return found
 
 
-def _between(wires: Mapping[str, Wire], channel: str, output: str) -> list[str]:
+def _between(bench: Rewiring, channel: str, output: str) -> list[str]:
     """Return the effects between a channel and the output that stands for it, in the order in which they act."""
     chain: list[str] = []
     while output != channel:
         chain.insert(0, Place.of(output).part)
-        output = wires[f"{chain[0]}.incoming"].source
+        output = bench.wires[f"{chain[0]}.incoming"].source
     return chain
 
 
-def _in_line(wires: dict[str, Wire], feed: str, effects: Sequence[str]) -> str:
+def _in_line(bench: Rewiring, feed: str, effects: Sequence[str]) -> str:
     """Wire effects one behind the other and give the output of the last one, or what feeds them where there is none."""
     for name in effects:
-        wires[f"{name}.incoming"] = Wire(f"{name}.incoming", feed)
+        bench.feed(feed, f"{name}.incoming")
         feed = f"{name}.outgoing"
     return feed
 
 
-def _eye(parts: Mapping[str, Part], wires: Mapping[str, Wire], sensor: str) -> str:
+def _eye(bench: Rewiring, sensor: str) -> str:
     """Return the input at which a sensor's chain of effects begins."""
-    target = f"{sensor}.{parts[sensor].component.ports['measured']}"
-    while target in wires and comes_from_effect(wires[target].source):
-        before = Place.of(wires[target].source).part
-        if f"{before}.incoming" not in wires:
+    target = f"{sensor}.{bench.parts[sensor].component.ports['measured']}"
+    while target in bench.wires and comes_from_effect(bench.wires[target].source):
+        before = Place.of(bench.wires[target].source).part
+        if f"{before}.incoming" not in bench.wires:
             break
         target = f"{before}.incoming"
     return target
 
 
-def _senses_own_host(parts: Mapping[str, Part], target: str) -> bool:
+def _senses_own_host(assembly: Assembly, target: str) -> bool:
     """Return whether a target is an effect's sense of its own host, which must stay simulated (a friction acts on the simulated speed)."""
     part, item = Place.of(target)
-    component = parts[part].component
+    component = assembly.by_name[part].component
     return issubclass(component, (Effect, GoesWithMain)) and item != "incoming"
 
 
 def _held_channels(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> set[str]:
     plan = wire(assembly)
     return {channel for channel in recorded if not plan.moves_between_samples(seen(assembly, channel))}
-
-
-def _signal(name: str, component: type[HeldSignal] | type[LinearSignal], unit: str, values: FloatArray) -> Part:
-    table = np.ascontiguousarray(np.asarray(values, dtype=float).reshape(-1, 1))
-    return Part(name, component.with_units({"signal": unit}), tables={"recorded": table})
 
 
 def _is_late(component: type[Component]) -> bool:

@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
+from lathesim.engine.assembly import FloatArray, Part
 
 
 def row_at(position: float, table: Any) -> int:
@@ -54,6 +57,12 @@ class LinearSignal(Component):
     @staticmethod
     def output(now: float, slope: float, since: float, time: float) -> float:
         return now + slope * (time - since)
+
+
+def recorded_signal(name: str, component: type[HeldSignal] | type[LinearSignal], unit: str, values: FloatArray) -> Part:
+    """Return the part of a name that gives recorded values (samples,) [``unit``]."""
+    table = np.ascontiguousarray(np.asarray(values, dtype=float).reshape(-1, 1))
+    return Part(name, component.with_units({"signal": unit}), tables={"recorded": table})
 
 
 class SensedMotion(Component):
