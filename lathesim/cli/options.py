@@ -77,8 +77,30 @@ def save_option(what: str) -> Callable[[Command], Command]:
     return click.option("--save", type=OutputPath(), metavar="F.png", help=what)
 
 
+def option(sentence: str, *names: str, **how: Any) -> Any:
+    """Return the field of a group that is an option of the same name, unless it has other ``names`` on the command line.
+
+    ``sentence`` is its help. It shows its default, and the type of the field says whether it is a flag, a path, or may be given again;
+    ``how`` is what else :func:`click.option` takes.
+    """
+    return dataclasses.field(metadata={"names": names, "help": sentence, "show_default": "default" in how, **how})
+
+
+def _declared(field: dataclasses.Field[Any]) -> Callable[[Command], Command]:
+    """Return the option that a field of a group is."""
+    how = dict(field.metadata)
+    names = how.pop("names") or (f"--{field.name.replace('_', '-')}",)
+    kind = str(field.type)
+    if kind.startswith("Path"):
+        how.setdefault("type", click.Path(path_type=Path))
+    return click.option(*names, field.name, is_flag=kind == "bool", multiple=kind.startswith("tuple"), **how)
+
+
 def grouped(**groups: type) -> Callable[[Command], Command]:
-    """Return what hands a command its options in groups: each a dataclass whose fields have the names of the options."""
+    """Return what hands a command its options in groups: each a dataclass whose fields have the names of the options.
+
+    The fields that are an :func:`option` declare it too, in the place of the decorator.
+    """
 
     def decorated(command: Command) -> Command:
         @functools.wraps(command)
@@ -88,6 +110,8 @@ def grouped(**groups: type) -> Callable[[Command], Command]:
                 given[name] = group(**{field: given.pop(field) for field in fields})
             return command(**given)
 
+        for field in (field for group in reversed(groups.values()) for field in reversed(dataclasses.fields(group)) if field.metadata):
+            call = _declared(field)(call)
         return call  # type: ignore[return-value]
 
     return decorated

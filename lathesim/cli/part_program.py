@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import OutputPath, grouped
+from lathesim.cli.options import OutputPath, grouped, option
 from lathesim.errors import ProgramError
 from lathesim.units import from_si, in_unit
 from lathesim.whole_file import write_new, write_text
@@ -24,11 +24,23 @@ if TYPE_CHECKING:
 class OutputOptions:
     """What is written of the moves: JSON, a sentence a block or the warnings alone; a figure; a plain program."""
 
-    as_json: bool
-    as_words: bool
-    as_check: bool
-    figure: Path | None
-    written: Path | None
+    as_json: bool = option("Print canonical moves, schema lathe-canon/1.", "--json")
+    as_words: bool = option("Say in a sentence what each block does.", "--explain")
+    as_check: bool = option("Only say what is odd or wrong; leaves with 1 where something is.", "--check")
+    figure: Path | None = option("Draw the path.", "--plot", type=OutputPath(), metavar="F.png")
+    written: Path | None = option("Write the moves as a plain LinuxCNC program.", "--write", type=OutputPath(), metavar="F.ngc")
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How a program is read: noses of tools, the bar, and what is refused or left out."""
+
+    tools: tuple[str, ...] = option("Nose of a tool for G41 and G42, as 1=0.8mm,3.", "--tool", metavar="N=RADIUS[,ORIENTATION]")
+    stock: str | None = option(
+        "Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are reported.", metavar="D,L[,FACE]"
+    )
+    strict: bool = option("Refuse codes that do nothing in the simulation, as those of the machine's builder.")
+    block_delete: bool = option("Leave out the lines that begin with /.", "--block-delete/--no-block-delete", default=True)
 
 
 @click.command()
@@ -36,29 +48,11 @@ class OutputOptions:
 @click.option(
     "--dialect", default="auto", show_default=True, help="paper, linuxcnc, grbl, fanuc or fanuc-b; auto recognises it and says why."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print canonical moves, schema lathe-canon/1.")
-@click.option("--explain", "as_words", is_flag=True, help="Say in a sentence what each block does.")
-@click.option("--check", "as_check", is_flag=True, help="Only say what is odd or wrong; leaves with 1 where something is.")
-@click.option("--plot", "figure", type=OutputPath(), metavar="F.png", help="Draw the path.")
-@click.option("--write", "written", type=OutputPath(), metavar="F.ngc", help="Write the moves as a plain LinuxCNC program.")
-@click.option("--tool", "tools", multiple=True, metavar="N=RADIUS[,ORIENTATION]", help="Nose of a tool for G41 and G42, as 1=0.8mm,3.")
-@click.option(
-    "--stock", metavar="D,L[,FACE]", help="Diameter and length of the bar, and Z of its face [0 mm]; rapids into it are reported."
-)
-@click.option("--strict", is_flag=True, help="Refuse codes that do nothing in the simulation, as those of the machine's builder.")
-@click.option("--block-delete/--no-block-delete", default=True, show_default=True, help="Leave out the lines that begin with /.")
 @grouped(shape=OutputOptions)
-def program(
-    file: Path,
-    dialect: str,
-    shape: OutputOptions,
-    tools: tuple[str, ...],
-    stock: str | None,
-    strict: bool,
-    block_delete: bool,
-) -> int:
+@grouped(reading=ReadingOptions)
+def program(file: Path, dialect: str, shape: OutputOptions, reading: ReadingOptions) -> int:
     """Show the moves of a part program. Lengths are in mm and X is a radius."""
-    from lathesim.program.canonical_moves import canon_text
+    from lathesim.program.canonical_moves import canon_text, linuxcnc_text
     from lathesim.program.explain import explain
     from lathesim.program.interpreter import interpret
     from lathesim.program.program_checks import checked, meets_stock
@@ -69,19 +63,19 @@ def program(
         from lathesim.lessons.lesson import find_program
 
         file = find_program(file, Path.cwd()) or file
-    blocks = read_program_file(file, block_delete=block_delete)
+    blocks = read_program_file(file, block_delete=reading.block_delete)
     if dialect == "auto":
         detected = detect_dialect(blocks)
         dialect = detected.dialect.name
         click.echo(f"Read in the dialect '{dialect}': {detected.reason}. --dialect chooses another.", err=True)
-    interpreted = interpret(blocks, dialect, tools=dict(map(_tool, tools)), strict=strict)
-    bar = None if stock is None else _bar(stock)
+    interpreted = interpret(blocks, dialect, tools=dict(map(_tool, reading.tools)), strict=reading.strict)
+    bar = None if reading.stock is None else _bar(reading.stock)
     warnings = [*interpreted.warnings, *checked(interpreted, blocks), *([] if bar is None else meets_stock(interpreted, bar))]
     warnings.sort(key=lambda warned: warned.line)
     if shape.figure is not None:
         _draw(interpreted, shape.figure)
     if shape.written is not None:
-        _write(interpreted, shape.written)
+        click.echo(f"wrote {_write_new(shape.written, linuxcnc_text(interpreted))}", err=True)
     if shape.as_json:
         _print(canon_text(interpreted), between="")
         return 0
@@ -123,17 +117,6 @@ def _bar(text: str) -> Bar:
         raise click.BadParameter("diameter and length are above 0", param_hint="'--stock'")
     face = values[2] if len(values) == 3 else 0.0
     return Bar(0.5 * values[0], face - values[1], values[1])
-
-
-def _write(interpreted: Program, place: Path) -> None:
-    from lathesim.program.canonical_moves import linuxcnc_text
-
-    text = linuxcnc_text(interpreted)
-    try:
-        write_new((place,), lambda part: part.write_bytes(text.encode()))
-    except FileExistsError:
-        raise ProgramError(f"'{place}' is there already.", remedy="Choose another name.") from None
-    click.echo(f"wrote {place}", err=True)
 
 
 def _draw(interpreted: Program, figure: Path) -> None:
@@ -217,33 +200,23 @@ def _spindle(move: Move) -> str:
     return f"{turn} {in_unit(spindle.speed, 'm/min', 'g')}{limit}"
 
 
-_COMMON: list[Callable[[Any], Any]] = [
-    click.option("--length", required=True, help="How far the cut goes behind the face, for example 20mm."),
-    click.option("--face", default="15mm", show_default=True, help="Where the face of the stock lies along Z."),
-    click.option("--clearance", default="5mm", show_default=True, help="How far in front of the face, and outside the part, rapid ends."),
-    click.option("--feed", default="120 mm/min", show_default=True, help="Per minute (mm/min), or per revolution (mm, mm/rev)."),
-    click.option("--speed", default="1000 rpm", show_default=True, help="Spindle speed (rpm), or constant surface speed (m/min)."),
-    click.option("--out", type=OutputPath(), help="Write this file; without it the program is printed."),
-    click.option("--force", is_flag=True, help="Replace a file that is there."),
-]
-
-
 @dataclass(frozen=True)
 class CutOptions:
     """What all cuts are made from."""
 
-    length: str
-    face: str
-    clearance: str
-    feed: str
-    speed: str
+    length: str = option("How far the cut goes behind the face, for example 20mm.", required=True)
+    face: str = option("Where the face of the stock lies along Z.", default="15mm")
+    clearance: str = option("How far in front of the face, and outside the part, rapid ends.", default="5mm")
+    feed: str = option("Per minute (mm/min), or per revolution (mm, mm/rev).", default="120 mm/min")
+    speed: str = option("Spindle speed (rpm), or constant surface speed (m/min).", default="1000 rpm")
 
 
-def _with_common(command: Any) -> Any:
-    command = grouped(cut=CutOptions)(command)
-    for option in reversed(_COMMON):
-        command = option(command)
-    return command
+@dataclass(frozen=True)
+class PlaceOptions:
+    """Where a program goes."""
+
+    out: Path | None = option("Write this file; without it the program is printed.", type=OutputPath())
+    force: bool = option("Replace a file that is there.")
 
 
 @click.group()
@@ -254,33 +227,37 @@ def new_program() -> None:
 @new_program.command()
 @click.option("--large-diameter", required=True, help="Diameter at the far end, for example 34mm.")
 @click.option("--small-diameter", required=True, help="Diameter at the face, for example 30mm.")
-@_with_common
-def taper(large_diameter: str, small_diameter: str, cut: CutOptions, out: Path | None, force: bool) -> None:
+@grouped(cut=CutOptions, place=PlaceOptions)
+def taper(large_diameter: str, small_diameter: str, cut: CutOptions, place: PlaceOptions) -> None:
     """A taper cut: one pass that widens from the face on."""
     from lathesim.program.program_file import taper_from_form
 
-    _hand_out(taper_from_form(small_diameter=small_diameter, large_diameter=large_diameter, **asdict(cut)), out, force)
+    _hand_out(taper_from_form(small_diameter=small_diameter, large_diameter=large_diameter, **asdict(cut)), place)
 
 
 @new_program.command()
 @click.option("--diameter", required=True, help="Diameter to turn, for example 30mm.")
-@_with_common
-def straight(diameter: str, cut: CutOptions, out: Path | None, force: bool) -> None:
+@grouped(cut=CutOptions, place=PlaceOptions)
+def straight(diameter: str, cut: CutOptions, place: PlaceOptions) -> None:
     """A straight cut: one pass at one diameter."""
     from lathesim.program.program_file import straight_from_form
 
-    _hand_out(straight_from_form(diameter=diameter, **asdict(cut)), out, force)
+    _hand_out(straight_from_form(diameter=diameter, **asdict(cut)), place)
 
 
-def _hand_out(text: str, out: Path | None, force: bool) -> None:
-    if out is None:
+def _hand_out(text: str, place: PlaceOptions) -> None:
+    if place.out is None:
         click.echo(text, nl=False)
-        return
-    if force:
-        write_text(out, text)
+    elif place.force:
+        write_text(place.out, text)
+        click.echo(f"wrote {place.out}")
     else:
-        try:
-            write_new((out,), lambda part: part.write_bytes(text.encode()))
-        except FileExistsError:
-            raise ProgramError(f"'{out}' is there already.", remedy="Choose another name, or replace it with --force.") from None
-    click.echo(f"wrote {out}")
+        click.echo(f"wrote {_write_new(place.out, text, 'Choose another name, or replace it with --force.')}")
+
+
+def _write_new(place: Path, text: str, remedy: str = "Choose another name.") -> Path:
+    """Write a file that is not there yet, and return its place."""
+    try:
+        return write_new((place,), lambda part: part.write_bytes(text.encode()))
+    except FileExistsError:
+        raise ProgramError(f"'{place}' is there already.", remedy=remedy) from None

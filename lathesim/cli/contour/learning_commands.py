@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, set_option, variant_option
+from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, option, plugins_option, set_option, variant_option
 from lathesim.cli.progress import working
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
@@ -28,19 +28,16 @@ NO_BETTER = 0.97
 class LearnOptions:
     """What is corrected, which error is learned from, and what the filter follows from."""
 
-    what: str
-    on: str
-    without_filter: bool
-    model: str | None
+    what: str = option("What is corrected.", type=click.Choice(("voltage", "reference")), default="voltage")
+    on: str = option("Which error is learned from.", type=click.Choice(("axis", "contour")), default="axis")
+    without_filter: bool = option("Leave the robust filter out, to see what it is good for: it diverges.")
+    model: str | None = option("Variant whose frequency response the filter follows from [default: that of the run].", metavar="NAME")
 
 
 @click.command()
 @click.argument("lesson")
 @click.option("--laps", type=click.IntRange(1, 1000), default=8, show_default=True, help="Laps after the first.")
-@click.option("--what", type=click.Choice(("voltage", "reference")), default="voltage", show_default=True, help="What is corrected.")
-@click.option("--on", type=click.Choice(("axis", "contour")), default="axis", show_default=True, help="Which error is learned from.")
-@click.option("--without-filter", is_flag=True, help="Leave the robust filter out, to see what it is good for: it diverges.")
-@click.option("--model", metavar="NAME", help="Variant whose frequency response the filter follows from [default: that of the run].")
+@grouped(method=LearnOptions)
 @click.option(
     "--recording",
     type=click.Path(path_type=Path),
@@ -52,7 +49,7 @@ class LearnOptions:
 @variant_option
 @set_option
 @plugins_option
-@grouped(chosen=ChosenLesson, method=LearnOptions)
+@grouped(chosen=ChosenLesson)
 def learn(chosen: ChosenLesson, method: LearnOptions, laps: int, recording: Path | None, out: Path | None, as_json: bool) -> int:
     """Run LESSON lap after lap, each with a correction that the errors of the lap before improve.
 
@@ -157,12 +154,12 @@ _SCORES = (Heading("variant", -16), Heading("trained", 12, ".4g"), Heading("zero
 class TrainOptions:
     """How the weights are searched for."""
 
-    method: str
-    hidden: int
-    score: str
-    starts: int
-    rounds: int | None
-    seed: int
+    method: str = option("descent, adam, least-squares or evolution.", default="least-squares", metavar="NAME")
+    hidden: int = option("Hidden neurons; 0 for no hidden layer.", default=0, metavar="N")
+    score: str = option("seed, contour, largest or even.", default="seed", metavar="NAME")
+    starts: int = option("Searches from other first weights.", type=click.IntRange(1, 100), default=3)
+    rounds: int | None = option("Rounds of each search [default: what the method takes].", type=click.IntRange(1, 100_000))
+    seed: int = option("Draw the same first weights again.", type=click.IntRange(min=0), default=1)
 
 
 @click.command()
@@ -178,15 +175,10 @@ class TrainOptions:
     metavar="NAME",
     help="Tell the score in this variant too; several times [default: where it is trained].",
 )
-@click.option("--method", default="least-squares", show_default=True, metavar="NAME", help="descent, adam, least-squares or evolution.")
-@click.option("--hidden", type=int, default=0, show_default=True, metavar="N", help="Hidden neurons; 0 for no hidden layer.")
-@click.option("--score", default="seed", show_default=True, metavar="NAME", help="seed, contour, largest or even.")
-@click.option("--starts", type=click.IntRange(1, 100), default=3, show_default=True, help="Searches from other first weights.")
-@click.option("--rounds", type=click.IntRange(1, 100_000), help="Rounds of each search [default: what the method takes].")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Draw the same first weights again.")
+@grouped(search=TrainOptions)
 @json_option("lathesim-training/1")
 @plugins_option
-@grouped(chosen=ChosenLesson, search=TrainOptions)
+@grouped(chosen=ChosenLesson)
 def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tuple[str, ...], search: TrainOptions, as_json: bool) -> int:
     """Find the weights of LESSON's neural regulator and write them as a table that the lesson can name under 'tables:'.
 

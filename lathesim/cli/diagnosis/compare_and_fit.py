@@ -6,12 +6,23 @@ import math
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, read_names, set_option, variant_option
+from lathesim.cli.options import (
+    ChosenLesson,
+    OutputPath,
+    grouped,
+    json_option,
+    option,
+    plugins_option,
+    read_names,
+    set_option,
+    variant_option,
+)
 from lathesim.cli.writing import CommandResult, write
 from lathesim.whole_file import make_folder, write_text
 
@@ -86,29 +97,27 @@ def _drawn(comparison: Comparison, path: Path) -> Path:
     return path
 
 
+@dataclass(frozen=True)
+class FitOptions:
+    """What is fitted and from where, and where the lesson with the fitted values goes."""
+
+    free: tuple[str, ...] = option("What is fitted: parameters, or starts of states.", required=True, metavar="PART.NAME,...")
+    starts: int = option("Fits begun within 50 % of the given values.", type=click.IntRange(min=1), default=4)
+    seed: int = option("Which starts these are.", type=click.IntRange(min=0), default=1)
+    closed: bool = option("Leave the machine's loops closed, instead of replaying what was recorded.", "--closed-loop")
+    out: Path | None = option("Write the lesson with the fitted values.", type=OutputPath(), metavar="LESSON.yaml")
+
+
 @click.command()
 @click.argument("lesson")
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--free", required=True, multiple=True, metavar="PART.NAME,...", help="What is fitted: parameters, or starts of states.")
-@click.option("--starts", type=click.IntRange(min=1), default=4, show_default=True, help="Fits begun within 50 % of the given values.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which starts these are.")
-@click.option("--closed-loop", "closed", is_flag=True, help="Leave the machine's loops closed, instead of replaying what was recorded.")
-@click.option("--out", type=OutputPath(), metavar="LESSON.yaml", help="Write the lesson with the fitted values.")
+@grouped(wish=FitOptions)
 @json_option("lathesim-fit/1")
 @variant_option
 @set_option
 @plugins_option
 @grouped(chosen=ChosenLesson)
-def fit(
-    chosen: ChosenLesson,
-    recording: Path,
-    free: tuple[str, ...],
-    starts: int,
-    seed: int,
-    closed: bool,
-    out: Path | None,
-    as_json: bool,
-) -> int:
+def fit(chosen: ChosenLesson, recording: Path, wish: FitOptions, as_json: bool) -> int:
     """Fit parameters of LESSON to RECORDING by least squares, with standard errors, and say what the recording does not determine.
 
     The lesson says in ``recordings:`` what the columns mean. Every part is driven by what was recorded of its inputs, so the controllers
@@ -123,16 +132,16 @@ def fit(
     from lathesim.identification.estimation.multistart import as_json as as_json_of
     from lathesim.identification.estimation.multistart import fit_parameters
 
-    loaded, names = chosen.loaded, read_names(free)
-    question = ask_fit(loaded, recording, chosen.registry, names, chosen.variant, chosen.overrides, closed=closed)
-    found = fit_parameters(question.misfit, question.free, starts=starts, seed=seed, tell=None if as_json else _progress)
+    loaded, names = chosen.loaded, read_names(wish.free)
+    question = ask_fit(loaded, recording, chosen.registry, names, chosen.variant, chosen.overrides, closed=wish.closed)
+    found = fit_parameters(question.misfit, question.free, starts=wish.starts, seed=wish.seed, tell=None if as_json else _progress)
     findings = [str(finding) for finding in question.findings]
     data = as_json_of(loaded.name, str(recording), found, findings)
     write(CommandResult("lathesim-fit/1", data, fit_lines(found, findings)), as_json)
-    if out is not None:
-        _write(loaded, found, out)
+    if wish.out is not None:
+        _write(loaded, found, wish.out)
         if not as_json:
-            click.echo(f"\nThe lesson with these values is {out}")
+            click.echo(f"\nThe lesson with these values is {wish.out}")
     return 0
 
 

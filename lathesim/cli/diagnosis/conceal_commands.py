@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import OutputPath, grouped, open_registry, plugins_option
+from lathesim.cli.options import OutputPath, grouped, open_registry, option, plugins_option
 
 VALIDATION = "validation"
 """Variant of a lesson that is the situation of its second recording."""
@@ -19,11 +19,11 @@ class HidingOptions:
 
     asked: tuple[str, ...]
     at_random: bool
-    answer: Path | None
-    validate: bool
-    drive: Path | None
-    noise: float
-    seed: int | None
+    answer: Path | None = option("Where the answer goes [default: DIR_answer.json].", type=OutputPath(makes_folder=True), metavar="FILE")
+    validate: bool = option(f"Record a second time, in the lesson's variant '{VALIDATION}' where it has one.")
+    drive: Path | None = option("A recording that holds the inputs the lesson drives.", metavar="FILE")
+    noise: float = option("Noise of each sensor, in steps of its resolution.", type=click.FloatRange(min=0.0), default=1.0)
+    seed: int | None = option("Draw the same again [default: drawn, and kept in the answer].", type=click.IntRange(min=0))
 
 
 @click.command()
@@ -36,15 +36,8 @@ class HidingOptions:
 )  # fmt: skip
 @click.option("--random", "at_random", is_flag=True, help="Let nothing, one effect or two be drawn.")
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="The folder for the class.")
-@click.option("--answer", type=OutputPath(makes_folder=True), metavar="FILE", help="Where the answer goes [default: DIR_answer.json].")
-@click.option("--validate", is_flag=True, help=f"Record a second time, in the lesson's variant '{VALIDATION}' where it has one.")
-@click.option("--drive", type=click.Path(path_type=Path), metavar="FILE", help="A recording that holds the inputs the lesson drives.")
-@click.option(
-    "--noise", type=click.FloatRange(min=0.0), default=1.0, show_default=True, help="Noise of each sensor, in steps of its resolution."
-)
-@click.option("--seed", type=click.IntRange(min=0), help="Draw the same again [default: drawn, and kept in the answer].")
-@plugins_option
 @grouped(hiding=HidingOptions)
+@plugins_option
 def conceal(
     lesson: str | None, again: Path | None, remedied: str | None, out: Path, plugin_folders: tuple[Path, ...], hiding: HidingOptions
 ) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, variant_option
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, option, plugins_option, variant_option
 from lathesim.cli.progress import interruptible, steps, terminated_as_interrupted
 from lathesim.whole_file import check_output, write_text
 
@@ -24,9 +24,12 @@ class RecordingOptions:
     """The recordings that are explained and those that judge."""
 
     recording: Path
-    validate: Path | None
-    before: Path | None
     others: tuple[tuple[str, str], ...]
+    validate: Path | None = option("The recording that judges RECORDING [default: its second half].", metavar="FILE")
+    before: Path | None = option(
+        "A recording from before the machine changed: what changed since is named, however small, and not what the lesson left out.",
+        metavar="FILE",
+    )
 
     def check(self) -> None:
         """Raise where a recording is given without an option, or two of them ask different questions."""
@@ -43,18 +46,20 @@ class RecordingOptions:
 class SearchOptions:
     """What is searched for, and for how long."""
 
-    only: tuple[str, ...]
-    at_most: str | None
     left_out: tuple[str, ...]
+    only: tuple[str, ...] = option("Try only these effects.", "--effect", metavar="NAME")
+    at_most: str | None = option(
+        "Longest time of the whole answer, as '2 min'; it then holds what is known so far [default: none].", metavar="TIME"
+    )
 
 
 @dataclass(frozen=True)
 class ReportOptions:
     """What is written of the answer."""
 
-    explained: bool
-    no_report: bool
     json_file: Path | None
+    explained: bool = option("Print every explanation that was tried, and why it was kept or not.", "--explain-decision")
+    no_report: bool = option("Write no report.")
 
     @property
     def is_quiet(self) -> bool:
@@ -65,21 +70,10 @@ class ReportOptions:
 @click.command(context_settings={"allow_extra_args": True})
 @click.argument("lesson")
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option(
-    "--validate", type=click.Path(path_type=Path), metavar="FILE", help="The recording that judges RECORDING [default: its second half]."
-)
-@click.option(
-    "--before",
-    type=click.Path(path_type=Path),
-    metavar="FILE",
-    help="A recording from before the machine changed: what changed since is named, however small, and not what the lesson left out.",
-)
+@grouped(files=RecordingOptions)
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where report and lesson go [default: lathesim_runs/LESSON/].")
 @click.option("--json", "json_file", type=OutputPath(allow_dash=True), metavar="FILE", help="Write JSON ('-': print it).")
-@click.option("--effect", "only", multiple=True, metavar="NAME", help="Try only these effects.")
-@click.option(
-    "--at-most", metavar="TIME", help="Longest time of the whole answer, as '2 min'; it then holds what is known so far [default: none]."
-)
+@grouped(search=SearchOptions)
 @click.option(
     "--with",
     "others",
@@ -90,8 +84,7 @@ class ReportOptions:
     "these judges, and one verdict comes of all.",
 )
 @click.option("--design", is_flag=True, help="Where the answer is tied, write the program whose run would tell, to DIR/next.")
-@click.option("--explain-decision", "explained", is_flag=True, help="Print every explanation that was tried, and why it was kept or not.")
-@click.option("--no-report", is_flag=True, help="Write no report.")
+@grouped(report=ReportOptions)
 @click.option(
     "--without",
     "left_out",
@@ -101,7 +94,7 @@ class ReportOptions:
 )
 @variant_option
 @plugins_option
-@grouped(chosen=ChosenLesson, files=RecordingOptions, search=SearchOptions, report=ReportOptions)
+@grouped(chosen=ChosenLesson)
 def diagnose(
     chosen: ChosenLesson, files: RecordingOptions, search: SearchOptions, report: ReportOptions, out: Path | None, design: bool
 ) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, json_option, plugins_option, read_names
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, json_option, option, plugins_option, read_names
 from lathesim.cli.progress import interruptible
 from lathesim.cli.writing import CommandResult, write
 
@@ -16,14 +16,22 @@ from lathesim.cli.writing import CommandResult, write
 class EmulateOptions:
     """How the machine is learnt, and what of it."""
 
-    method: str
-    weight: float
-    free: tuple[str, ...]
-    factor: float | None
-    keep_structure: bool
-    population: int
-    generations: int
-    seed: int
+    method: str = option(
+        "Least squares, the genetic algorithm as published, differential evolution, or CMA-ES.",
+        type=click.Choice(("replay", "genetic", "evolution", "cma")),
+        default="replay",
+    )
+    weight: float = option("Weight of recorded speeds in Q [s^2].", "--lambda", type=click.FloatRange(min=0.0), default=0.0)
+    free: tuple[str, ...] = option("What is learnt [default: what the lesson calls uncertain].", metavar="PART.NAME,...")
+    factor: float | None = option(
+        "Values stay within 1/FACTOR to FACTOR of the given ones [default: 4; 2 for populations].",
+        "--bounds",
+        type=click.FloatRange(min=1.01),
+    )
+    population: int = option("Size of a population.", type=click.IntRange(min=8), default=50)
+    generations: int = option("How many populations.", type=click.IntRange(min=1), default=100)
+    seed: int = option("Which random numbers the populations take.", type=click.IntRange(min=0), default=1)
+    keep_structure: bool = option("Change values only: insert no effect, replace no part.")
 
 
 @click.command()
@@ -32,31 +40,11 @@ class EmulateOptions:
 @click.option(
     "--validate", "validate", multiple=True, metavar="[PROGRAM=]FILE", help="Way-points of a program that is not fitted, to judge on."
 )
-@click.option(
-    "--method",
-    type=click.Choice(("replay", "genetic", "evolution", "cma")),
-    default="replay",
-    show_default=True,
-    help="Least squares, the genetic algorithm as published, differential evolution, or CMA-ES.",
-)
-@click.option(
-    "--lambda", "weight", type=click.FloatRange(min=0.0), default=0.0, show_default=True, help="Weight of recorded speeds in Q [s^2]."
-)
-@click.option("--free", multiple=True, metavar="PART.NAME,...", help="What is learnt [default: what the lesson calls uncertain].")
-@click.option(
-    "--bounds",
-    "factor",
-    type=click.FloatRange(min=1.01),
-    help="Values stay within 1/FACTOR to FACTOR of the given ones [default: 4; 2 for populations].",
-)
-@click.option("--population", type=click.IntRange(min=8), default=50, show_default=True, help="Size of a population.")
-@click.option("--generations", type=click.IntRange(min=1), default=100, show_default=True, help="How many populations.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which random numbers the populations take.")
-@click.option("--keep-structure", is_flag=True, help="Change values only: insert no effect, replace no part.")
+@grouped(learning=EmulateOptions)
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where lesson and report go.")
 @json_option("lathesim-emulation/1")
 @plugins_option
-@grouped(chosen=ChosenLesson, learning=EmulateOptions)
+@grouped(chosen=ChosenLesson)
 def emulate(
     chosen: ChosenLesson, learning: EmulateOptions, recordings: tuple[str, ...], validate: tuple[str, ...], out: Path, as_json: bool
 ) -> int:

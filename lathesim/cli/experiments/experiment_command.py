@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, read_names, variant_option
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, option, plugins_option, read_names, variant_option
 from lathesim.cli.progress import interruptible
 from lathesim.cli.writing import CommandResult, write
 
@@ -29,9 +29,9 @@ class AimOptions:
     """What the program is to tell: rivals apart, named or those a diagnosis left tied, or values."""
 
     diagnosis: Path | None
-    between: str | None
-    wanted: tuple[str, ...]
-    criterion: str
+    between: str | None = option("The rivals; 'nothing' is one of them: the machine as the lesson has it.", metavar="EFFECT@PART,...")
+    wanted: tuple[str, ...] = option("Values to be known as well as possible, instead of rivals.", "--for", metavar="PART.NAME,...")
+    criterion: str = option("What is made best with --for.", type=click.Choice(("D", "A", "E", "V")), default="D")
 
     @property
     def place(self) -> str:
@@ -43,23 +43,18 @@ class AimOptions:
 class MeansOptions:
     """How long the program may last, how often it is recorded, and how many are tried."""
 
-    at_most: str
-    rate: str | None
-    programs: int
-    seed: int
     left_out: tuple[str, ...]
+    rate: str | None = option("How often the recording takes a row, with --for [default: as the lesson says].", metavar="FREQUENCY")
+    at_most: str = option("How long the program may last.", default="30 s", metavar="TIME")
+    programs: int = option("How many programs are tried.", type=click.IntRange(min=4), default=100)
+    seed: int = option("Which programs these are.", type=click.IntRange(min=0), default=1)
 
 
 @click.command()
 @click.argument("lesson")
 @click.argument("diagnosis", required=False, type=click.Path(path_type=Path), metavar="[DIAGNOSIS.json|EMULATION.json]")
-@click.option("--between", metavar="EFFECT@PART,...", help="The rivals; 'nothing' is one of them: the machine as the lesson has it.")
-@click.option("--for", "wanted", multiple=True, metavar="PART.NAME,...", help="Values to be known as well as possible, instead of rivals.")
-@click.option("--criterion", type=click.Choice(("D", "A", "E", "V")), default="D", show_default=True, help="What is made best with --for.")
-@click.option("--rate", metavar="FREQUENCY", help="How often the recording takes a row, with --for [default: as the lesson says].")
-@click.option("--at-most", default="30 s", show_default=True, metavar="TIME", help="How long the program may last.")
-@click.option("--programs", type=click.IntRange(min=4), default=100, show_default=True, help="How many programs are tried.")
-@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which programs these are.")
+@grouped(aim=AimOptions)
+@grouped(means=MeansOptions)
 @click.option("--rounds", type=click.IntRange(min=1), metavar="N", help="Design, run on --machine, diagnose, and again, N times at most.")
 @click.option("--machine", metavar="LESSON", help="The lesson that plays the real machine, for --rounds.")
 @click.option("--no-trial", is_flag=True, help="Do not run the diagnosis on simulated recordings of each rival.")
@@ -74,7 +69,7 @@ class MeansOptions:
 @click.option("--json", "as_json", is_flag=True, help="Print the prediction (schema lathesim-experiment/1) and nothing else.")
 @variant_option
 @plugins_option
-@grouped(chosen=ChosenLesson, aim=AimOptions, means=MeansOptions)
+@grouped(chosen=ChosenLesson)
 def experiment(
     chosen: ChosenLesson,
     aim: AimOptions,

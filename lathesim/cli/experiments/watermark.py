@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import grouped, json_option, save_option
+from lathesim.cli.options import grouped, json_option, option, save_option
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
@@ -25,21 +25,15 @@ _POINTS = (
 class LoopOptions:
     """A loop of first order: pole, gain, feedback, and the variances of process and reading."""
 
-    pole: float
-    gain: float
-    feedback: float
-    process: float
-    reading: float
+    pole: float = option("What a sample leaves of the state.", "--a", type=click.FloatRange(-0.9999, 0.9999), default=0.9)
+    gain: float = option("What the command adds to it.", "--b", default=1.0)
+    feedback: float = option("Gain of the feedback of the estimate.", default=0.5)
+    process: float = option("Variance of the process.", type=click.FloatRange(min=0.0, min_open=True), default=0.01)
+    reading: float = option("Variance of the readings.", type=click.FloatRange(min=0.0, min_open=True), default=0.01)
 
 
 @click.command()
-@click.option(
-    "--a", "pole", type=click.FloatRange(-0.9999, 0.9999), default=0.9, show_default=True, help="What a sample leaves of the state."
-)
-@click.option("--b", "gain", type=float, default=1.0, show_default=True, help="What the command adds to it.")
-@click.option("--feedback", type=float, default=0.5, show_default=True, help="Gain of the feedback of the estimate.")
-@click.option("--process", type=click.FloatRange(min=0.0, min_open=True), default=0.01, show_default=True, help="Variance of the process.")
-@click.option("--reading", type=click.FloatRange(min=0.0, min_open=True), default=0.01, show_default=True, help="Variance of the readings.")
+@grouped(given=LoopOptions)
 @click.option("--size", "sizes", multiple=True, type=click.FloatRange(min=0.0), help="Standard deviation of a watermark; several times.")
 @click.option("--false-alarm", type=click.FloatRange(min=100.0), default=10_000.0, show_default=True, help="Samples between false alarms.")
 @click.option(
@@ -48,7 +42,6 @@ class LoopOptions:
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Which noise is drawn.")
 @json_option("lathesim-watermark/1")
 @save_option("Draw the frontier: delay against cost.")
-@grouped(given=LoopOptions)
 def watermark(
     given: LoopOptions, sizes: tuple[float, ...], false_alarm: float, within: float | None, seed: int, as_json: bool, save: Path | None
 ) -> int:

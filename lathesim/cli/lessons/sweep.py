@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, program_option, set_option, variant_option
+from lathesim.cli.options import (
+    STOPPED,
+    ChosenLesson,
+    OutputPath,
+    grouped,
+    option,
+    plugins_option,
+    program_option,
+    set_option,
+    variant_option,
+)
 from lathesim.cli.progress import count_bar
 
 if TYPE_CHECKING:
@@ -17,37 +28,31 @@ if TYPE_CHECKING:
     from lathesim.lessons.sweep_table import SweepTable, SweptRange
 
 
+@dataclass(frozen=True)
+class SweepOptions:
+    """What is varied and measured, where table and plot go, and where the runs are made."""
+
+    varied: tuple[str, ...] = option(
+        "N values from LOW to HIGH, or a list: x_dac.bits=8,10,12. Parameters joined with + move together.", "--vary", required=True,
+        metavar="PART.NAME=LOW..HIGH[ UNIT]:N[log]",
+    )  # fmt: skip
+    metrics: tuple[str, ...] = option("What is measured [default: the metrics of the lesson's goals].", "--metric", metavar="NAME")
+    out: Path | None = option("The table [default: lathesim_runs/LESSON/sweep.csv].", type=OutputPath(makes_folder=True), metavar="F.csv")
+    plot: Path | None = option("The plot [default: beside the table].", type=OutputPath(), metavar="F.png")
+    no_plot: bool = option("Draw no plot.")
+    threads: int | None = option("Runs at the same time [default: as many as there are cores].", type=click.IntRange(min=1))
+    executor: str | None = option("Make the runs on a Dask cluster.", metavar="dask://HOST:PORT")
+
+
 @click.command()
 @click.argument("lesson")
-@click.option(
-    "--vary",
-    "varied",
-    multiple=True,
-    required=True,
-    metavar="PART.NAME=LOW..HIGH[ UNIT]:N[log]",
-    help="N values from LOW to HIGH, or a list: x_dac.bits=8,10,12. Parameters joined with + move together.",
-)
-@click.option("--metric", "metrics", multiple=True, metavar="NAME", help="What is measured [default: the metrics of the lesson's goals].")
-@click.option("--out", type=OutputPath(makes_folder=True), metavar="F.csv", help="The table [default: lathesim_runs/LESSON/sweep.csv].")
-@click.option("--plot", type=OutputPath(), metavar="F.png", help="The plot [default: beside the table].")
-@click.option("--no-plot", is_flag=True, help="Draw no plot.")
-@click.option("--threads", type=click.IntRange(min=1), help="Runs at the same time [default: as many as there are cores].")
-@click.option("--executor", metavar="dask://HOST:PORT", help="Make the runs on a Dask cluster.")
+@grouped(wish=SweepOptions)
 @variant_option
 @program_option
 @set_option
 @plugins_option
 @grouped(chosen=ChosenLesson)
-def sweep(
-    chosen: ChosenLesson,
-    varied: tuple[str, ...],
-    metrics: tuple[str, ...],
-    out: Path | None,
-    plot: Path | None,
-    no_plot: bool,
-    threads: int | None,
-    executor: str | None,
-) -> int:
+def sweep(chosen: ChosenLesson, wish: SweepOptions) -> int:
     """Run LESSON over all combinations of the --vary ranges and write one row a run.
 
     The table grows as runs end. Stopped (Ctrl-C, exit code 130) and started again, the same command goes on where it was; it refuses a
@@ -58,28 +63,28 @@ def sweep(
     from lathesim.lessons.sweep_runs import Members
     from lathesim.lessons.sweep_table import default_metrics, grid, read_range, values_at
 
-    if executor is not None and not executor.startswith("dask://"):
-        raise click.UsageError(f"--executor {executor}: write it as dask://host:port.")
+    if wish.executor is not None and not wish.executor.startswith("dask://"):
+        raise click.UsageError(f"--executor {wish.executor}: write it as dask://host:port.")
     registry, loaded = chosen.registry, chosen.loaded
     prepared = chosen.prepared
-    ranges = [read_range(text, prepared) for text in varied]
+    ranges = [read_range(text, prepared) for text in wish.varied]
     for item in ranges:
         if item.remark:
             click.echo(item.remark, err=True)
     points = grid(ranges)
     names = tuple(name for item in ranges for name in item.names)
-    wanted = {name: registry.metric(name) for name in metrics or default_metrics(prepared)}
+    wanted = {name: registry.metric(name) for name in wish.metrics or default_metrics(prepared)}
     if not wanted:
         raise LatheSimError("the lesson has no goals.", place=str(loaded.path), remedy="Say what to measure with --metric.")
     members = Members(prepared, names, wanted)
-    place = out or results_folder(loaded, chosen.program_file, variant=chosen.variant) / "sweep.csv"
+    place = wish.out or results_folder(loaded, chosen.program_file, variant=chosen.variant) / "sweep.csv"
     table = _sweep_table(place, prepared, members, ranges, points)
     done = table.open()
     there = len(done)
     jobs = [(number, values_at(ranges, point)) for number, point in enumerate(points) if number not in done]
     try:
         with count_bar(prepared.name, len(points), there) as tell:
-            for member in _runs(members, jobs, threads, executor, chosen):
+            for member in _runs(members, jobs, wish, chosen):
                 table.add(member)
                 done[member.number] = member
                 tell()
@@ -91,8 +96,8 @@ def sweep(
     click.echo(f"{len(points)} runs, {len(points) - there} of them made now; the table is {table.path}")
     for line in _extremes(ranges, points, members, done):
         click.echo(line)
-    if not no_plot:
-        _draw(plot or table.path.with_suffix(".png"), loaded.title, ranges, members, done)
+    if not wish.no_plot:
+        _draw(wish.plot or table.path.with_suffix(".png"), loaded.title, ranges, members, done)
     return 0
 
 
@@ -111,22 +116,14 @@ def _sweep_table(
     return SweepTable(path, tuple(header), (*columns, "status"), given)
 
 
-def _runs(
-    members: Members,
-    jobs: Sequence[tuple[int, tuple[float, ...]]],
-    threads: int | None,
-    executor: str | None,
-    chosen: ChosenLesson,
-) -> Iterator[Member]:
-    from lathesim.lessons.sweep_executors import run_here, run_on_cluster
+def _runs(members: Members, jobs: Sequence[tuple[int, tuple[float, ...]]], wish: SweepOptions, chosen: ChosenLesson) -> Iterator[Member]:
+    from lathesim.lessons.sweep_executors import pack, run_here, run_on_cluster
 
     if not jobs:
         return iter(())
-    if executor is None:
-        return run_here(members, jobs, threads or 0)
-    from lathesim.lessons.sweep_executors import pack
-
-    return run_on_cluster(executor, pack(members, chosen.overrides, chosen.registry.plugins), members.digest, jobs)
+    if wish.executor is None:
+        return run_here(members, jobs, wish.threads or 0)
+    return run_on_cluster(wish.executor, pack(members, chosen.overrides, chosen.registry.plugins), members.digest, jobs)
 
 
 def _extremes(ranges: Sequence[SweptRange], points: Sequence[tuple[int, ...]], members: Members, done: dict[int, Member]) -> Iterator[str]:

@@ -17,6 +17,7 @@ from lathesim.cli.options import (
     host_option,
     json_option,
     open_registry,
+    option,
     plugins_option,
     set_option,
     variant_option,
@@ -36,36 +37,32 @@ class ServerOptions:
     """Where values are published."""
 
     host: str
-    opcua: int | None
-    mtconnect: int | None
-    shdr: int | None
+    opcua: int | None = option("Publish as an OPC UA server with the names of OPC 40502.", type=click.IntRange(1, 65535), metavar="PORT")
+    mtconnect: int | None = option("Publish as an MTConnect agent.", type=click.IntRange(0, 65535), metavar="PORT")
+    shdr: int | None = option("With --mtconnect: send the same as SHDR lines.", type=click.IntRange(1, 65535), metavar="PORT")
 
 
 @dataclass(frozen=True)
 class FaultOptions:
     """The faults that are made on demand."""
 
-    gap: str | None
-    burst: str | None
-    clock_jump: str | None
+    gap: str | None = option("Publish nothing for LENGTH at the end of every EVERY, as 10s:0.5s.", metavar="EVERY:LENGTH")
+    burst: str | None = option("Hold values back and publish them together, as 1s.", metavar="TIME")
+    clock_jump: str | None = option("Let the clock of the time stamps jump, as 20s:-3s.", metavar="AT:BY")
 
 
 @click.command()
 @click.argument("lesson")
-@click.option("--opcua", type=click.IntRange(1, 65535), metavar="PORT", help="Publish as an OPC UA server with the names of OPC 40502.")
-@click.option("--mtconnect", type=click.IntRange(0, 65535), metavar="PORT", help="Publish as an MTConnect agent.")
-@click.option("--shdr", type=click.IntRange(1, 65535), metavar="PORT", help="With --mtconnect: send the same as SHDR lines.")
+@grouped(servers=ServerOptions)
 @click.option("--play", type=click.Path(path_type=Path), metavar="FILE", help="Publish this recording of the machine, not a simulation.")
 @click.option("--rate", metavar="100Hz", help="How often values are published [default: as often as the machine has them].")
 @click.option("--laps", type=click.IntRange(0), default=0, help="End after so many runs [default: Ctrl-C ends it].")
-@click.option("--gap", metavar="EVERY:LENGTH", help="Publish nothing for LENGTH at the end of every EVERY, as 10s:0.5s.")
-@click.option("--burst", metavar="TIME", help="Hold values back and publish them together, as 1s.")
-@click.option("--clock-jump", metavar="AT:BY", help="Let the clock of the time stamps jump, as 20s:-3s.")
+@grouped(made=FaultOptions)
 @host_option
 @variant_option
 @set_option
 @plugins_option
-@grouped(chosen=ChosenLesson, servers=ServerOptions, made=FaultOptions)
+@grouped(chosen=ChosenLesson)
 def publish(chosen: ChosenLesson, servers: ServerOptions, made: FaultOptions, play: Path | None, rate: str | None, laps: int) -> int:
     """Publish what LESSON's machine does, again and again, as a machine on the shop floor would.
 
@@ -136,8 +133,8 @@ class RecordOptions:
 
     map_file: Path | None
     duration: str
-    interval: str
-    queue: int
+    interval: str = option("Sampling period to request; 0 s: as often as values change.", default="0 s", metavar="TIME")
+    queue: int = option("Number of values that the server should queue.", type=click.IntRange(1, 100_000), default=5000)
 
 
 @click.command()
@@ -146,16 +143,10 @@ class RecordOptions:
 @click.option("--for", "duration", default="10min", show_default=True, metavar="TIME", help="How long to record.")
 @click.option("--out", type=OutputPath(), required=True, metavar="R.h5", help="Where the record goes.")
 @click.option("--lesson", metavar="LESSON", help="Write the lesson with its mapping beside the record, so that 'diagnose' works next.")
-@click.option(
-    "--interval", default="0 s", show_default=True, metavar="TIME", help="Sampling period to request; 0 s: as often as values change."
-)
-@click.option(
-    "--queue", type=click.IntRange(1, 100_000), default=5000, show_default=True, help="Number of values that the server should queue."
-)
+@grouped(reading=RecordOptions)
 @variant_option
 @json_option("lathesim-record/1", "what was found")
 @plugins_option
-@grouped(reading=RecordOptions)
 def record(
     url: str, reading: RecordOptions, out: Path, lesson: str | None, variant: str | None, as_json: bool, plugin_folders: tuple[Path, ...]
 ) -> int:

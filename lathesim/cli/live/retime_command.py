@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import OutputPath, grouped, json_option
+from lathesim.cli.options import OutputPath, grouped, json_option, option
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
@@ -35,9 +35,15 @@ class RetimeOptions:
     limits: Path
     poses: bool
     jerk: bool
-    grid: int
-    retraction: float
-    keep_free: float
+    grid: int = option("Steps along the path at least.", type=click.IntRange(8, 10_000_000), default=1000)
+    retraction: float = option("Turn [deg] where axes stop.", type=click.FloatRange(1.0, 180.0), default=150.0)
+    keep_free: float = option(
+        "Of the accelerations, as 'machine --elastic' needs.",
+        type=click.FloatRange(0.0, 0.9),
+        default=0.0,
+        metavar="SHARE",
+        show_default=False,
+    )
 
 
 @click.command()
@@ -48,14 +54,9 @@ class RetimeOptions:
 @click.option("--tolerance", metavar="10um", help="Go slower where the simulated contour error of --lesson exceeds this.")
 @click.option("--lesson", metavar="LESSON", help="The machine whose contour error is simulated.")
 @click.option("--period", default="1 ms", show_default=True, metavar="TIME", help="Period of the servos.")
-@click.option("--grid", type=click.IntRange(8, 10_000_000), default=1000, show_default=True, help="Steps along the path at least.")
-@click.option("--retraction", type=click.FloatRange(1.0, 180.0), default=150.0, show_default=True, help="Turn [deg] where axes stop.")
-@click.option(
-    "--keep-free", type=click.FloatRange(0.0, 0.9), default=0.0, metavar="SHARE", help="Of the accelerations, as 'machine --elastic' needs."
-)
+@grouped(way=RetimeOptions)
 @click.option("--out", type=OutputPath(), metavar="S.h5", help="Where the set-points go [default: JOINTS_set_points.h5].")
 @json_option("lathesim-retime/1")
-@grouped(way=RetimeOptions)
 def retime(
     joints: Path, way: RetimeOptions, as_json: bool, out: Path | None, period: str, tolerance: str | None, lesson: str | None
 ) -> int:

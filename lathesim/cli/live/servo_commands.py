@@ -18,6 +18,7 @@ from lathesim.cli.options import (
     grouped,
     host_option,
     json_option,
+    option,
     plugins_option,
     read_axes,
     set_option,
@@ -38,27 +39,24 @@ if TYPE_CHECKING:
 class BufferOptions:
     """The clock of the servos, and the buffer of their set-points."""
 
-    clock: str
-    capacity: int
-    begin: int
-    elastic: float | None
+    clock: str = option("Which clock the servos keep.", type=click.Choice(("wall", "virtual")), default="wall")
+    capacity: int = option("Room of the buffer.", "--buffer", type=click.IntRange(2, 1_000_000), default=200)
+    begin: int = option("Set-points to wait for at the start.", type=click.IntRange(1, 1_000_000), default=50)
+    elastic: float | None = option("Slow down on the path when the buffer runs low.", type=click.FloatRange(1e-5, 1.0), metavar="RHO")
 
 
 @click.command()
 @click.argument("lesson")
 @click.option("--listen", "port", type=click.IntRange(0, 65535), required=True, metavar="PORT", help="TCP port; 0 takes a free one.")
 @host_option
-@click.option("--clock", type=click.Choice(("wall", "virtual")), default="wall", show_default=True, help="Which clock the servos keep.")
-@click.option("--buffer", "capacity", type=click.IntRange(2, 1_000_000), default=200, show_default=True, help="Room of the buffer.")
-@click.option("--begin", type=click.IntRange(1, 1_000_000), default=50, show_default=True, help="Set-points to wait for at the start.")
-@click.option("--elastic", type=click.FloatRange(1e-5, 1.0), metavar="RHO", help="Slow down on the path when the buffer runs low.")
+@grouped(buffer=BufferOptions)
 @click.option("--out", type=OutputPath(), metavar="R.h5", help="Keep what the machine did.")
 @click.option("--once", is_flag=True, help="End after the first stream.")
 @axis_option
 @variant_option
 @set_option
 @plugins_option
-@grouped(chosen=ChosenLesson, buffer=BufferOptions)
+@grouped(chosen=ChosenLesson)
 def machine(
     chosen: ChosenLesson, port: int, host: str, buffer: BufferOptions, out: Path | None, once: bool, axis_texts: tuple[str, ...]
 ) -> int:
@@ -146,11 +144,17 @@ class StreamOptions:
     """How set-points are sent: the fill of the buffer, how often, and what a simulated planner and machine do."""
 
     fill: int
-    elastic: float | None
-    away: float
-    seed: int
-    loops: int
     axis_texts: tuple[str, ...]
+    elastic: float | None = option(
+        "With sim: play elastically, as machine --elastic does.", type=click.FloatRange(1e-5, 1.0), metavar="RHO"
+    )
+    away: float = option(
+        "With sim: planner away 5 + Exp(N) periods.", type=click.FloatRange(0.0, 1e6), default=0.0, metavar="N", show_default=False
+    )
+    seed: int = option("With sim: seed of the planner's absences.", type=click.IntRange(min=0), default=0, show_default=False)
+    loops: int = option(
+        "Send the set-points so many times; they must end as they begin.", type=click.IntRange(1, 1_000_000), default=1, show_default=False
+    )
 
 
 @click.command()
@@ -158,15 +162,9 @@ class StreamOptions:
 @click.argument("url", metavar="URL")
 @click.option("--fill", type=click.IntRange(2, 1_000_000), default=150, show_default=True, help="How full to keep the buffer.")
 @click.option("--out", type=OutputPath(), metavar="R.h5", help="Keep the feedback.")
-@click.option("--elastic", type=click.FloatRange(1e-5, 1.0), metavar="RHO", help="With sim: play elastically, as machine --elastic does.")
-@click.option("--away", type=click.FloatRange(0.0, 1e6), default=0.0, metavar="N", help="With sim: planner away 5 + Exp(N) periods.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, help="With sim: seed of the planner's absences.")
-@click.option(
-    "--loops", type=click.IntRange(1, 1_000_000), default=1, help="Send the set-points so many times; they must end as they begin."
-)
+@grouped(playing=StreamOptions)
 @axis_option
 @json_option("lathesim-stream/1")
-@grouped(playing=StreamOptions)
 def stream(set_points: Path, url: str, playing: StreamOptions, out: Path | None, as_json: bool) -> int:
     """Send the set-points of S.h5, as 'lathesim retime' writes them, to the servo side at URL (127.0.0.1:5600), and take its feedback.
 

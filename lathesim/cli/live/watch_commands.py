@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, plugins_option, variant_option
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, option, plugins_option, variant_option
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
@@ -21,28 +21,26 @@ if TYPE_CHECKING:
 _BAR = 21
 
 
+@dataclass(frozen=True)
+class TwinOptions:
+    """What is shown beside the machine and how often, and what is kept."""
+
+    map_file: Path | None = option("Which node or data item is which channel.", "--map", metavar="MAP.yaml")
+    every: str = option("How often a line is shown.", default="0.5 s", metavar="TIME")
+    scale: str | None = option("Difference that fills the bar [default: the largest so far].", metavar="5um")
+    out: Path | None = option("Keep references, executed and simulated channels.", type=OutputPath(), metavar="R.h5")
+    fast: bool = option("Show a recording as fast as it can be read, not at its own times.")
+    plain: bool = option("Write lines of text also where the output is a terminal.")
+
+
 @click.command()
 @click.argument("lesson")
 @click.argument("source", metavar="SOURCE")
-@click.option("--map", "map_file", type=click.Path(path_type=Path), metavar="MAP.yaml", help="Which node or data item is which channel.")
-@click.option("--every", default="0.5 s", show_default=True, metavar="TIME", help="How often a line is shown.")
-@click.option("--scale", metavar="5um", help="Difference that fills the bar [default: the largest so far].")
-@click.option("--out", type=OutputPath(), metavar="R.h5", help="Keep references, executed and simulated channels.")
-@click.option("--fast", is_flag=True, help="Show a recording as fast as it can be read, not at its own times.")
-@click.option("--plain", is_flag=True, help="Write lines of text also where the output is a terminal.")
+@grouped(showing=TwinOptions)
 @variant_option
 @plugins_option
 @grouped(chosen=ChosenLesson)
-def twin(
-    chosen: ChosenLesson,
-    source: str,
-    map_file: Path | None,
-    every: str,
-    scale: str | None,
-    out: Path | None,
-    fast: bool,
-    plain: bool,
-) -> int:
+def twin(chosen: ChosenLesson, source: str, showing: TwinOptions) -> int:
     """Run LESSON's simulation beside a machine and show both: reference, executed, simulated, and their difference magnified.
 
     In a terminal both are drawn, path and surface, with the fill of the buffer; elsewhere, and with --plain, a line of text is written.
@@ -59,17 +57,21 @@ def twin(
     from lathesim.units import quantity
 
     registry, prepared = chosen.registry, chosen.prepared
-    opened = open_source([source], map_file, prepared, registry)
-    drawn = not plain and sys.stdin.isatty() and sys.stdout.isatty()
-    shown = Twin(prepared, opened, out, every=quantity(every, "s"), pace=not live([source]) and not fast)
+    opened = open_source([source], showing.map_file, prepared, registry)
+    drawn = not showing.plain and sys.stdin.isatty() and sys.stdout.isatty()
+    shown = Twin(prepared, opened, showing.out, every=quantity(showing.every, "s"), pace=not live([source]) and not showing.fast)
     if drawn:
-        return _on_screen(shown, opened, prepared.name, out)
-    lines = _Lines(None if scale is None else quantity(scale, "m"))
+        return _on_screen(shown, opened, prepared.name, showing.out)
+    lines = _Lines(None if showing.scale is None else quantity(showing.scale, "m"))
     status, stopped = run_until_stopped(lambda stop: shown.run(stop, lines.show))
+    _say_end(shown, status, showing.out)
+    return STOPPED if stopped else 0
+
+
+def _say_end(shown: Twin, status: str, out: Path | None) -> None:
     click.echo(f"{shown.samples} samples; {status}.")
     if out is not None:
         click.echo(f"Reference, executed and simulated channels are in {out}. Draw them with: lathesim plot {out}")
-    return STOPPED if stopped else 0
 
 
 def _on_screen(shown: Twin, source: Source, title: str, out: Path | None) -> int:
@@ -80,9 +82,7 @@ def _on_screen(shown: Twin, source: Source, title: str, out: Path | None) -> int
     app.run()
     if app.fault is not None:
         raise app.fault
-    click.echo(f"{shown.samples} samples; {app.status or 'stopped'}.")
-    if out is not None and shown.samples:
-        click.echo(f"Reference, executed and simulated channels are in {out}. Draw them with: lathesim plot {out}")
+    _say_end(shown, app.status or "stopped", out if shown.samples else None)
     return 0
 
 
@@ -118,31 +118,27 @@ def _largest(line: TwinLine) -> list[tuple[str, str, float]]:
 class WatchOptions:
     """How long is learnt, summed up, kept and diagnosed, and what is said."""
 
-    learn: str
-    block: str
-    window: str
-    validate_with: int
-    tolerances: tuple[str, ...]
-    at_most: str
-    no_diagnosis: bool
+    learn: str = option("How long what is usual is learnt.", default="60 s", metavar="TIME")
+    block: str = option("Over how long residuals are summed up.", default="0.2 s", metavar="TIME")
+    window: str = option("How much of the stream a diagnosis gets.", default="20 s", metavar="TIME")
+    validate_with: int = option(
+        "Judge on N further windows [default: its half].", type=click.IntRange(0, 20), default=0, metavar="N", show_default=False
+    )
+    tolerances: tuple[str, ...] = option("Say when a drift of this channel reaches it.", "--tolerance", metavar="CHANNEL=5um")
+    at_most: str = option("How long a diagnosis may take.", default="120 s", metavar="TIME")
+    no_diagnosis: bool = option("Tell changes and drifts only.")
 
 
 @click.command()
 @click.argument("lesson")
 @click.argument("sources", nargs=-1, required=True, metavar="SOURCE...")
 @click.option("--map", "map_file", type=click.Path(path_type=Path), metavar="MAP.yaml", help="Which node or data item is which channel.")
-@click.option("--learn", default="60 s", show_default=True, metavar="TIME", help="How long what is usual is learnt.")
-@click.option("--block", default="0.2 s", show_default=True, metavar="TIME", help="Over how long residuals are summed up.")
-@click.option("--window", default="20 s", show_default=True, metavar="TIME", help="How much of the stream a diagnosis gets.")
-@click.option("--validate-with", type=click.IntRange(0, 20), default=0, metavar="N", help="Judge on N further windows [default: its half].")
-@click.option("--tolerance", "tolerances", multiple=True, metavar="CHANNEL=5um", help="Say when a drift of this channel reaches it.")
-@click.option("--at-most", default="120 s", show_default=True, metavar="TIME", help="How long a diagnosis may take.")
-@click.option("--no-diagnosis", is_flag=True, help="Tell changes and drifts only.")
+@grouped(watching=WatchOptions)
 @click.option("--json-lines", is_flag=True, help="Write each event as a line of JSON (schema lathesim-watch/1) and nothing else.")
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where windows and answers go.")
 @variant_option
 @plugins_option
-@grouped(chosen=ChosenLesson, watching=WatchOptions)
+@grouped(chosen=ChosenLesson)
 def watch(
     chosen: ChosenLesson, sources: tuple[str, ...], map_file: Path | None, watching: WatchOptions, json_lines: bool, out: Path | None
 ) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import grouped, json_option, open_registry, read_ends, save_option
+from lathesim.cli.options import grouped, json_option, open_registry, option, read_ends, save_option
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
 if TYPE_CHECKING:
@@ -30,34 +30,31 @@ class CutFileOptions:
     """The file of a recorded cut, and what it does not say."""
 
     recording: Path
-    channel: str | None
-    speed: float | None
-    rate: float | None
-    tacho: str | None
+    channel: str | None = option("The column with force, acceleration or sound  [default: the one that vibrates most].", metavar="NAME")
+    speed: float | None = option("Speed of the spindle.", type=click.FloatRange(min=0.0, min_open=True), metavar="RPM")
+    tacho: str | None = option("The column with a pulse a turn, or the angle of the spindle [rad].", metavar="NAME")
+    rate: float | None = option(
+        "Samples a second, where no column is the time.", type=click.FloatRange(min=0.0, min_open=True), metavar="HZ"
+    )
+
+
+@dataclass(frozen=True)
+class BesideOptions:
+    """What a cut is judged beside: modes, a second cut, a band."""
+
+    lesson: str | None = option("A lesson whose 'tool_point:' gives the modes.", metavar="LESSON")
+    second: Path | None = option("The same cut at another speed.", metavar="FILE")
+    second_speed: float | None = option("Its speed.", type=click.FloatRange(min=0.0, min_open=True), metavar="RPM")
+    band: str | None = option("Judge only what is between these frequencies [Hz].", metavar="LOW..HIGH")
 
 
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
-@click.option("--channel", metavar="NAME", help="The column with force, acceleration or sound  [default: the one that vibrates most].")
-@click.option("--speed", type=click.FloatRange(min=0.0, min_open=True), metavar="RPM", help="Speed of the spindle.")
-@click.option("--tacho", metavar="NAME", help="The column with a pulse a turn, or the angle of the spindle [rad].")
-@click.option("--rate", type=click.FloatRange(min=0.0, min_open=True), metavar="HZ", help="Samples a second, where no column is the time.")
-@click.option("--lesson", metavar="LESSON", help="A lesson whose 'tool_point:' gives the modes.")
-@click.option("--second", type=click.Path(path_type=Path), metavar="FILE", help="The same cut at another speed.")
-@click.option("--second-speed", type=click.FloatRange(min=0.0, min_open=True), metavar="RPM", help="Its speed.")
-@click.option("--band", metavar="LOW..HIGH", help="Judge only what is between these frequencies [Hz].")
+@grouped(file=CutFileOptions)
+@grouped(beside=BesideOptions)
 @json_option("lathesim-chatter/1")
 @save_option("Draw the spectrum with its lines.")
-@grouped(file=CutFileOptions)
-def chatter(
-    file: CutFileOptions,
-    lesson: str | None,
-    second: Path | None,
-    second_speed: float | None,
-    band: str | None,
-    as_json: bool,
-    save: Path | None,
-) -> int:
+def chatter(file: CutFileOptions, beside: BesideOptions, as_json: bool, save: Path | None) -> int:
     """Name the vibration in RECORDING: chatter, forced vibration, segmentation of the chip, mains hum, or a resonance rung by
     entry.
 
@@ -69,9 +66,9 @@ def chatter(
     readers = open_registry(()).readers
     cut = recorded_cut(file.recording, readers, channel=file.channel, speed=file.speed, rate=file.rate, tacho=file.tacho)
     other = None
-    if second is not None:
-        other = recorded_cut(second, readers, channel=file.channel, speed=second_speed, rate=file.rate, tacho=file.tacho)
-    found = diagnose_cut(cut, _modes(lesson), other, None if band is None else read_ends("--band", band))
+    if beside.second is not None:
+        other = recorded_cut(beside.second, readers, channel=file.channel, speed=beside.second_speed, rate=file.rate, tacho=file.tacho)
+    found = diagnose_cut(cut, _modes(beside.lesson), other, None if beside.band is None else read_ends("--band", beside.band))
     result = CommandResult("lathesim-chatter/1", _data(cut, found), _lines(cut, found), lambda: _figure(file.recording, cut, found))
     return write(result, as_json, save)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import grouped, json_option, read_range, save_option
+from lathesim.cli.options import grouped, json_option, option, read_range, save_option
 from lathesim.cli.writing import CommandResult, Heading, table, write
 from lathesim.errors import LatheSimError
 from lathesim.units import from_si, in_unit
@@ -28,17 +28,17 @@ class ProposalOptions:
 
     before: Path | None
     count: int
-    risk: float
-    price: float
     seed: int
+    risk: float = option("Propose no cut that chatters more probably.", type=click.FloatRange(0.0, 1.0), default=0.6)
+    price: float = option("A cut that chatters costs [rpm*mm].", "--price-of-chatter", type=click.FloatRange(0.0), default=0.0)
 
 
 @dataclass(frozen=True)
 class RangeOptions:
     """Which speeds are looked at, and the widest chip [mm]."""
 
-    speeds: str
-    widest: float
+    speeds: str = option("Speeds [rpm].", "--speed", default="1000..4000:121", metavar="LOW..HIGH:N")
+    widest: float = option("The widest chip [mm].", default=6.0)
 
     def range(self) -> CutRange:
         """Return both in SI, speeds in rpm."""
@@ -53,12 +53,8 @@ class RangeOptions:
 @click.argument("lesson")
 @click.argument("cuts_file", required=False, type=click.Path(path_type=Path), metavar="[CUTS.csv]")
 @click.option("--next", "count", type=click.IntRange(0, 50), default=1, show_default=True, help="How many next cuts to propose.")
-@click.option("--speed", "speeds", default="1000..4000:121", show_default=True, metavar="LOW..HIGH:N", help="Speeds [rpm].")
-@click.option("--widest", type=float, default=6.0, show_default=True, help="The widest chip [mm].")
-@click.option("--risk", type=click.FloatRange(0.0, 1.0), default=0.6, show_default=True, help="Propose no cut that chatters more probably.")
-@click.option(
-    "--price-of-chatter", "price", type=click.FloatRange(0.0), default=0.0, show_default=True, help="A cut that chatters costs [rpm*mm]."
-)
+@grouped(inside=RangeOptions)
+@grouped(wish=ProposalOptions)
 @click.option("--compare", "comparators", is_flag=True, help="Draw a network and a Gaussian process beside (extra 'stability').")
 @click.option(
     "--prior", "before", type=click.Path(path_type=Path), metavar="MAP.json", help="Begin with what cuts at another overhang taught."
@@ -69,7 +65,6 @@ class RangeOptions:
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Another seed of the particles.")
 @json_option("lathesim-cuts/1")
 @save_option("Draw the map.")
-@grouped(wish=ProposalOptions, inside=RangeOptions)
 def cuts(
     lesson: str,
     cuts_file: Path | None,
