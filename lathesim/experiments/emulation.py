@@ -157,11 +157,7 @@ class _Fitting:
         lesson = changed(self.lesson, changes) if changes else self.lesson
         read = self.recorded if not changes and recordings is None else self.read(lesson, self.given if recordings is None else recordings)
         free = self.free(changes)
-        replica = Replica(
-            [Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read],
-            [item.name for item in free],
-            self.stop,
-        )
+        replica = self._replica(read, [item.name for item in free])
         floor = max([_LEAST_FLOOR, *(size / np.sqrt(12.0) for item in read for size in item.resolution.values())])
         return Objective(replica, free, read, self.question.weight if weight is None else weight, floor)
 
@@ -169,8 +165,10 @@ class _Fitting:
         """Return the machine that holds all changes, with the base values, what they bring and what they hold as its names."""
         read = self.read(changed(self.lesson, changes), self.given)
         names = list(dict.fromkeys([*(item.name for item in self.free(changes)), *(name for change in changes for name in change.held)]))
-        settings = [Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read]
-        return Replica(settings, names, self.stop)
+        return self._replica(read, names)
+
+    def _replica(self, read: Sequence[Waypoints], names: Sequence[str]) -> Replica:
+        return Replica([Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read], names, self.stop)
 
     def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, rounds: int = 2) -> _Found:
         """Return the best point of a structure, with the search that was asked for."""

@@ -12,16 +12,16 @@ Every population is one batch of runs. All are stopped by Ctrl-C with the best p
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
 from lathesim.experiments.free_values import FreeValue, values_of
+from lathesim.experiments.replica import Replica
 from lathesim.experiments.waypoints import Wandering, Waypoints, likely_wandering, whitened
 from lathesim.identification.estimation.fit import Problem, fit
 from lathesim.identification.records import Free
@@ -47,32 +47,21 @@ class TriedPoints:
         return self.points[int(np.argmin(self.costs))]
 
 
-class MachineReadings(Protocol):
-    """What gives the readings of a machine for values of the free names; ``runs`` counts simulations, ``stop`` ends a batch."""
-
-    @property
-    def runs(self) -> int:
-        """Simulations made so far."""
-
-    stop: threading.Event | None
-
-    def readings(
-        self, values: FloatArray, only: Sequence[int] | None = None, later: float = 0.0, until: float = math.inf
-    ) -> list[FloatArray]:  # fmt: skip
-        """Return for each recording the readings (members, channels, times) [SI], ``later`` [s] than its times; NaN behind ``until``."""
-
-
 class Objective:
     """Deviations of a replica from way-points, as a function of points on the scale of the search.
 
     ``floor`` [SI] is what one deviation is worth in a sum of squares; Q itself knows no floor. With ``wandering`` the squares are those of
-    what is new in each deviation, given the earlier ones. Way-points behind ``until`` [s] do not count.
+    what is new in each deviation, given the earlier ones. Way-points behind ``until`` [s] do not count. Names of the replica that are not
+    ``free`` have ``held`` values [SI], those of all its names.
     """
 
     def __init__(
-        self, replica: MachineReadings, free: Sequence[FreeValue], recorded: Sequence[Waypoints], weight: float, floor: float
-    ) -> None:
+        self, replica: Replica, free: Sequence[FreeValue], recorded: Sequence[Waypoints], weight: float, floor: float,
+        held: FloatArray | None = None,
+    ) -> None:  # fmt: skip
         self.replica = replica
+        self._held = np.zeros(len(replica.names)) if held is None else held
+        self._columns = [replica.names.index(item.name) for item in free]
         self.free = tuple(free)
         self.recorded = tuple(recorded)
         self.weight = weight
@@ -85,13 +74,19 @@ class Objective:
     def _weight(self, item: Waypoints, name: str) -> float:
         return 1.0 if same_dimension(item.prepared.plan.unit(name), "m") else self.weight
 
+    def _values(self, points: FloatArray) -> FloatArray:
+        """Return the values [SI] of all names of the replica at points (members, names)."""
+        whole = np.tile(self._held, (len(points), 1))
+        whole[:, self._columns] = values_of(self.free, points)
+        return whole
+
     def deviations(self, points: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
         """Return model minus way-points, for each recording (members, channels, times); 0 where nothing was recorded or nothing counts, FAR
         where a run diverged."""
         rows = np.atleast_2d(points)
         chosen = range(len(self.recorded)) if only is None else only
         found = []
-        for position, readings in zip(chosen, self.replica.readings(values_of(self.free, rows), only, 0.0, self.until), strict=True):
+        for position, readings in zip(chosen, self.replica.readings(self._values(rows), only, 0.0, self.until), strict=True):
             measured = np.array([self.recorded[position].values[name] for name in self.recorded[position].channels])
             deviation = readings - measured
             ignored = np.isnan(measured) | (self.recorded[position].time > self.until)
@@ -127,7 +122,7 @@ class Objective:
 
     def rates(self, point: FloatArray) -> tuple[FloatArray, ...]:
         """Return how fast each reading changes at a point, for each recording (channels, times) [SI/s]."""
-        values = values_of(self.free, np.atleast_2d(point))
+        values = self._values(np.atleast_2d(point))
         ahead, behind = (self.replica.readings(values, None, sign * _WITHIN) for sign in (1.0, -1.0))
         return tuple(np.nan_to_num((after[0] - before[0]) / (2.0 * _WITHIN)) for after, before in zip(ahead, behind, strict=True))
 

@@ -150,7 +150,7 @@ def _batch(setting: Setting, names: Sequence[str]) -> Batch:
         assembly = _on_reference(base, coarse, interpolators[0], duration) if fixed else coarse
         batch = Batch(wire(assembly), math.ceil(duration / period) + 2, noisy=False)
         try:
-            if factor > 1 and _shortest_delay(assembly, names) < period * (1.0 - _ROUNDING):
+            if factor > 1 and _shortest_delay(assembly) < period * (1.0 - _ROUNDING):
                 continue
             batch.check_step()
         except WiringError:
@@ -173,8 +173,8 @@ def _only_delays(assembly: Assembly, interpolator: Part) -> bool:
     return math.isclose(assembly.step, assembly.sample_period) and all(issubclass(part.component, _UNHURRIED) for part in sampled)
 
 
-def _shortest_delay(assembly: Assembly, names: Sequence[str]) -> float:
-    """Return the shortest delay [s] of a machine; half of it where it is among ``names``, as a search may shorten it."""
+def _shortest_delay(assembly: Assembly) -> float:
+    """Return the shortest delay [s] of a machine."""
     plan = wire(assembly)
     found = math.inf
     for name, position in plan.parameters.items():

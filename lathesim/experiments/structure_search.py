@@ -6,8 +6,6 @@ Other structures for a machine that values alone do not make like: effects inser
 from __future__ import annotations
 
 import itertools
-import math
-import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -179,36 +177,6 @@ _RUNS = 10
 Say = Callable[[str], None]
 
 
-class HeldReplica:
-    """A replica of which only some values are asked for: the others are held [SI]."""
-
-    def __init__(self, replica: Replica, names: Sequence[str], held: FloatArray) -> None:
-        self.replica, self.held = replica, held
-        self.columns = [replica.names.index(name) for name in names]
-
-    @property
-    def runs(self) -> int:
-        """Simulations made so far."""
-        return self.replica.runs
-
-    @property
-    def stop(self) -> threading.Event | None:
-        """What ends a batch."""
-        return self.replica.stop
-
-    @stop.setter
-    def stop(self, event: threading.Event | None) -> None:
-        self.replica.stop = event
-
-    def readings(
-        self, values: FloatArray, only: Sequence[int] | None = None, later: float = 0.0, until: float = math.inf
-    ) -> list[FloatArray]:  # fmt: skip
-        """Return what the replica reads with these values and the others held, ``later`` [s], and ``until`` a time [s] only."""
-        whole = np.tile(self.held, (len(values), 1))
-        whole[:, self.columns] = values
-        return self.replica.readings(whole, only, later, until)
-
-
 @dataclass(frozen=True, eq=False)
 class Chosen:
     """The changes that were kept, and the point of base values and what the changes bring."""
@@ -237,8 +205,7 @@ class StructureSearch:
     def objective(self, chosen: Sequence[Change]) -> Objective:
         """Return the objective of the machine with these changes: its base values and what they bring are free."""
         free = [*self.free, *(value for change in chosen for value in change.brings)]
-        held = HeldReplica(self.replica, [item.name for item in free], self._idle(chosen))
-        found = Objective(held, free, self.recorded, self.weight, self.floor)
+        found = Objective(self.replica, free, self.recorded, self.weight, self.floor, self._idle(chosen))
         found.wandering = self.wandering
         return found
 
@@ -357,8 +324,7 @@ class StructureSearch:
     def _deviations(self, rows: FloatArray) -> FloatArray:
         """Return the deviations (members, numbers) in floors for values [SI] of everything that the machine holds."""
         free = [FreeValue(name, "1", 0.0, -np.inf, np.inf, 1.0) for name in self.replica.names]
-        held = HeldReplica(self.replica, self.replica.names, self.neutral)
-        found = Objective(held, free, self.recorded, self.weight, self.floor)
+        found = Objective(self.replica, free, self.recorded, self.weight, self.floor)
         found.wandering = self.wandering
         return found.vector(rows)
 

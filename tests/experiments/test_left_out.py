@@ -13,6 +13,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.free_values import FreeValue
 from lathesim.experiments.left_out import gained, left_out
 from lathesim.experiments.objective import Objective
+from lathesim.experiments.replica import Replica
 from lathesim.experiments.waypoints import Waypoints
 from lathesim.lessons.simulate import Prepared
 
@@ -22,6 +23,7 @@ FREE = [FreeValue(name, "m", 0.0, -10.0, 10.0, 1.0) for name in ("slope", "offse
 class Lines:
     """A machine whose two programs read slope t + offset, and slope t^2 + offset."""
 
+    names = ("slope", "offset")
     runs = 0
     stop: threading.Event | None = None
 
@@ -46,7 +48,7 @@ def test_each_stretch_is_judged_by_a_fit_to_the_others() -> None:
     random = np.random.default_rng(3)
     machine = Lines(time)
     truth = [np.array([1.0, 0.2]) @ shape + 0.1 * random.standard_normal(50) for shape in machine.shapes]
-    objective = Objective(machine, FREE, [recorded(time, row) for row in truth], 0.0, 0.1)
+    objective = Objective(cast(Replica, machine), FREE, [recorded(time, row) for row in truth], 0.0, 0.1)
     whole = np.hstack(machine.shapes).T
     noise = 1.0
     for _ in range(50):
