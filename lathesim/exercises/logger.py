@@ -15,7 +15,7 @@ from lathesim.errors import LessonError
 from lathesim.identification.signal import SLOPE_ROUNDING
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
-from lathesim.lessons.schema import RecordedSignal
+from lathesim.lessons.schema import ColumnEntry
 from lathesim.units import si_factor
 
 _ROUND_STEPS = (1.0, 2.0, 5.0)
@@ -107,7 +107,7 @@ def recordings_entry(lesson: Lesson, columns: list[LoggedColumn]) -> dict[str, o
     return entry
 
 
-def _driven(name: str, entry: RecordedSignal, assembly: Assembly, signals: Mapping[str, FloatArray]) -> LoggedColumn:
+def _driven(name: str, entry: ColumnEntry, assembly: Assembly, signals: Mapping[str, FloatArray]) -> LoggedColumn:
     source = f"recorded_{name.replace('.', '_')}.value" if name in signals else assembly.sources.get(name, "")
     if not source:
         remedy = "Wire it to an interpolator that follows a part program, or give a recording that holds it, with --drive FILE."
@@ -115,13 +115,13 @@ def _driven(name: str, entry: RecordedSignal, assembly: Assembly, signals: Mappi
     return LoggedColumn(entry.column, entry.unit, entry.scale, source, name, "drive", 0.0, "")
 
 
-def _compared(name: str, entry: RecordedSignal, assembly: Assembly) -> LoggedColumn:
+def _compared(name: str, entry: ColumnEntry, assembly: Assembly) -> LoggedColumn:
     part, sensor_step = _sensor(name, assembly)
     declared = _declared_resolution(entry, assembly, name)
     return LoggedColumn(entry.column, entry.unit, entry.scale, name, name, "compare", declared or sensor_step, part)
 
 
-def _declared_resolution(entry: RecordedSignal, assembly: Assembly, name: str) -> float:
+def _declared_resolution(entry: ColumnEntry, assembly: Assembly, name: str) -> float:
     from lathesim.units import quantity
 
     return quantity(entry.resolution, assembly.declared(name).unit) if entry.resolution is not None else 0.0

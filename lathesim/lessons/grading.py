@@ -28,7 +28,7 @@ from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson, find_lesson, present_name
 from lathesim.lessons.part_values import no_item, placed_at, si_value
 from lathesim.lessons.questions import QuestionResult, read_answers, results
-from lathesim.lessons.schema import DrivingSignal, Goal, LessonSettings, RecordedSignal
+from lathesim.lessons.schema import ColumnEntry, DrivingSignal, Goal, LessonSettings
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import Location, YamlFile, read_source, source_of
 from lathesim.plugins import Registry
@@ -92,7 +92,7 @@ def _check_recordings(lesson: Lesson, parts: Mapping[str, type[Component]]) -> N
         _check_signal(lesson, shown, declared.unit, ("recordings", "compare", name))
 
 
-def _check_signal(lesson: Lesson, signal: RecordedSignal, unit: str, location: Location) -> None:
+def _check_signal(lesson: Lesson, signal: ColumnEntry, unit: str, location: Location) -> None:
     if isinstance(signal, DrivingSignal) and signal.value is not None:
         _value(lesson.source, signal.value, (*location, "value"), unit)
         with placed_at(lesson.source.place((*location, "unit"))):

@@ -13,7 +13,7 @@ from lathesim.errors import LessonError
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
-from lathesim.lessons.schema import DrivingSignal, RecordedSignal
+from lathesim.lessons.schema import ColumnEntry, DrivingSignal
 from lathesim.lessons.yaml_source import Location
 from lathesim.recordings.mapping import RecordingMapping, SignalMapping
 from lathesim.recordings.sample_grid import Threshold
@@ -62,7 +62,7 @@ def _signal(
     lesson: Lesson,
     role: Literal["drive", "compare"],
     name: str,
-    entry: RecordedSignal,
+    entry: ColumnEntry,
     declared: Mapping[str, Declaration],
     also: tuple[str, ...],
     step: float,

@@ -222,7 +222,7 @@ class TimeColumn(_Model):
         return self
 
 
-class RecordedSignal(_Model):
+class ColumnEntry(_Model):
     """A column of a recording and what it means."""
 
     column: Text
@@ -231,7 +231,7 @@ class RecordedSignal(_Model):
     resolution: Quantity | None = None
 
 
-class DrivingSignal(RecordedSignal):
+class DrivingSignal(ColumnEntry):
     """A column that drives an input, or one that tells when the input is on: it is ``value`` from where the column rises through ``above``
     until it falls through ``until_below``, and 0 elsewhere."""
 
@@ -273,7 +273,7 @@ class Recordings(_Model):
     file: Text | None = None
     time: TimeColumn
     drive: dict[PartItem, DrivingSignal] = Field(default_factory=dict, description="input -> signal that replaces what feeds it")
-    compare: dict[PartItem, RecordedSignal] = Field(default_factory=dict, description="output -> signal it is held against")
+    compare: dict[PartItem, ColumnEntry] = Field(default_factory=dict, description="output -> signal it is held against")
 
 
 class ModeEntry(_Model):

@@ -25,8 +25,6 @@ BARE = {"experiments": 0, "live": 0, "program": 0, "recordings": 0, "stability":
 """Comparisons of each folder with a number that has no name, and with that neither a unit nor a reason: numbers that only fall."""
 ON_TEXT = {"experiments": 9, "live": 17, "program": 12, "recordings": 14, "stability": 11}
 """Decisions of each folder on how a text begins or ends, or on a name; of these folders most read files: numbers that only fall."""
-SHARED = {"RecordedSignal"}
-"""Class names of these folders that have another meaning elsewhere: a set that only shrinks."""
 REPEATED: set[str] = set()
 """File names that several folders have: a set that only shrinks."""
 VAGUE = re.compile(r"(\w+_)?(utils?|helpers?|managers?)|common|base|misc|tools|stuff")
@@ -104,7 +102,7 @@ def test_no_class_of_these_folders_shares_its_name() -> None:
             if isinstance(node, ast.ClassDef):
                 classes.setdefault(node.name, []).append(path.relative_to(PACKAGE).parts[0])
     shared = {name for name, folders in classes.items() if len(folders) > 1 and set(folders) & set(MOST_FILES)}
-    assert shared <= SHARED
+    assert not shared
 
 
 def test_no_file_shares_its_name() -> None:

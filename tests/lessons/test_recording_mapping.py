@@ -10,7 +10,7 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.assemble import assemble
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
-from lathesim.lessons.schema import RecordedSignal
+from lathesim.lessons.schema import ColumnEntry
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record_writer import save
@@ -85,9 +85,9 @@ def test_what_was_measured_moves_between_rows_and_what_was_commanded_is_held(
 
 
 def test_the_unit_of_a_pure_number_needs_no_quotes() -> None:
-    assert [RecordedSignal.model_validate({"column": "feed", "unit": unit}).unit for unit in (1, "1", "mm")] == ["1", "1", "mm"]
+    assert [ColumnEntry.model_validate({"column": "feed", "unit": unit}).unit for unit in (1, "1", "mm")] == ["1", "1", "mm"]
     with pytest.raises(ValidationError, match="the number 2 stands here, and a text is expected"):
-        RecordedSignal.model_validate({"column": "feed", "unit": 2})
+        ColumnEntry.model_validate({"column": "feed", "unit": 2})
 
 
 def test_a_rate_instead_of_a_time_column(tmp_path: Path) -> None:
