@@ -10,15 +10,15 @@ open; Fanuc 0i-T operator's manual, chamfering and corner R, direct drawing dime
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Iterable
-from dataclasses import replace
 
 from lathesim.errors import Fault
 from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Group, Meaning
 from lathesim.program.modal import Modal, Point
-from lathesim.program.moves import Arc, Corner, Made, Move, MoveKind, MoveMode, PlannedMove
+from lathesim.program.moves import Arc, Corner, Made, Move, MoveKind, MoveMode, PlannedMove, turned
 from lathesim.program.vocabulary import Sorted
 from lathesim.program.words import Word
 from lathesim.units import in_unit
@@ -284,8 +284,8 @@ def arc_by_centre(start: Point, end: Point, centre: Point, clockwise: bool, code
 
     Raises :class:`Fault` where the centre coincides with the start or is not equally far from both ends.
     """
-    radius = math.hypot(start[0] - centre[0], start[1] - centre[1])
-    end_radius = math.hypot(end[0] - centre[0], end[1] - centre[1])
+    begin, finish, middle = _in_plane(start), _in_plane(end), _in_plane(centre)
+    radius, end_radius = abs(begin - middle), abs(finish - middle)
     if radius < SAME_POINT:
         raise Fault(f"{code} has its centre where it starts.", "I and K point from the start to the centre.")
     difference = abs(end_radius - radius)
@@ -294,15 +294,14 @@ def arc_by_centre(start: Point, end: Point, centre: Point, clockwise: bool, code
             f"{code} ends {in_unit(end_radius, 'mm', '.4f')} from its centre and starts {in_unit(radius, 'mm', '.4f')} from it.",
             "Correct I and K, or the end point, so that both lie on one circle.",
         )
-    start_angle = math.atan2(start[0] - centre[0], start[1] - centre[1])
-    if math.hypot(end[0] - start[0], end[1] - start[1]) < SAME_POINT:
-        sweep = _FULL_TURN
-    else:
-        end_angle = math.atan2(end[0] - centre[0], end[1] - centre[1])
-        sweep = (start_angle - end_angle if clockwise else end_angle - start_angle) % _FULL_TURN
-        if sweep == 0.0:
-            sweep = _FULL_TURN
-    return Arc(centre[0], centre[1], radius, end_radius, start_angle, -sweep if clockwise else sweep)
+    sweep = 0.0 if abs(finish - begin) < SAME_POINT else turned(middle, begin, finish, clockwise=clockwise)
+    sweep = sweep or _FULL_TURN
+    return Arc(centre[0], centre[1], radius, end_radius, cmath.phase(begin - middle), -sweep if clockwise else sweep)
+
+
+def _in_plane(point: Point) -> complex:
+    """Return a point (x, z) as a place in the plane."""
+    return complex(point[1], point[0])
 
 
 def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, code: str) -> Arc:
@@ -310,8 +309,8 @@ def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, code
 
     Raises :class:`Fault` where the ends are one point or too far apart.
     """
-    across, along = end[0] - start[0], end[1] - start[1]
-    chord = math.hypot(across, along)
+    way = _in_plane(end) - _in_plane(start)
+    chord = abs(way)
     if radius == 0.0:
         raise Fault(f"{code} has the radius 0.", "Give R, or the centre with I and K.")
     if chord < SAME_POINT:
@@ -328,14 +327,10 @@ def arc_by_radius(start: Point, end: Point, radius: float, clockwise: bool, code
     height = math.sqrt(max(0.0, size * size - 0.25 * chord * chord))
     # Seen with +Z right and +X up, the centre of a short clockwise arc lies to the right of the way from start to end.
     side = 1.0 if clockwise == (radius > 0.0) else -1.0
-    centre = (
-        0.5 * (start[0] + end[0]) - side * height * along / chord,
-        0.5 * (start[1] + end[1]) + side * height * across / chord,
-    )
-    start_angle = math.atan2(start[0] - centre[0], start[1] - centre[1])
+    centre = 0.5 * (_in_plane(start) + _in_plane(end)) - side * height * 1j * way / chord
     half = math.asin(min(1.0, 0.5 * chord / size))
     sweep = 2.0 * half if radius > 0.0 else _FULL_TURN - 2.0 * half
-    return Arc(centre[0], centre[1], size, size, start_angle, -sweep if clockwise else sweep)
+    return Arc(centre.imag, centre.real, size, size, cmath.phase(_in_plane(start) - centre), -sweep if clockwise else sweep)
 
 
 CORNER_AXES = {"I": "X", "K": "Z"}
@@ -367,11 +362,10 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
     length = (before.length, after.length)
     if min(length) < SAME_POINT:
         raise Fault(f"{corner.text} stands beside a move without a length.", "Take one of the two out.")
-    u = ((before.end_z - before.start_z) / length[0], (before.end_x - before.start_x) / length[0])
-    v = ((after.end_z - after.start_z) / length[1], (after.end_x - after.start_x) / length[1])
+    u, v = (before.end - before.start) / length[0], (after.end - after.start) / length[1]
     if corner.sign != 0.0:
-        _check_direction(corner, u, v)
-    turn = math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])
+        _check_direction(corner, (u.real, u.imag), (v.real, v.imag))
+    turn = cmath.phase(u.conjugate() * v)
     if abs(turn) < _STRAIGHT:
         return [before, after]
     if abs(turn) > math.pi - _STRAIGHT:
@@ -381,17 +375,14 @@ def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
         raise Fault(
             f"{corner.text} takes {in_unit(cut, 'mm')} off moves of {1e3 * length[0]:.4g} and {1e3 * length[1]:.4g} mm.", "Make it smaller."
         )
-    begin = (before.end_z - cut * u[0], before.end_x - cut * u[1])
-    end = (before.end_z + cut * v[0], before.end_x + cut * v[1])
+    begin, end = before.end - cut * u, before.end + cut * v
     arc = None
     if corner.rounds:
-        side = math.copysign(1.0, turn)
-        centre = (begin[0] - side * corner.size * u[1], begin[1] + side * corner.size * u[0])
-        angle = math.atan2(begin[1] - centre[1], begin[0] - centre[0])
-        arc = Arc(centre[1], centre[0], corner.size, corner.size, angle, turn)
+        centre = begin + math.copysign(1.0, turn) * corner.size * 1j * u
+        arc = Arc(centre.imag, centre.real, corner.size, corner.size, cmath.phase(begin - centre), turn)
     kind: MoveKind = "arc" if arc is not None else "feed"
-    between = replace(before, kind=kind, start_z=begin[0], start_x=begin[1], end_z=end[0], end_x=end[1], arc=arc)
-    return [replace(before, end_z=begin[0], end_x=begin[1]), between, replace(after, start_z=end[0], start_x=end[1])]
+    chamfer = before.between(begin, end, kind=kind, arc=arc)
+    return [before.between(before.start, begin), chamfer, after.between(end, after.end)]
 
 
 def _check_direction(corner: Corner, u: Point, v: Point) -> None:

@@ -1,17 +1,18 @@
 """What an interpreted program is: moves, events and warnings. Everything SI, X is a radius, angles by atan2(x - cx, z - cz).
 
-Seen with +Z to the right and +X up, a positive sweep runs counterclockwise.
+Seen with +Z to the right and +X up, a positive sweep runs counterclockwise. Geometry reckons with places as complex numbers ``z + x j``.
 
 Tools as a program or a person gives them: nose radius, orientation 1 to 9, and offsets.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from array import array
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple, overload
 
 from lathesim.program.words import Warned
@@ -93,6 +94,21 @@ class Arc:
         """Whether the arc is a G02."""
         return self.sweep < 0.0
 
+    @property
+    def centre(self) -> complex:
+        """The centre in the plane [m]."""
+        return complex(self.centre_z, self.centre_x)
+
+    def at(self, angle: float) -> complex:
+        """Return the place at an angle [rad]."""
+        return self.centre + cmath.rect(self.radius, angle)
+
+
+def turned(centre: complex, start: complex, end: complex, *, clockwise: bool) -> float:
+    """Return by what angle, from 0 to below a turn [rad], an arc about a centre goes from start to end."""
+    begin, finish = cmath.phase(start - centre), cmath.phase(end - centre)
+    return (begin - finish if clockwise else finish - begin) % (2.0 * math.pi)
+
 
 @dataclass(frozen=True)
 class Corner:
@@ -138,6 +154,21 @@ class Move:
     """Angle from the index of the spindle to the start of a thread [rad]."""
     spin_back: bool = False
     """Whether a thread is the way out of a tapped hole: the spindle reverses and the tool stays on the lead."""
+
+    @property
+    def start(self) -> complex:
+        """The start in the plane [m]."""
+        return complex(self.start_z, self.start_x)
+
+    @property
+    def end(self) -> complex:
+        """The end in the plane [m]."""
+        return complex(self.end_z, self.end_x)
+
+    def between(self, start: complex, end: complex, **changes: object) -> Move:
+        """Return the move between other places."""
+        ends = {"start_x": start.imag, "start_z": start.real, "end_x": end.imag, "end_z": end.real}
+        return replace(self, **ends, **changes)  # type: ignore[arg-type]
 
     @property
     def length(self) -> float:

@@ -10,13 +10,14 @@ more than the next move, so that a nose too large for a groove is refused only w
 
 from __future__ import annotations
 
+import cmath
 import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from lathesim.errors import Fault
-from lathesim.program.moves import LEFT, Arc, Move, Nose
+from lathesim.program.moves import LEFT, Arc, Move, Nose, turned
 from lathesim.units import in_unit
 
 _NO_TURN = 1e-9
@@ -28,18 +29,21 @@ _TANGENT = 1e-4
 _SLACK = 2e-6
 """[m] how much a shifted move may be too short, assumed: coordinates come rounded to 1 um."""
 
-Point = tuple[float, float]  # (z, x) [m]
-
 
 @dataclass
 class _Side:
     """A shifted move: its ends, and the centre and radius of an arc."""
 
     move: Move
-    start: Point
-    end: Point
-    centre: Point | None = None
+    start: complex
+    end: complex
+    centre: complex | None = None
     radius: float = 0.0
+
+    @property
+    def way(self) -> complex:
+        """From the start to the end [m]."""
+        return self.end - self.start
 
 
 def compensated(moves: Sequence[Move]) -> list[list[Move]]:
@@ -49,7 +53,7 @@ def compensated(moves: Sequence[Move]) -> list[list[Move]]:
     """
     found: list[list[Move]] = [[move] for move in moves]
     run: list[int] = []
-    here: Point | None = None
+    here: complex | None = None
     for index, move in enumerate(moves):
         if run and move.nose != moves[run[-1]].nose and _moves(move):
             here = _carry_out(run, moves, found, here)
@@ -59,7 +63,7 @@ def compensated(moves: Sequence[Move]) -> list[list[Move]]:
         elif here is not None and _moves(move):
             if move.arc is not None:
                 raise Fault("Nose compensation ends with an arc.", "End it with G0 or G1.", move.line)
-            found[index] = [replace(move, start_x=here[1], start_z=here[0])]
+            found[index] = [move.between(here, move.end)]
             here = None
     if run:
         _carry_out(run, moves, found, here)
@@ -88,8 +92,8 @@ def beside(moves: Sequence[Move], side: int, distance: float) -> list[Move]:
                 break
             if meeting is not None and not _overrun(found[-1], meeting, at_end=True):
                 found[-1].end = piece.start = meeting
-                if math.dist(meeting, piece.end) > _SAME:
-                    found = [*found[: -1 if math.dist(meeting, found[-1].start) <= _SAME else None], piece]
+                if abs(piece.end - meeting) > _SAME:
+                    found = [*found[: -1 if abs(found[-1].start - meeting) <= _SAME else None], piece]
                 break
             found.pop()
         else:
@@ -104,8 +108,7 @@ def beside(moves: Sequence[Move], side: int, distance: float) -> list[Move]:
 
 
 def _made(part: _Side) -> Move:
-    ends = {"start_x": part.start[1], "start_z": part.start[0], "end_x": part.end[1], "end_z": part.end[0]}
-    return replace(part.move, **ends, arc=_arc_of(part, (0.0, 0.0)))  # type: ignore[arg-type]
+    return part.move.between(part.start, part.end, arc=_arc_of(part, 0.0))
 
 
 def _near(first: Move, second: Move, distance: float) -> bool:
@@ -117,28 +120,32 @@ def _nearer(move: Move, other: Move, distance: float) -> bool:
     """Return whether one of nine points of a move is closer to another move than a distance [m]."""
     for number in range(9):
         share = number / 8.0
-        if move.arc is not None:
-            angle = move.arc.start_angle + share * move.arc.sweep
-            z, x = move.arc.centre_z + move.arc.radius * math.cos(angle), move.arc.centre_x + move.arc.radius * math.sin(angle)
-        else:
-            z, x = move.start_z + share * (move.end_z - move.start_z), move.start_x + share * (move.end_x - move.start_x)
-        if _away(z, x, other) < distance:
+        arc = move.arc
+        place = move.start + share * (move.end - move.start) if arc is None else arc.at(arc.start_angle + share * arc.sweep)
+        if _away(place, other) < distance:
             return True
     return False
 
 
-def _away(z: float, x: float, move: Move) -> float:
-    """Return the distance [m] between a point and a move."""
+def _away(place: complex, move: Move) -> float:
+    """Return the distance [m] between a place and a move."""
     if move.arc is not None:
-        dz, dx = z - move.arc.centre_z, x - move.arc.centre_x
-        angle = math.atan2(dx, dz) - move.arc.start_angle
+        from_centre = place - move.arc.centre
+        angle = cmath.phase(from_centre) - move.arc.start_angle
         if (-angle if move.arc.clockwise else angle) % (2.0 * math.pi) <= abs(move.arc.sweep):
-            return abs(math.hypot(dz, dx) - move.arc.radius)
-        return min(math.hypot(z - move.start_z, x - move.start_x), math.hypot(z - move.end_z, x - move.end_x))
-    along = (move.end_z - move.start_z, move.end_x - move.start_x)
-    share = ((z - move.start_z) * along[0] + (x - move.start_x) * along[1]) / (along[0] ** 2 + along[1] ** 2)
-    share = min(1.0, max(0.0, share))
-    return math.hypot(z - move.start_z - share * along[0], x - move.start_x - share * along[1])
+            return abs(abs(from_centre) - move.arc.radius)
+        return min(abs(place - move.start), abs(place - move.end))
+    along = move.end - move.start
+    share = _dot(place - move.start, along) / _dot(along, along)
+    return abs(place - move.start - min(1.0, max(0.0, share)) * along)
+
+
+def _dot(first: complex, second: complex) -> float:
+    return (first.conjugate() * second).real
+
+
+def _cross(first: complex, second: complex) -> float:
+    return (first.conjugate() * second).imag
 
 
 def _pieces(moves: Sequence[Move], nose: Nose) -> Iterator[tuple[_Side, bool]]:
@@ -153,35 +160,33 @@ def _pieces(moves: Sequence[Move], nose: Nose) -> Iterator[tuple[_Side, bool]]:
         if before is not None and abs(turn) < _TANGENT:
             after.start = before.end
         elif before is not None and turn * nose.side < 0.0:
-            corner = (move.start_z, move.start_x)
-            swing = _swing(before, after, corner, nose, abs(turn))
-            yield _Side(swing, before.end, after.start, corner, nose.radius), True
+            swing = _swing(before, after, move.start, nose, abs(turn))
+            yield _Side(swing, before.end, after.start, move.start, nose.radius), True
         yield after, before is not None and (abs(turn) < _TANGENT or turn * nose.side < 0.0)
         before = after
 
 
 def _turn(before: Move, after: Move) -> float:
     """Return the angle [rad] by which a move turns left from the previous one."""
-    t1, t2 = _tangent(before, at_end=True), _tangent(after, at_end=False)
-    return math.atan2(t1[0] * t2[1] - t1[1] * t2[0], t1[0] * t2[0] + t1[1] * t2[1])
+    return cmath.phase(_tangent(before, at_end=True).conjugate() * _tangent(after, at_end=False))
 
 
 def _moves(move: Move) -> bool:
-    return move.arc is not None or math.hypot(move.end_x - move.start_x, move.end_z - move.start_z) > _SAME
+    return move.arc is not None or move.length > _SAME
 
 
 def _joined(found: list[list[Move]]) -> list[list[Move]]:
     """Let every move without a length, as a dwell, stand where the tool is."""
-    here: Point | None = None
+    here: complex | None = None
     for index, made in enumerate(found):
         if here is not None and not any(_moves(move) for move in made):
-            found[index] = [replace(move, start_x=here[1], start_z=here[0], end_x=here[1], end_z=here[0]) for move in made]
+            found[index] = [move.between(here, here) for move in made]
         elif made:
-            here = (made[-1].end_z, made[-1].end_x)
+            here = made[-1].end
     return found
 
 
-def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], here: Point | None) -> Point:
+def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], here: complex | None) -> complex:
     """Compensate the moves of one run and return where the tool point stands behind it."""
     nose = moves[run[0]].nose
     assert nose is not None
@@ -196,25 +201,22 @@ def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], h
             swings.append(None)
         else:
             swings.append(_corner(before, after, nose))
-    point = (nose.point_z, nose.point_x)
-    place = (first.start_z, first.start_x) if here is None else here
+    point = complex(nose.point_z, nose.point_x)
+    place = first.start if here is None else here
     for index, side, swing in zip(run, sides, swings, strict=True):
         made = [] if swing is None else [_placed(swing, place, point)]
         if made:
-            place = (made[0].end_z, made[0].end_x)
-        end = _plus(side.end, point)
-        moved = replace(side.move, start_x=place[1], start_z=place[0], end_x=end[1], end_z=end[0], arc=_arc_of(side, point))
-        found[index] = [*made, moved]
+            place = made[0].end
+        end = side.end + point
+        found[index] = [*made, side.move.between(place, end, arc=_arc_of(side, point))]
         place = end
     return place
 
 
 def _shifted(move: Move, nose: Nose) -> _Side:
     """Return a move shifted by the nose radius to its side."""
-    start, end = (move.start_z, move.start_x), (move.end_z, move.end_x)
-    shift = nose.radius * nose.side
-    n1, n2 = _left(_tangent(move, at_end=False)), _left(_tangent(move, at_end=True))
-    begin, finish = (start[0] + shift * n1[0], start[1] + shift * n1[1]), (end[0] + shift * n2[0], end[1] + shift * n2[1])
+    left = nose.radius * nose.side * 1j
+    begin, finish = move.start + left * _tangent(move, at_end=False), move.end + left * _tangent(move, at_end=True)
     if move.arc is None:
         return _Side(move, begin, finish)
     grows = move.arc.clockwise == (nose.side == LEFT)
@@ -225,31 +227,21 @@ def _shifted(move: Move, nose: Nose) -> _Side:
             "Take a tool with a smaller nose, or a larger arc.",
             move.line,
         )
-    return _Side(move, begin, finish, (move.arc.centre_z, move.arc.centre_x), max(radius, 0.0))
+    return _Side(move, begin, finish, move.arc.centre, max(radius, 0.0))
 
 
-def _tangent(move: Move, *, at_end: bool) -> Point:
-    """Return the direction (z, x) of a move at one of its ends."""
+def _tangent(move: Move, *, at_end: bool) -> complex:
+    """Return the direction of a move at one of its ends."""
     if move.arc is None:
-        length = math.hypot(move.end_z - move.start_z, move.end_x - move.start_x)
-        return (move.end_z - move.start_z) / length, (move.end_x - move.start_x) / length
+        return (move.end - move.start) / move.length
     angle = move.arc.start_angle + (move.arc.sweep if at_end else 0.0)
-    turn = -1.0 if move.arc.clockwise else 1.0
-    return -turn * math.sin(angle), turn * math.cos(angle)
-
-
-def _left(direction: Point) -> Point:
-    return -direction[1], direction[0]
-
-
-def _plus(first: Point, second: Point) -> Point:
-    return first[0] + second[0], first[1] + second[1]
+    return (-1j if move.arc.clockwise else 1j) * cmath.rect(1.0, angle)
 
 
 def _corner(before: _Side, after: _Side, nose: Nose) -> Move | None:
     """Join two shifted moves: return the swing round an outer corner, or move both ends to where they meet in an inner one."""
     turn = _turn(before.move, after.move)
-    corner = (before.move.end_z, before.move.end_x)
+    corner = before.move.end
     if abs(turn) < _TANGENT:
         after.start = before.end
         return None
@@ -258,8 +250,8 @@ def _corner(before: _Side, after: _Side, nose: Nose) -> Move | None:
     meeting = _meeting(before, after, corner)
     if meeting is None or _overrun(before, meeting, at_end=True) or _overrun(after, meeting, at_end=False):
         raise Fault(
-            f"The nose radius of {in_unit(nose.radius, 'mm')} does not go into the corner at X {in_unit(corner[1], 'mm')} (radius), "
-            f"Z {in_unit(corner[0], 'mm')}.",
+            f"The nose radius of {in_unit(nose.radius, 'mm')} does not go into the corner at X {in_unit(corner.imag, 'mm')} (radius), "
+            f"Z {in_unit(corner.real, 'mm')}.",
             "Take a tool with a smaller nose, or make the moves beside the corner longer.",
             after.move.line,
         )
@@ -267,110 +259,92 @@ def _corner(before: _Side, after: _Side, nose: Nose) -> Move | None:
     return None
 
 
-def _swing(before: _Side, after: _Side, corner: Point, nose: Nose, angle: float) -> Move:
+def _swing(before: _Side, after: _Side, corner: complex, nose: Nose, angle: float) -> Move:
     """Return the arc of the nose's centre about an outer corner; a straight rapid between rapids."""
     sweep = -nose.side * angle
-    begin = math.atan2(before.end[1] - corner[1], before.end[0] - corner[0])
-    move = after.move
-    if move.kind == "rapid":
-        return replace(move, start_z=before.end[0], start_x=before.end[1], end_z=after.start[0], end_x=after.start[1])
-    arc = Arc(corner[1], corner[0], nose.radius, nose.radius, begin, sweep)
-    return replace(move, kind="arc", start_z=before.end[0], start_x=before.end[1], end_z=after.start[0], end_x=after.start[1], arc=arc)
+    if after.move.kind == "rapid":
+        return after.move.between(before.end, after.start)
+    arc = Arc(corner.imag, corner.real, nose.radius, nose.radius, cmath.phase(before.end - corner), sweep)
+    return after.move.between(before.end, after.start, kind="arc", arc=arc)
 
 
-def _placed(swing: Move, place: Point, point: Point) -> Move:
+def _placed(swing: Move, place: complex, point: complex) -> Move:
     """Return a swing with the tool point instead of the centre of the nose."""
     arc = swing.arc
     if arc is not None:
-        arc = replace(arc, centre_x=arc.centre_x + point[1], centre_z=arc.centre_z + point[0])
-    return replace(swing, start_z=place[0], start_x=place[1], end_z=swing.end_z + point[0], end_x=swing.end_x + point[1], arc=arc)
+        arc = replace(arc, centre_x=arc.centre_x + point.imag, centre_z=arc.centre_z + point.real)
+    return swing.between(place, swing.end + point, arc=arc)
 
 
-def _arc_of(side: _Side, point: Point) -> Arc | None:
+def _arc_of(side: _Side, point: complex) -> Arc | None:
     """Return the arc of the tool point for a shifted arc, between the ends that its corners gave it."""
     arc, centre = side.move.arc, side.centre
     if arc is None or centre is None:
         return None
-    begin = math.atan2(side.start[1] - centre[1], side.start[0] - centre[0])
-    finish = math.atan2(side.end[1] - centre[1], side.end[0] - centre[0])
     full = 2.0 * math.pi
-    sweep = (begin - finish if arc.clockwise else finish - begin) % full
+    begin, sweep = cmath.phase(side.start - centre), turned(centre, side.start, side.end, clockwise=arc.clockwise)
     if sweep < _NO_TURN or sweep > full - _NO_TURN:
         sweep = full if abs(arc.sweep) > math.pi else 0.0
     if side.radius <= _SAME:
         begin, sweep = arc.start_angle, abs(arc.sweep)
-    at = _plus(centre, point)
-    return Arc(at[1], at[0], side.radius, side.radius, begin, -sweep if arc.clockwise else sweep)
+    at = centre + point
+    return Arc(at.imag, at.real, side.radius, side.radius, begin, -sweep if arc.clockwise else sweep)
 
 
-def _meeting(before: _Side, after: _Side, corner: Point) -> Point | None:
+def _meeting(before: _Side, after: _Side, corner: complex) -> complex | None:
     """Return where two shifted moves meet, nearest to their corner."""
     if before.centre is None and after.centre is None:
-        points = _line_line(before, after)
+        places = _line_line(before, after)
     elif before.centre is None:
-        points = _line_circle(before, after)
+        places = _line_circle(before, after)
     elif after.centre is None:
-        points = _line_circle(after, before)
+        places = _line_circle(after, before)
     else:
-        points = _circle_circle(before, after)
-    return min(points, key=lambda point: math.hypot(point[0] - corner[0], point[1] - corner[1]), default=None)
+        places = _circle_circle(before, after)
+    return min(places, key=lambda place: abs(place - corner), default=None)
 
 
-def _line_line(first: _Side, second: _Side) -> list[Point]:
-    d1 = (first.end[0] - first.start[0], first.end[1] - first.start[1])
-    d2 = (second.end[0] - second.start[0], second.end[1] - second.start[1])
-    cross = d1[0] * d2[1] - d1[1] * d2[0]
+def _line_line(first: _Side, second: _Side) -> list[complex]:
+    cross = _cross(first.way, second.way)
     if cross == 0.0:
         return []
-    share = ((second.start[0] - first.start[0]) * d2[1] - (second.start[1] - first.start[1]) * d2[0]) / cross
-    return [(first.start[0] + share * d1[0], first.start[1] + share * d1[1])]
+    return [first.start + _cross(second.start - first.start, second.way) / cross * first.way]
 
 
-def _line_circle(line: _Side, circle: _Side) -> list[Point]:
-    centre = circle.centre or (0.0, 0.0)
-    d = (line.end[0] - line.start[0], line.end[1] - line.start[1])
-    length = math.hypot(*d)
-    u = (d[0] / length, d[1] / length)
-    along = (centre[0] - line.start[0]) * u[0] + (centre[1] - line.start[1]) * u[1]
-    foot = (line.start[0] + along * u[0], line.start[1] + along * u[1])
-    away = math.hypot(centre[0] - foot[0], centre[1] - foot[1])
+def _line_circle(line: _Side, circle: _Side) -> list[complex]:
+    centre = circle.centre or 0j
+    u = line.way / abs(line.way)
+    foot = line.start + _dot(centre - line.start, u) * u
+    away = abs(centre - foot)
     if away > circle.radius + _SLACK:
         return []
     half = math.sqrt(max(0.0, circle.radius * circle.radius - away * away))
-    return [(foot[0] + sign * half * u[0], foot[1] + sign * half * u[1]) for sign in (-1.0, 1.0)]
+    return [foot - half * u, foot + half * u]
 
 
-def _circle_circle(first: _Side, second: _Side) -> list[Point]:
-    c1, c2 = first.centre or (0.0, 0.0), second.centre or (0.0, 0.0)
-    between = math.hypot(c2[0] - c1[0], c2[1] - c1[1])
+def _circle_circle(first: _Side, second: _Side) -> list[complex]:
+    c1, c2 = first.centre or 0j, second.centre or 0j
+    between = abs(c2 - c1)
     if between < _SAME or between > first.radius + second.radius + _SLACK or between < abs(first.radius - second.radius) - _SLACK:
         return []
     along = (first.radius**2 - second.radius**2 + between**2) / (2.0 * between)
     half = math.sqrt(max(0.0, first.radius**2 - along**2))
-    u = ((c2[0] - c1[0]) / between, (c2[1] - c1[1]) / between)
-    foot = (c1[0] + along * u[0], c1[1] + along * u[1])
-    return [(foot[0] - sign * half * u[1], foot[1] + sign * half * u[0]) for sign in (-1.0, 1.0)]
+    u = (c2 - c1) / between
+    return [c1 + along * u - half * 1j * u, c1 + along * u + half * 1j * u]
 
 
-def _overrun(side: _Side, meeting: Point, *, at_end: bool) -> bool:
+def _overrun(side: _Side, meeting: complex, *, at_end: bool) -> bool:
     """Return whether a shifted move would have to run backwards to the place where it meets its neighbour."""
-    if side.centre is not None:
-        if side.radius <= _SLACK:
-            return False
-        fixed = side.start if at_end else side.end
-        used = _angle(side, fixed, meeting) if at_end else _angle(side, meeting, fixed)
-        whole = _angle(side, side.start, side.end)
-        return side.radius * used > side.radius * whole + _SLACK and side.radius * (2.0 * math.pi - used) > _SLACK
-    d = (side.end[0] - side.start[0], side.end[1] - side.start[1])
-    length = math.hypot(*d)
     fixed = side.start if at_end else side.end
-    left = ((meeting[0] - fixed[0]) * d[0] + (meeting[1] - fixed[1]) * d[1]) / length
-    return (left if at_end else -left) < -_SLACK
+    if side.centre is None:
+        left = _dot(meeting - fixed, side.way) / abs(side.way)
+        return (left if at_end else -left) < -_SLACK
+    if side.radius <= _SLACK:
+        return False
+    used = _angle(side, fixed, meeting) if at_end else _angle(side, meeting, fixed)
+    whole = _angle(side, side.start, side.end)
+    return side.radius * used > side.radius * whole + _SLACK and side.radius * (2.0 * math.pi - used) > _SLACK
 
 
-def _angle(side: _Side, start: Point, end: Point) -> float:
-    centre = side.centre or (0.0, 0.0)
-    begin = math.atan2(start[1] - centre[1], start[0] - centre[0])
-    finish = math.atan2(end[1] - centre[1], end[0] - centre[0])
-    clockwise = side.move.arc is not None and side.move.arc.clockwise
-    return (begin - finish if clockwise else finish - begin) % (2.0 * math.pi)
+def _angle(side: _Side, start: complex, end: complex) -> float:
+    return turned(side.centre or 0j, start, end, clockwise=side.move.arc is not None and side.move.arc.clockwise)

@@ -12,6 +12,7 @@ its centre and a straight row of at most the tolerance closes the gap. So the pa
 
 from __future__ import annotations
 
+import cmath
 import math
 from array import array
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ import numpy.typing as npt
 
 from lathesim import path_columns as at
 from lathesim.errors import ProgramError
-from lathesim.program.moves import Arc, Move, Program
+from lathesim.program.moves import Arc, Move, Program, turned
 
 SHORTEST = 1e-12  # [m] shorter moves make no row, assumed: rounding of the arithmetic, no programmed length
 _CENTRE_SHIFT = 10.0  # assumed: a centre may move by ten times the difference of the radii before the arc keeps it instead
@@ -97,29 +98,26 @@ def _thread_mode(move: Move, last: list[float]) -> float:
 def _rows(move: Move) -> list[list[float]]:
     """The rows of one move: none, one, or for an arc that needs closing two."""
     if move.kind == "dwell":
-        row = _row(move, at.DWELL_PAUSE, 0.0, (move.start_x, move.start_z), (move.end_x, move.end_z))
+        row = _row(move, at.DWELL_PAUSE, 0.0, move.start, move.end)
         row[at.DWELL] = move.seconds
         return [row] if move.seconds > 0.0 else []
-    start, end = (move.start_x, move.start_z), (move.end_x, move.end_z)
     if move.arc is None:
-        length = math.hypot(end[0] - start[0], end[1] - start[1])
-        if length < SHORTEST:
+        if move.length < SHORTEST:
             return []
-        return [_row(move, at.RAPID if move.kind == "rapid" else at.LINE_MOVE, length, start, end)]
-    arc = true_circle(move.arc, start, end)
-    reached = end
+        return [_row(move, at.RAPID if move.kind == "rapid" else at.LINE_MOVE, move.length, move.start, move.end)]
+    arc = true_circle(move.arc, move.start, move.end)
+    reached = move.end
     if arc is None:
         arc = move.arc
-        last = arc.start_angle + arc.sweep
-        reached = (arc.centre_x + arc.radius * math.sin(last), arc.centre_z + arc.radius * math.cos(last))
-    row = _row(move, at.ARC_MOVE, abs(arc.sweep) * arc.radius, start, reached)
+        reached = arc.at(arc.start_angle + arc.sweep)
+    row = _row(move, at.ARC_MOVE, abs(arc.sweep) * arc.radius, move.start, reached)
     row[at.CENTRE_X], row[at.CENTRE_Z], row[at.RADIUS] = arc.centre_x, arc.centre_z, arc.radius
     row[at.START_ANGLE], row[at.SWEEP] = arc.start_angle, arc.sweep
-    gap = math.hypot(end[0] - reached[0], end[1] - reached[1])
-    return [row] if gap < SHORTEST else [row, _row(move, at.LINE_MOVE, gap, reached, end)]
+    gap = abs(move.end - reached)
+    return [row] if gap < SHORTEST else [row, _row(move, at.LINE_MOVE, gap, reached, move.end)]
 
 
-def true_circle(arc: Arc, start: tuple[float, float], end: tuple[float, float]) -> Arc | None:
+def true_circle(arc: Arc, start: complex, end: complex) -> Arc | None:
     """Return the arc with its centre on the perpendicular bisector of its ends, or None where that would move the centre too far.
 
     With the middle M and the unit normal n of the chord, the new centre is ``M + ((C - M) . n) n``.
@@ -127,28 +125,21 @@ def true_circle(arc: Arc, start: tuple[float, float], end: tuple[float, float]) 
     difference = abs(arc.end_radius - arc.radius)
     if difference == 0.0:
         return arc
-    across, along = end[0] - start[0], end[1] - start[1]
-    chord = math.hypot(across, along)
+    chord = abs(end - start)
     if chord < SHORTEST:
         return arc if difference < SHORTEST else None
-    middle = (0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1]))
-    normal = (-along / chord, across / chord)
-    offset = (arc.centre_x - middle[0]) * normal[0] + (arc.centre_z - middle[1]) * normal[1]
-    centre = (middle[0] + offset * normal[0], middle[1] + offset * normal[1])
-    if math.hypot(centre[0] - arc.centre_x, centre[1] - arc.centre_z) > _CENTRE_SHIFT * difference + SHORTEST:
+    middle, normal = 0.5 * (start + end), 1j * (end - start) / chord
+    centre = middle + ((arc.centre - middle) * normal.conjugate()).real * normal
+    if abs(centre - arc.centre) > _CENTRE_SHIFT * difference + SHORTEST:
         return None
-    radius = math.hypot(start[0] - centre[0], start[1] - centre[1])
-    start_angle = math.atan2(start[0] - centre[0], start[1] - centre[1])
-    end_angle = math.atan2(end[0] - centre[0], end[1] - centre[1])
-    turn = 2.0 * math.pi
-    sweep = -((start_angle - end_angle) % turn) if arc.clockwise else (end_angle - start_angle) % turn
-    return Arc(centre[0], centre[1], radius, radius, start_angle, sweep)
+    radius, sweep = abs(start - centre), turned(centre, start, end, clockwise=arc.clockwise)
+    return Arc(centre.imag, centre.real, radius, radius, cmath.phase(start - centre), -sweep if arc.clockwise else sweep)
 
 
-def _row(move: Move, kind: float, length: float, start: tuple[float, float], end: tuple[float, float]) -> list[float]:
+def _row(move: Move, kind: float, length: float, start: complex, end: complex) -> list[float]:
     row = [0.0] * len(at.PATH_COLUMNS)
     row[at.KIND], row[at.LENGTH], row[at.LINE] = kind, length, float(move.line)
-    row[at.START_X], row[at.START_Z], row[at.END_X], row[at.END_Z] = start[0], start[1], end[0], end[1]
+    row[at.START_X], row[at.START_Z], row[at.END_X], row[at.END_Z] = start.imag, start.real, end.imag, end.real
     row[at.FEED] = move.feed or 0.0
     row[at.START_ANGLE] = move.start_angle
     row[at.FEED_MODE] = at.THREAD if move.kind == "thread" else at.PER_REVOLUTION if move.per_revolution else at.PER_MINUTE
@@ -161,28 +152,27 @@ def _row(move: Move, kind: float, length: float, start: tuple[float, float], end
     return row
 
 
-def _check_limits(move: Move, limits: Limits, place: str) -> None:
-    points = [(move.start_x, move.start_z), (move.end_x, move.end_z)]
+def _check_limits(move: Move, limits: Limits, line: str) -> None:
+    places = [move.start, move.end]
     if move.arc is not None:
-        arc = move.arc
         for quarter in range(-8, 9):
             angle = 0.5 * math.pi * quarter
-            if 0.0 < (angle - arc.start_angle) / arc.sweep < 1.0:
-                points.append((arc.centre_x + arc.radius * math.sin(angle), arc.centre_z + arc.radius * math.cos(angle)))
+            if 0.0 < (angle - move.arc.start_angle) / move.arc.sweep < 1.0:
+                places.append(move.arc.at(angle))
     for name, values, low, high in (
-        ("X", [point[0] for point in points], limits.x_low, limits.x_high),
-        ("Z", [point[1] for point in points], limits.z_low, limits.z_high),
+        ("X", [place.imag for place in places], limits.x_low, limits.x_high),
+        ("Z", [place.real for place in places], limits.z_low, limits.z_high),
     ):
         for value in values:
             if not low <= value <= high:
                 raise ProgramError(
                     f"The move reaches {name} {1e3 * value:.4g} mm, and the machine travels from {1e3 * low:.4g} to {1e3 * high:.4g} mm.",
-                    place=place,
+                    place=line,
                     remedy="Keep the move inside; X is a radius.",
                 )
     if move.feed is not None and not move.per_revolution and move.feed > limits.feed:
         raise ProgramError(
             f"The feed of {6e4 * move.feed:.6g} mm/min is above the machine's {6e4 * limits.feed:.6g} mm/min.",
-            place=place,
+            place=line,
             remedy="Lower F.",
         )
