@@ -5,18 +5,26 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import click
 import pytest
+import yaml
 
 from lathesim.analysis.metric import measure
+from lathesim.classroom.teacher_notes import TeacherNotes
 from lathesim.cli.main import group
 from lathesim.lessons.grading import judge
 from lathesim.lessons.lesson import lesson_from_text
 from lathesim.lessons.simulate import simulate
+from lathesim.live.channel_names import map_from
 from lathesim.manual.chapters import chapters
+from lathesim.motion.axis_limits import limits_from
+from lathesim.motion.kinematics import chain_from
 from lathesim.plugins import load_registry
+from lathesim.stability.assembly_file import load_assembly
 from tests.cli.command import ROOT, call, environment
 
 README = "\n".join([(ROOT / "README.md").read_text(encoding="utf-8"), *(chapter.text for chapter in chapters())])
@@ -107,13 +115,45 @@ def test_a_lesson_of_the_manual_meets_its_goals_or_the_manual_says_which_case_mi
         assert met != (f"The case `{variant}` misses its goal" in README), variant
 
 
-def test_the_mapping_of_the_readme_fits_its_lesson(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    lesson = "lesson: Mapped\nmachine: cascade_axis\n"
-    Path("mapped.yaml").write_text(lesson + next(text for text in blocks("yaml") if text.startswith("recordings:")), encoding="utf-8")
-    assert call(capsys, "check", "mapped.yaml").code == 0
+FRAGMENTS = [text for text in blocks("yaml") if not text.startswith("lesson:")]
+LATHE = "machine: two_axis_lathe\nprogram: one_pass.nc\n"
+HOMES = {
+    "recordings": "machine: cascade_axis\n",
+    "time": "machine: cutting_process\nrecordings:\n  compare: {cutting.feed_force: {column: F, unit: N}}\n",
+    "tools": LATHE,
+    "questions": LATHE,
+    "tool_point": "machine: turning_with_chatter\nduration: 1 s\n",
+    "uncertain": f"machine: turning_with_chatter\nduration: 1 s\n{block('yaml', 'tool_point:')}",
+}
+"""By the first key of a fragment, the lesson that it belongs to."""
+
+
+def axes_of(data: dict[str, Any]) -> object:
+    """Return the kinematics of a file, whose axes have limits or none."""
+    if "axes" in data:
+        limits_from(data, list(data["axes"]), ["rad" if name in "abc" else "m" for name in data["axes"]], "manual")
+    return chain_from(data["kinematics"], "manual")
+
+
+READERS: dict[str, Callable[[Path], object]] = {
+    "assembly": load_assembly,
+    "kinematics": lambda file: axes_of(yaml.safe_load(file.read_text())),
+    "channels": lambda file: map_from(yaml.safe_load(file.read_text()), "manual"),
+    "vary": lambda file: TeacherNotes.model_validate(yaml.safe_load(file.read_text())),
+}
+"""The same for files beside lessons."""
+
+
+@pytest.mark.parametrize("text", FRAGMENTS, ids=lambda text: text.strip().splitlines()[0])
+def test_a_fragment_of_yaml_that_a_page_shows_fits_where_it_belongs(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    key = text.strip().partition(":")[0]
+    file = tmp_path / "mine.yaml"
+    file.write_text(text if key in READERS else f"lesson: Mine\n{HOMES[key]}{text}", encoding="utf-8")
+    if key in READERS:
+        assert READERS[key](file)
+    else:
+        said = call(capsys, "check", file)
+        assert said.code == 0, said.err
 
 
 def test_a_lesson_changed_in_the_workspace_is_the_one_that_its_name_runs(
