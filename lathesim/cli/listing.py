@@ -120,17 +120,17 @@ def lessons(folder: Path | None) -> int:
 @plugins_option
 def help_(topic: str | None, site: Path | None, plugin_folders: tuple[Path, ...]) -> None:
     """List the chapters of the manual, or print one; a page of the reference is made from what there is."""
-    from lathesim.manual.chapters import chapter, chapters, write_site
+    from lathesim.manual.chapters import GROUPS, chapter, chapters, write_site
 
     if site is not None:
         write_site(site, [*chapters(), *(_reference(name, plugin_folders) for name in REFERENCE)])
         click.echo(f"The manual is {site / 'index.html'}")
         return
     if topic is None:
-        rows = [*((found.topic, found.title) for found in chapters()), ("", ""), *REFERENCE.items()]
-        for name, title in rows:
-            click.echo(f"{name:<18} {title}".strip())
-        click.echo("\n'lathesim help TOPIC' prints a chapter, 'lathesim COMMAND --help' lists the options of a command.")
+        pages = {group: {topic: chapter(topic).title for topic in topics} for group, topics in GROUPS.items()}
+        for group, titles in {**pages, "Made from the program": REFERENCE}.items():
+            click.echo("\n".join([f"{group}:", *(f"  {topic:<16} {title}" for topic, title in titles.items()), ""]))
+        click.echo("'lathesim help TOPIC' prints a page, 'lathesim COMMAND --help' lists the options of a command.")
         return
     text = (_reference(topic, plugin_folders) if topic in REFERENCE else chapter(topic)).text
     if not sys.stdout.isatty():
@@ -143,12 +143,12 @@ def help_(topic: str | None, site: Path | None, plugin_folders: tuple[Path, ...]
 
 
 REFERENCE = {
-    "options": "Reference: commands and their options",
-    "keys": "Reference: keys of a lesson and of a machine template",
-    "parts": "Reference: machine parts",
-    "effects": "Reference: effects",
-    "metrics": "Reference: metrics",
-    "errors": "Reference: messages of errors, with their remedies",
+    "options": "Commands and their options",
+    "keys": "Keys of a lesson and of a machine template",
+    "parts": "Machine parts",
+    "effects": "Effects",
+    "metrics": "Metrics",
+    "errors": "Messages of errors, with their remedies",
 }
 """Pages of the manual that are made from what there is, by topic."""
 

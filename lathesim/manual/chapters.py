@@ -1,4 +1,4 @@
-"""The chapters of the manual: Markdown files of this folder, in the order in which they are read; and all of them as static HTML."""
+"""The chapters of the manual: Markdown files of this folder, in groups; and all of them as static HTML."""
 
 from __future__ import annotations
 
@@ -12,28 +12,17 @@ from pathlib import Path
 
 from lathesim.errors import LatheSimError, nearest
 
-TOPICS = (
-    "first_hour",
-    "app",
-    "commands",
-    "lessons",
-    "writing_lessons",
-    "classes",
-    "programs",
-    "stability",
-    "live",
-    "your_recording",
-    "diagnosis",
-    "real_machines",
-    "experiments",
-    "contour",
-    "reliability",
-    "python",
-    "plugins",
-    "speed",
-    "house",
-    "glossary",
-)
+GROUPS = {
+    "Tutorials": ("first_hour", "writing_lessons", "your_recording", "plugins"),
+    "How to, on one screen": (
+        "sweeps", "exporting", "grading", "goals", "classes", "sheets", "comparing", "diagnosing", "remedies", "circular_test", "lobes",
+        "recording_live", "speed",
+    ),
+    "Reference": ("app", "commands", "lessons", "programs", "python", "real_machines", "glossary"),
+    "Explanations": ("diagnosis", "reliability", "experiments", "contour", "stability", "live", "house"),
+}  # fmt: skip
+"""The topics by kind, in the order in which they are read."""
+TOPICS = tuple(topic for topics in GROUPS.values() for topic in topics)
 
 
 @dataclass(frozen=True)
@@ -95,7 +84,12 @@ def write_site(folder: Path, pages: Sequence[Chapter]) -> None:
 
     make_folder(folder)
     shutil.copytree(Path(__file__).parent / "pictures", folder / "pictures", dirs_exist_ok=True)
-    links = "".join(f'<li><a href="{page.topic}.html">{html.escape(page.title)}</a></li>' for page in pages)
+    titles = {page.topic: page.title for page in pages}
+    made = {"Made from the program": tuple(topic for topic in titles if topic not in TOPICS)}
+    links = "".join(
+        f"<li><b>{group}</b></li>" + "".join(f'<li><a href="{topic}.html">{html.escape(titles[topic])}</a></li>' for topic in topics)
+        for group, topics in {**GROUPS, **made}.items()
+    )
     bodies = {page.topic: _body(page.text, {other.topic for other in pages}) for page in pages}
     sections = [
         {"page": page.title, "href": f"{page.topic}.html#{place}", "heading": _text(heading), "text": _text(text)}
@@ -124,7 +118,7 @@ def _body(text: str, topics: set[str]) -> str:
     def link(found: re.Match[str]) -> str:
         return f'{found[1]}<a href="{found[2]}.html">{found[2]}</a>{found[3]}' if found[2] in topics else found[0]
 
-    return re.sub(r"((?:chapters? |and )<code>|<code>lathesim help )(\w+)(</code>)", link, made)
+    return re.sub(r"((?:chapters? |pages? |tutorials? |and )<code>|<code>lathesim help )(\w+)(</code>)", link, made)
 
 
 def _text(marked: str) -> str:

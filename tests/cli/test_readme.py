@@ -120,6 +120,7 @@ LATHE = "machine: two_axis_lathe\nprogram: one_pass.nc\n"
 HOMES = {
     "recordings": "machine: cascade_axis\n",
     "time": "machine: cutting_process\nrecordings:\n  compare: {cutting.feed_force: {column: F, unit: N}}\n",
+    "goals": LATHE,
     "tools": LATHE,
     "questions": LATHE,
     "tool_point": "machine: turning_with_chatter\nduration: 1 s\n",
@@ -171,12 +172,13 @@ PAGES = {"README": (ROOT / "README.md").read_text(encoding="utf-8"), **{chapter.
 SHOWN = {
     "README": ["VI    18.48 s"],
     "lessons": ["sharp_nose"],
-    "diagnosis": ["x_drive.current       619 mA"],
+    "grading": ["max surface roughness  at most"],
+    "comparing": ["x_drive.current       619 mA"],
 }
 """By page, what stands in the blocks without a language that are answers of the commands above them, to the last digit."""
 SAID = {"first_hour": ["0.33787 mm", "least 0.1812 mm", "most 1.553 mm", "71%  velocity of x_axis", "level: 19.9"]}
 """By page, what its sentences say of the answers of its commands."""
-BEGUN = {"diagnosis": ["The simulation left out", "Right: "]}
+BEGUN = {"diagnosing": ["The simulation left out", "Right: "]}
 """The same, where only the first line is compared."""
 
 

@@ -62,9 +62,9 @@ def test_the_chapter_on_lessons_explains_every_key() -> None:
 
 
 MOST_READ = (
-    "first_hour", "app", "lessons", "writing_lessons", "programs", "stability", "your_recording", "diagnosis", "contour", "plugins",
+    "first_hour", "writing_lessons", "your_recording", "plugins", "sweeps", "comparing", "circular_test", "lobes", "app", "programs",
 )  # fmt: skip
-"""Chapters that a newcomer opens beside the README: tutorials, what a lesson needs, and explanations."""
+"""Chapters that a newcomer opens beside the README: tutorials, and tasks that end in a picture."""
 
 
 def test_the_pages_that_are_read_most_have_pictures_and_each_picture_a_page() -> None:

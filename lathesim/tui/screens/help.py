@@ -17,7 +17,7 @@ from textual.widgets import Button, Input, Markdown, Static, Tree
 from textual.widgets.tree import TreeNode
 
 from lathesim.errors import LatheSimError
-from lathesim.manual.chapters import chapter, chapters
+from lathesim.manual.chapters import GROUPS, chapter
 from lathesim.manual.component_page import checked_plugin, plugin_lines
 from lathesim.tui.model.workbench import REGISTRY
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
@@ -71,13 +71,16 @@ class HelpScreen(WorkbenchScreen):
         tree.show_root = False
         tree.clear()
         groups: list[tuple[str, list[tuple[str, Page]]]] = [
-            ("Manual", [(found.title, (CHAPTER, found.topic)) for found in chapters() if _fits(wanted, found.title, found.text)]),
+            *(
+                (group, [(found.title, (CHAPTER, found.topic)) for found in map(chapter, topics) if _fits(wanted, found.title, found.text)])
+                for group, topics in GROUPS.items()
+            ),
             ("Components", [(name, (COMPONENT, name)) for name, item in registry.components.items() if _fits(wanted, name, item.__doc__)]),
             ("Effects", [(name, (EFFECT, name)) for name, item in registry.effects.items() if _fits(wanted, name, item.__doc__)]),
         ]
         tree.root.add_leaf("Keys", (KEYS, ""))
         for title, entries in groups:
-            node: TreeNode[Page] = tree.root.add(f"{title} ({len(entries)})", expand=bool(wanted) or title == "Manual")
+            node: TreeNode[Page] = tree.root.add(f"{title} ({len(entries)})", expand=bool(wanted) or title in GROUPS)
             for label, page in entries:
                 node.add_leaf(Text(label), page)
 
