@@ -57,5 +57,5 @@ def stands_elsewhere(group: Any, name: str) -> bool:
 def own_item(group: Any, name: str) -> Any:
     """Return an item of a group. Raises :class:`RecordError` if its values stand in another file, and KeyError if it is missing."""
     if name in group and stands_elsewhere(group, name):
-        raise RecordError(f"'{name}' takes its values from elsewhere.", remedy="Write them into the file itself.")
+        raise RecordError(f"'{name}' refers to values in another file.", remedy="Write them into the file itself.")
     return group[name]

@@ -147,7 +147,7 @@ def _line(sized: Sized, kind: type[Remedy]) -> InsertedRemedy | None:
     if unknown:
         raise PluginError(f"the remedy '{kind.__name__}' sizes '{unknown[0]}', which is no parameter of it.", remedy="Give one of its own.")
     if not all(sizes.values.get(name) or name in FIRST_CHANGES or name in TIMES for name in sizes.tuned):
-        raise PluginError(f"the remedy '{kind.__name__}' lets zero be tuned.", remedy="Give what is tuned a start that is not zero.")
+        raise PluginError(f"the remedy '{kind.__name__}' tunes a value that starts at zero.", remedy="Start it at another value.")
     model = {"lag": axis.lag, "inner": axis.inner} if issubclass(kind, ModelledRemedy) else {}
     return InsertedRemedy(
         kind.__name__, loop.controller, f"{loop.controller}_{effect_part_name('', kind.__name__).strip('_')}", {**model, **sizes.values},

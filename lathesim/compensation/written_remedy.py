@@ -290,7 +290,7 @@ def _walker(prepared: Prepared, place: str) -> str:
     walker = next((name for name in found if name in asking), None)
     if walker is None:
         remedy = "Write the remedy as a lesson, or as a table."
-        raise LessonError("no part program asks for the path of this machine, so none can be changed.", place=place, remedy=remedy)
+        raise LessonError("no part program moves this machine, so none can be changed.", place=place, remedy=remedy)
     return walker
 
 

@@ -97,7 +97,7 @@ def named_in(told: dict[str, Any], place: str) -> list[NamedRival]:
     unique = list({(item.effect, item.at): item for item in reversed(found)}.values())[::-1]
     if len(unique) < 2:
         verdict = told.get("verdict", "unknown")
-        fact = f"the diagnosis ({verdict}) leaves nothing to be told apart."
+        fact = f"the diagnosis ({verdict}) leaves no explanations to distinguish."
         raise LatheSimError(fact, place=place, remedy="Name rivals with --between 'Effect@part,Effect@part', or values with --for.")
     return unique
 

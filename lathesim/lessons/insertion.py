@@ -324,7 +324,7 @@ def beyond_its_spring(assembly: Assembly, name: str, host: str) -> dict[str, str
 def _refuse_other_side(effect: type[Effect], host: Part) -> None:
     """Refuse an effect at a sensor that sits on the side of the spring from which it is not seen (:class:`WiringError`)."""
     if effect.seen_from and host.side and host.side != effect.seen_from:
-        fact = f"{host.name} sits on the {host.side} side, from which {effect.__name__} is not seen."
+        fact = f"{host.name} sits on the {host.side} side, where {effect.__name__} does not show."
         raise WiringError(fact, remedy=f"Put it at a sensor on the {effect.seen_from} side, or change 'side'.")
 
 

@@ -218,7 +218,7 @@ class TimeColumn(_Model):
     @model_validator(mode="after")
     def _has_one(self) -> TimeColumn:
         if (self.column is None) == (self.rate is None):
-            raise PydanticCustomError("time", "the time is given by one of 'column' and 'rate'.")
+            raise PydanticCustomError("time", "the time needs exactly one of 'column' and 'rate'.")
         return self
 
 
@@ -350,7 +350,7 @@ class ToolPointEntry(_Model):
     def _has_one_source(self) -> ToolPointEntry:
         given = sum((bool(self.modes), self.response is not None, self.assembly is not None))
         if given != 1:
-            raise PydanticCustomError("tool_point", "the tool point is given by one of 'modes', 'response' and 'assembly'.")
+            raise PydanticCustomError("tool_point", "the tool point needs exactly one of 'modes', 'response' and 'assembly'.")
         if self.cutting_stiffness is None and self.milling is None:
             raise PydanticCustomError("tool_point", "the cut has no 'cutting_stiffness'. Write one, as '700 N/mm^2', or 'milling:'.")
         if (self.speed is None) != (self.width is None):

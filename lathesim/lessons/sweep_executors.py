@@ -67,7 +67,7 @@ def run_on_worker(bundle: Bundle, digest: str, jobs: Sequence[Job]) -> list[Memb
     """Return what some runs of a bundle give on a worker; :class:`LatheSimError` where its machine is not that of the one who asked."""
     members = _unpacked(bundle)
     if members.digest != digest:
-        raise LatheSimError("a worker puts another machine together.", remedy="Install the same version of lathesim on all workers.")
+        raise LatheSimError("a worker builds a different machine.", remedy="Install the same version of lathesim on all workers.")
     found: list[Member] = []
     members.runs(jobs, found.append)
     return found

@@ -10,7 +10,7 @@ from lathesim.live.samples import SampleBlock
 from lathesim.record import FloatArray
 
 BRIDGED = 5
-"""Missing samples in a row that are bridged by straight lines; after more of them the simulation starts anew."""
+"""Missing samples in a row that are interpolated linearly; after more of them the simulation starts anew."""
 _MOST_FAULTS = 100
 """Faults that are kept until they are taken; all are counted."""
 _OFF = 0.5

@@ -275,7 +275,7 @@ class _Parser:
     def _exists(self) -> Evaluate:
         found = re.compile(r"\[#(?:<([A-Z0-9_.-]+)>|([0-9]+))\]").match(self.text, self.position)
         if found is None:
-            raise Fault("EXISTS asks for no variable.", "Write it as EXISTS[#<depth>].")
+            raise Fault("EXISTS names no variable.", "Write it as EXISTS[#<depth>].")
         self.position = found.end()
         name, number = found[1], found[2]
         return lambda variables: float((variables.name(name) if name else variables.number(int(number))) is not None)

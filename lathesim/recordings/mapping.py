@@ -102,7 +102,7 @@ class MappedRecording:
 def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording:
     """Return the recording in SI on an even clock that begins at 0; ``meta`` keeps the start and the period.
 
-    Short gaps and short runs without a number are bridged by straight lines; of a recording with longer ones the longest whole stretch
+    Short gaps and short runs without a number are interpolated linearly; of a recording with longer ones the longest whole stretch
     is kept. Raises :class:`RecordingError` where a column is missing or what is left has fewer than 20 samples.
     """
     findings = [Finding("reading", "", note, "") for note in table.notes if not note.startswith("left out")]
@@ -114,7 +114,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     _enough(table, count)
     grid = regular_grid(count, 1.0 / mapping.rate) if mapping.rate is not None else even_grid(time, findings)
     if grid.length >= LEAST_SAMPLES and not _SHORTEST_PERIOD <= grid.period <= _LONGEST_PERIOD:
-        fact = f"the rows are {grid.period:.3g} s apart, which no recording of a machine is."
+        fact = f"the rows are {grid.period:.3g} s apart, outside 10 ns to 1e6 s."
         raise RecordingError(fact, place=mapping.time_place or str(table.source), remedy="Check the column and the unit of the time.")
     channels = {signal.target: _in_si(columns[signal.target], signal) for signal in mapping.signals}
     empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
@@ -150,11 +150,10 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
 
 def _as_assumed(signal: SignalMapping) -> Finding:
     """Return a sentence on the assumed course of a driven input between two rows."""
-    if signal.moves:
-        done = "it moves on straight lines from row to row; write held: true where it was commanded"
-        return Finding("driven", signal.target, "a force or torque on a moving part is taken as measured", done)
-    done = "it is held until the next row; write held: false where it was measured"
-    return Finding("driven", signal.target, "a voltage is taken as commanded", done)
+    assumed, held = ("force or torque is assumed to be measured, and interpolated linearly between rows", "true' if it was commanded")
+    if not signal.moves:
+        assumed, held = ("voltage is assumed to be commanded, and held until the next row", "false' if it was measured")
+    return Finding("driven", signal.target, f"the {assumed}", f"write 'held: {held}")
 
 
 def rows_as_taken(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -> tuple[FloatArray, dict[str, FloatArray]]:
@@ -183,7 +182,7 @@ def _column(table: RawTable, signal: SignalMapping, findings: list[Finding]) -> 
         unit = table.units.get(name, "")
         if name in table.columns and (unit == signal.si_unit or (is_unit(unit) and convertible(unit, signal.si_unit))):
             fact = f"the file has no column '{signal.column}', but one called '{name}' in {unit}"
-            findings.append(Finding("mapping", signal.target, fact, "that one is taken"))
+            findings.append(Finding("mapping", signal.target, fact, "it is used"))
             return table.columns[name] * (conversion(unit, signal.si_unit) / conversion(signal.unit, signal.kind) / signal.scale)
     raise RecordingError(f"{table.source.name} has no column '{signal.column}'.", place=signal.place, remedy=table.near(signal.column))
 
@@ -200,12 +199,14 @@ def _check_header_unit(header: str, signal: SignalMapping, findings: list[Findin
         return
     if not convertible(header, signal.kind):
         fact = f"the file calls '{signal.column}' {header} and the lesson reads it as {signal.unit}"
-        findings.append(Finding("unit", signal.target, fact, "the lesson counts"))
+        findings.append(Finding("unit", signal.target, fact, "the lesson's unit is used"))
         return
     ratio = conversion(header, signal.kind) / conversion(signal.unit, signal.kind)
     if abs(ratio - 1.0) > EQUAL:
         fact = f"the unit of '{signal.column}' is {header} in the file and {signal.unit} in the lesson, a factor of {ratio:.6g}"
-        findings.append(Finding("unit", signal.target, fact, f"the lesson counts; write unit: {header} there if the file is right", True))
+        findings.append(
+            Finding("unit", signal.target, fact, f"the lesson's unit is used; write unit: {header} there if the file is right", True)
+        )
 
 
 def _in_si(column: FloatArray, signal: SignalMapping) -> FloatArray:
@@ -227,7 +228,7 @@ def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -
     unit = mapping.time_unit
     if name is None and table.units.get("time") == "s":
         findings.append(
-            Finding("mapping", "time", f"the file has no column '{mapping.time_column}', but one called 'time' in s", "that one is taken")
+            Finding("mapping", "time", f"the file has no column '{mapping.time_column}', but one called 'time' in s", "it is used")
         )
         name, unit = "time", "s"
     if name is None:
@@ -241,7 +242,7 @@ def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -
     header = table.units[name]
     if is_unit(header) and same_dimension(header, "s") and abs(si_factor(header)[0] / si_factor(unit)[0] - 1.0) > EQUAL:
         fact = f"the time is in {header} in the file and in {unit} in the lesson"
-        findings.append(Finding("unit", "time", fact, f"the lesson counts; write unit: {header} there if the file is right", True))
+        findings.append(Finding("unit", "time", fact, f"the lesson's unit is used; write unit: {header} there if the file is right", True))
     times, factor = table.columns[name], si_factor(unit)[0]
     known = times[np.isfinite(times)]
     first = float(known[0]) if len(known) else 0.0
@@ -309,7 +310,7 @@ def _bridged(
         count = int(np.count_nonzero(np.isnan(placed) & ~np.isnan(bridged))) - grid.missing
         if count > 0 and np.isnan(values).any():
             fact = f"{counted(count, 'value', 'is', 'are')} missing, in runs of fewer than {SHORT_GAP}"
-            findings.append(Finding("missing", name, fact, "bridged by straight lines"))
+            findings.append(Finding("missing", name, fact, "interpolated linearly"))
         on_grid[name] = bridged
     return on_grid
 
@@ -324,7 +325,7 @@ def _without_spikes(
     spikes = spikes[np.abs(spikes[:, None] - kicks).min(axis=1, initial=len(values)) > _ANSWERS]
     if is_command or not len(spikes):
         return values
-    findings.append(Finding("spike", name, _far_out(spikes, period), "bridged by straight lines"))
+    findings.append(Finding("spike", name, _far_out(spikes, period), "interpolated linearly"))
     mended = values.copy()
     mended[spikes] = np.nan
     return mended

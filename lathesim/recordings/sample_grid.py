@@ -128,7 +128,7 @@ def even_grid(time: FloatArray, findings: list[Finding]) -> SampleGrid:
     if coarse is not None:
         period, distinct = coarse
         fact = f"the times have {distinct} values for {len(rows)} rows"
-        findings.append(Finding("time", "time", fact, f"the rows are taken as even, {period:.6g} s apart"))
+        findings.append(Finding("time", "time", fact, f"the program assumes even rows, {period:.6g} s apart"))
         return SampleGrid(float(time[rows[0]]), period, len(rows), rows)
     rows = _without_repeats(time, rows, findings)
     if len(rows) < 2:
@@ -209,7 +209,7 @@ def _without_repeats(time: FloatArray, rows: npt.NDArray[np.int64], findings: li
     if repeated:
         findings.append(
             Finding(
-                "time", "time", f"{counted(repeated, 'row', 'repeats', 'repeat')} the time of the row before", "the first of them counts"
+                "time", "time", f"{counted(repeated, 'row', 'repeats', 'repeat')} the time of the row before", "the first of them is used"
             )
         )
     kept: npt.NDArray[np.int64] = rows[fresh]
@@ -221,7 +221,7 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
     usual = float(np.median(np.diff(time)))
     if float(time[-1]) - start > _LONGEST * usual:
         fact = f"the times span {(float(time[-1]) - start) / usual:.3g} periods of {usual:.6g} s, most of them without a row"
-        findings.append(Finding("time", "time", fact, "the rows are taken as even"))
+        findings.append(Finding("time", "time", fact, "the program assumes even rows"))
         return SampleGrid(start, usual, len(rows), rows)
     period = _first_period(np.diff(time))
     slots = _slots(time, period)
@@ -239,7 +239,7 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
                     "gap",
                     "",
                     f"{counted(short, 'sample', 'is', 'are')} missing in gaps of fewer than {SHORT_GAP}",
-                    "bridged by straight lines",
+                    "interpolated linearly",
                 )
             )
         return SampleGrid(start, period, length, rows, slots if length > len(rows) else None, missing=short)

@@ -155,7 +155,9 @@ def load_assembly(path: Path) -> ToolAssembly:
     if base == "file":
         base = read_base(path.parent / settings.base)
     elif base is None and joints[-1] is not None:
-        raise LessonError("behind the last part is a joint to nothing.", place=str(path), remedy="Name a 'base:', or leave the joint out.")
+        raise LessonError(
+            "the last part has a joint, and nothing follows.", place=str(path), remedy="Name a 'base:', or leave the joint out."
+        )
     return ToolAssembly(settings.assembly, tuple(beams), tuple(joints), settings.model, base)  # type: ignore[arg-type]
 
 

@@ -127,7 +127,7 @@ def _cut(row: list[str], at: dict[str, int], scale: dict[str, float], place: str
 
     word = row[at["stable"]].strip().lower() if at["stable"] < len(row) else ""
     if word not in _STABLE:
-        raise LessonError(f"whether the cut was stable is '{word}'.", place=place, remedy="Write yes or no.")
+        raise LessonError(f"'{word}' does not say whether the cut was stable.", place=place, remedy="Write yes or no.")
     cut = TriedCut(
         number("speed", needed=True),
         number("width", needed=True),

@@ -78,7 +78,7 @@ def recorded_cut(
         found = tacho or next((item for item in table.columns if item.lower().split(" ")[0] in _TURNING), None)
         if found is None or table.column_name(found) is None:
             remedy = "Give --speed in rpm, or --tacho with the column of a pulse a turn."
-            raise RecordingError("nothing tells the speed of the spindle.", place=str(path), remedy=remedy)
+            raise RecordingError("the speed of the spindle is not known.", place=str(path), remedy=remedy)
         speed = 60.0 * turning_of(np.asarray(table.column(found)), rate, str(path))
         findings.append(f"'{found}' gives {speed:.1f} rpm")
     first, last = cutting_stretch(values, rate, speed / 60.0)

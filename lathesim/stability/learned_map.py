@@ -196,7 +196,7 @@ class LearnedMap:
     def comparators(self) -> dict[str, FloatArray]:
         """Return the probability of being stable over the map by learners without physics; those that cannot learn are left out."""
         if len({cut.stable for cut in self.belief.cuts}) < 2:
-            raise LessonError("all cuts went alike, and learners without physics need both kinds.", remedy="Try a cut that chatters.")
+            raise LessonError("all cuts were stable, or all chattered.", remedy="Try cuts of the other kind.")
         grid = self.grid()
         speed, width = np.meshgrid(np.array(self.speeds), grid.widths)
         cuts = self.belief.cuts

@@ -214,7 +214,7 @@ def _from_mat(path: Path, told: tuple[Quantity, float] | None) -> FrequencyRespo
         values = magnitude * np.exp(1j * np.radians(phase))
     if frequency is None or values is None:
         have = ", ".join(sorted(arrays)) or "nothing"
-        raise RecordingError(f"it holds {have}, and no frequencies with a response.", place=str(path), remedy="Name them freq and H.")
+        raise RecordingError(f"the file holds {have}, and no frequencies with a response.", place=str(path), remedy="Name them freq and H.")
     if not np.iscomplexobj(values):
         raise RecordingError("the response has no phase: it is real.", place=str(path), remedy="Store it complex.")
     text = "".join(str(item) for item in arrays.get(names.get("unit", ""), np.array([])).reshape(-1))

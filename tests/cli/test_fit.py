@@ -50,7 +50,7 @@ def test_what_was_found_in_the_recording_comes_first(capsys: Capture, tmp_path: 
     rows = recording.read_text(encoding="utf-8").splitlines()
     recording.write_text("\n".join([*rows[:500], *rows[502:]]) + "\n", encoding="utf-8")
     said = call(capsys, "fit", lesson, recording, "--free", "x_axis.mass", "--starts", "1")
-    assert said.out.splitlines()[0] == "Recording: 2 samples are missing in gaps of fewer than 5; bridged by straight lines."
+    assert said.out.splitlines()[0] == "Recording: 2 samples are missing in gaps of fewer than 5; interpolated linearly."
 
 
 REFUSED = {

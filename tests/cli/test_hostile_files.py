@@ -57,7 +57,7 @@ def test_values_of_other_files_are_never_read(kind: str, tmp_path: Path, secret:
         if kind != "link":
             file["channels/a.b"].attrs.update(attributes)
     for read in (load, RecordBlocks):
-        with pytest.raises(RecordError, match=r"'a\.b' takes its values from elsewhere"):
+        with pytest.raises(RecordError, match=r"'a\.b' refers to values in another file"):
             read(path)
 
     with h5py.File(tmp_path / "response.mat", "w") as file:

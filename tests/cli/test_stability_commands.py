@@ -196,7 +196,7 @@ def test_uncertain_joints_give_a_band(capsys: Capture) -> None:
         ("", ", start: 90 mm", "the assembly has an overlap"),
         (", joint: {translation: 0 N/m, rotation: 1 N*m/rad}", "", "the joint has the translation stiffness 0"),
         (", material: {modulus: 0 GPa}", "", "the modulus of the material is 0"),
-        ("", ", joint: {translation: 1e8 N/m, rotation: 1e5 N*m/rad}", "behind the last part is a joint to nothing"),
+        ("", ", joint: {translation: 1e8 N/m, rotation: 1e5 N*m/rad}", "the last part has a joint, and nothing follows"),
     ],
 )
 def test_an_assembly_that_cannot_be_is_told_in_a_sentence(first: str, second: str, told: str, capsys: Capture) -> None:
@@ -212,7 +212,7 @@ def test_an_assembly_that_cannot_be_is_told_in_a_sentence(first: str, second: st
         ("  modes: [{frequency: 100 Hz, damping: -1 %, stiffness: 1e6 N/m}]\n", "a mode has the damping ratio -0.01"),
         ("  modes: [{frequency: 100 Hz, damping: 1 %, stiffness: 0 N/m}]\n", "a mode has the stiffness 0"),
         (TWO + "  interrupted: 1.5\n", "the share of a turn in the cut is 1.5"),
-        (TWO + "  response: {file: a.csv}\n", "given by one of 'modes', 'response' and 'assembly'"),
+        (TWO + "  response: {file: a.csv}\n", "needs exactly one of 'modes', 'response' and 'assembly'"),
         ("  response: {file: none.csv}\n", "there is no such file"),
         (TWO + "  diameter: 0 mm\n", "the diameter is 0"),
         (TWO + "uncertain: {tool_point.dampin: 3 %}\n", "Did you mean 'damping'?"),

@@ -206,7 +206,7 @@ def write_slow_log(folder: Path, held: str = "") -> tuple[Path, Path]:
 def test_a_measured_force_adds_no_half_row_of_lateness(registry: Registry, tmp_path: Path) -> None:
     """Held from row to row the force comes half a row late, 10 ms here, and the place with it."""
     machine, recorded = load_recording(load_lesson(write_slow_log(tmp_path)[0]), tmp_path / "slow.csv", registry)
-    told = "x_axis.force: a force or torque on a moving part is taken as measured; it moves on straight lines from row to row; write held"
+    told = "x_axis.force: the force or torque is assumed to be measured, and interpolated linearly between rows; write 'held"
     assert any(str(finding).startswith(told) for finding in recorded.findings)
     moving = compare("slow", machine, recorded).channels[0]
     held = compare("slow", *load_recording(load_lesson(write_slow_log(tmp_path, ", held: true")[0]), tmp_path / "slow.csv", registry))

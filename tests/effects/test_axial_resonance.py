@@ -120,7 +120,7 @@ def test_a_tachometer_at_the_load_sees_the_speed_behind_the_spring() -> None:
 def test_a_wind_up_is_refused_at_a_sensor_on_the_motor_side() -> None:
     parts = (Part("x_axis", ForceAxis), Part("x_encoder", LinearEncoder, side="motor"))
     wires = (Wire("x_axis.force", constant=PUSH), Wire("x_encoder.measured", "x_axis.position"))
-    with pytest.raises(WiringError, match="x_encoder sits on the motor side, from which TorsionalWindUp is not seen"):
+    with pytest.raises(WiringError, match="x_encoder sits on the motor side, where TorsionalWindUp does not show"):
         insert_effect(Assembly(parts, wires, 1e-3, 1e-3), TorsionalWindUp, "x_encoder")
 
 

@@ -104,7 +104,7 @@ def test_diagnosis_without_a_tie_needs_no_program(few_programs: Lesson, tmp_path
     named = Diagnosis("named", "", LESSON, "r.csv", "r.csv", effects=(FoundEffect("Backlash", "x_scale", "reversal", 0.99, {}),))
     registry = load_registry(installed=False)
     assert sequence.with_designed_program(named, few_programs, registry, tmp_path / "next", None, heard.append) == named
-    assert heard == ["No program is designed: the diagnosis (named) leaves nothing to be told apart."]
+    assert heard == ["No program is designed: the diagnosis (named) leaves no explanations to distinguish."]
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ def test_the_same_thing_twice_cannot_be_told_apart(capsys: pytest.CaptureFixture
         (["--between", "Backlash@x_axis"], "one rival alone needs no experiment."),
         (["--between", "Backlash@y_axis,nothing"], "Backlash does not sit at 'y_axis'. Did you mean 'x_axis'?"),
         (["--between", "Backlsh@x_axis,nothing"], "there is no effect 'Backlsh'. Did you mean 'Backlash'?"),
-        (["--between", "Backlash@x_axis,nothing", "--at-most", "1 s"], "a program of 1 s is too short to tell anything."),
+        (["--between", "Backlash@x_axis,nothing", "--at-most", "1 s"], "a program of 1 s is too short to decide anything."),
         (["--between", "Backlash@x_axis,nothing", "--at-most", "1e9 s"], "--at-most: a program of 1e+09 s is too long to be designed."),
         (["--between", "Backlash@x_axis,nothing", "--at-most", "3 mm"], "--at-most: '3 mm' is given in mm, but s is wanted."),
         (["--for", "x_axis.mass", "--rate", "0 Hz"], "--rate: a recording cannot take a row 0 times a second."),
@@ -81,7 +81,10 @@ def test_effect_at_a_sensor_that_is_not_recorded(capsys: pytest.CaptureFixture[s
     [
         ("{}", "this is no diagnosis. Give what 'lathesim diagnose --json FILE' wrote."),
         ("[", "this is no diagnosis."),
-        ('{"schema": "lathesim-diagnosis/1", "verdict": "no_mismatch", "effects": []}', "(no_mismatch) leaves nothing to be told apart."),
+        (
+            '{"schema": "lathesim-diagnosis/1", "verdict": "no_mismatch", "effects": []}',
+            "(no_mismatch) leaves no explanations to distinguish.",
+        ),
         (
             '{"schema": "lathesim-diagnosis/1", "lesson": "The forged sensor", "verdict": "tied", "effects": []}',
             "this is a diagnosis of another lesson: 'The forged sensor', not 'What is wrong with this machine?'.",

@@ -45,7 +45,7 @@ WRONG = {
         "6:11: there is no part 'tabel'. Did you mean 'table'?",
     ),
     "rate without unit": ("recordings: {time: {rate: 10}}", "4:27: '10' has no unit. Write it with one, for example '10 Hz'."),
-    "time by nothing": ("recordings: {time: {unit: s}}", "4:20: the time is given by one of 'column' and 'rate'."),
+    "time by nothing": ("recordings: {time: {unit: s}}", "4:20: the time needs exactly one of 'column' and 'rate'."),
 }
 
 

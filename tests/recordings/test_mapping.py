@@ -130,7 +130,7 @@ def test_short_gaps_are_bridged() -> None:
     found = mapped(table(t=TIME[kept], q=PLACE[kept]))
     assert len(found.record) == 1000
     assert np.abs(found.record["x_encoder.position"] - 1e-3 * PLACE).max() < 1e-6
-    assert found.findings == (Finding("gap", "", "6 samples are missing in gaps of fewer than 5", "bridged by straight lines"),)
+    assert found.findings == (Finding("gap", "", "6 samples are missing in gaps of fewer than 5", "interpolated linearly"),)
 
 
 def test_of_a_recording_with_a_long_gap_the_longest_stretch_is_kept() -> None:
@@ -149,7 +149,7 @@ def test_cells_without_a_number() -> None:
     found = mapped(table(t=TIME, q=spoiled, u=TIME), ENCODER, VOLTAGE)
     assert np.abs(found.record["x_encoder.position"] - 1e-3 * PLACE).max() < 1e-6
     assert found.findings == (
-        Finding("missing", "x_encoder.position", "4 values are missing, in runs of fewer than 5", "bridged by straight lines"),
+        Finding("missing", "x_encoder.position", "4 values are missing, in runs of fewer than 5", "interpolated linearly"),
     )
     spoiled[400:450] = np.inf
     found = mapped(table(t=TIME, q=spoiled, u=TIME), ENCODER, VOLTAGE)
@@ -174,9 +174,7 @@ def test_a_single_sample_far_from_its_neighbours_is_bridged() -> None:
     found = mapped(table(t=TIME, q=spoiled))
     assert np.abs(found.record["x_encoder.position"] - 1e-3 * clean).max() < 1e-5
     assert found.findings == (
-        Finding(
-            "spike", "x_encoder.position", "2 samples stand far from their neighbours, the first at 0.333 s", "bridged by straight lines"
-        ),
+        Finding("spike", "x_encoder.position", "2 samples stand far from their neighbours, the first at 0.333 s", "interpolated linearly"),
     )
 
 
@@ -196,7 +194,7 @@ def test_a_command_that_kicks_for_one_sample_is_taken_as_it_was() -> None:
     assert found.record["x_encoder.position"][102] == pytest.approx(1e3)
     assert abs(found.record["x_encoder.position"][777] - 1e-3 * PLACE[777]) < 1e-5
     assert [str(finding) for finding in found.findings] == [
-        "x_encoder.position: 1 sample stands far from its neighbours, at 0.777 s; bridged by straight lines.",
+        "x_encoder.position: 1 sample stands far from its neighbours, at 0.777 s; interpolated linearly.",
         "x_dac.command: 1 sample stands far from its neighbours, at 0.1 s; taken as commanded.",
     ]
     asked[100] = np.nan
@@ -211,7 +209,7 @@ def test_repeated_and_unordered_times() -> None:
     assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE)
     assert [str(finding) for finding in found.findings] == [
         "time: 1 row is earlier than the row before; the rows are sorted by time.",
-        "time: 2 rows repeat the time of the row before; the first of them counts.",
+        "time: 2 rows repeat the time of the row before; the first of them is used.",
     ]
 
 
@@ -237,7 +235,7 @@ def test_another_unit_in_the_file_than_in_the_lesson_is_serious() -> None:
         ("unit", "time", True),
     ]
     assert found.findings[0].fact == "the unit of 'q' is um in the file and mm in the lesson, a factor of 0.001"
-    assert found.findings[0].done == "the lesson counts; write unit: um there if the file is right"
+    assert found.findings[0].done == "the lesson's unit is used; write unit: um there if the file is right"
 
 
 def test_a_label_of_another_kind_is_told_and_the_lesson_counts() -> None:
@@ -252,8 +250,8 @@ def test_a_record_maps_itself_by_its_names() -> None:
     found = mapped(own)
     assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE)
     assert [str(finding) for finding in found.findings] == [
-        "x_encoder.position: the file has no column 'q', but one called 'x_encoder.position' in m; that one is taken.",
-        "time: the file has no column 't', but one called 'time' in s; that one is taken.",
+        "x_encoder.position: the file has no column 'q', but one called 'x_encoder.position' in m; it is used.",
+        "time: the file has no column 't', but one called 'time' in s; it is used.",
     ]
 
 

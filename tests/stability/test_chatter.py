@@ -120,7 +120,7 @@ def test_the_command_tells_and_refuses_in_a_sentence(
     assert found["kind"] == "hopf"
     assert found["frequency_hz"] == pytest.approx(cut.natural, rel=0.2)
     assert Path("cut.png").stat().st_size > 10_000
-    assert "nothing tells the speed of the spindle" in call(capsys, "chatter", "cut.csv").err
+    assert "the speed of the spindle is not known" in call(capsys, "chatter", "cut.csv").err
     assert "the file has no column 'forc'" in call(capsys, "chatter", "cut.csv", "--speed", "900", "--channel", "forc").err
     assert call(capsys, "chatter", "cut.csv", "--speed", "0").code == 2
     assert "holds 0.7 turns" in call(capsys, "chatter", "cut.csv", "--speed", "20").err

@@ -152,7 +152,7 @@ def test_the_game_answers_cuts_and_plays_beside(
         (LESSON + UNCERTAIN, "speed,width,stable\n2000,2,yes\n2000,1,no\n", "at 2000 rpm and 2 mm, and cut 2 chattered there at 1 mm"),
         (LESSON + UNCERTAIN, "speed,width,stable\n0,2,yes\n", "c.csv:2: the speed is 0 rpm"),
         (LESSON + UNCERTAIN, "speed,width\n2000,2\n", "the column 'stable' is missing"),
-        (LESSON + UNCERTAIN, "speed,width,stable\n2000,2,perhaps\n", "whether the cut was stable is 'perhaps'"),
+        (LESSON + UNCERTAIN, "speed,width,stable\n2000,2,perhaps\n", "'perhaps' does not say whether the cut was stable"),
         (LESSON + "uncertain: {tool_point.dampin: 5 %}\n", "speed,width,stable\n", "Did you mean 'damping'?"),
     ],
 )  # fmt: skip

@@ -113,7 +113,7 @@ def _wish(aim: AimOptions, means: MeansOptions) -> DesignWish:
     except UnitError as error:
         raise UnitError(error.fact, place="--at-most", remedy=error.remedy) from None
     if limit < 2.0:
-        raise LatheSimError(f"a program of {limit:g} s is too short to tell anything.", place="--at-most", remedy="Allow 2 s or more.")
+        raise LatheSimError(f"a program of {limit:g} s is too short to decide anything.", place="--at-most", remedy="Allow 2 s or more.")
     if (aim.between is not None) + bool(aim.wanted) + (aim.diagnosis is not None and not aim.wanted) != 1:
         raise click.UsageError("Name the rivals with --between, give a DIAGNOSIS.json, or name values with --for: one of the three.")
     if limit > _LONGEST:

@@ -170,7 +170,7 @@ def open_case(place: Path, setup: Setup | None) -> CaseFile:
         second = place.parent / "validate.csv"
         return CaseFile(load_lesson(place.parent / "lesson.yaml"), place, second if second.is_file() and second != place else None)
     if setup is None:
-        raise RecordingError("no lesson is on the bench to hold it against.", place=str(place), remedy="Put one on the bench first.")
+        raise RecordingError("no lesson is on the bench to compare it with.", place=str(place), remedy="Put one on the bench first.")
     return CaseFile(setup.lesson, place)
 
 
