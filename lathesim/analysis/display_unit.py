@@ -20,6 +20,7 @@ _RESOLUTION = 1e-6
 _STEPS: dict[str, tuple[tuple[float, str], ...]] = {
     "m": ((1e-3, "mm"), (1e-6, "um"), (1e-9, "nm")),
     "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "um/s")),
+    "feed": ((1e-3 / 60.0, "mm/min"),),
     "m/s^2": ((1.0, "m/s^2"), (1e-3, "mm/s^2")),
     "m^2": ((1e-6, "mm^2"), (1e-12, "um^2")),
     "m^2*s": ((1e-6, "mm^2*s"),),
@@ -37,6 +38,11 @@ _STEPS: dict[str, tuple[tuple[float, str], ...]] = {
     "V/m": ((1e3, "V/mm"), (1.0, "V/m")),
     "N/m": ((1e6, "N/um"), (1e3, "N/mm"), (1.0, "N/m")),
 }
+
+
+def read_as(name: str, unit: str) -> str:
+    """Return the SI unit of a channel or metric, and ``"feed"`` for a feed [m/s]: it reads in mm/min, as in a part program."""
+    return "feed" if unit == "m/s" and name.endswith("feed_speed") else unit
 
 
 def display_unit(unit: str, largest: float) -> tuple[float, str]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from lathesim.analysis.display_unit import shown_with_unit
+from lathesim.analysis.display_unit import read_as, shown_with_unit
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
@@ -64,7 +64,7 @@ class Measured:
     unit: str
 
     def __str__(self) -> str:
-        return shown_with_unit(self.value, self.unit)
+        return shown_with_unit(self.value, read_as(self.name, self.unit))
 
 
 @dataclass(frozen=True)

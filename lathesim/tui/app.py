@@ -158,8 +158,9 @@ class LathesimApp(RepaintingApp[None]):
         from lathesim.tui.screens.help import KeysView
 
         screen = self.screen
-        entry = next((entry for entry in self.entries if entry.name == self.current_mode), None)
-        groups: dict[str, list[BindingType]] = {screen.title or "This screen": [], "Where the cursor is": [], "Everywhere": []}
+        entry = next((entry for entry in self.entries if entry.name == self.current_mode and not screen.is_modal), None)
+        first = "This dialog" if screen.is_modal else screen.title or "This screen"
+        groups: dict[str, list[BindingType]] = {first: [], "Where the cursor is": [], "Everywhere": []}
         for active in screen.active_bindings.values():
             if active.binding.action.startswith(("app.focus", "screen.")):
                 continue  # the usual keys of each Textual screen

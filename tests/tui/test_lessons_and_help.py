@@ -11,6 +11,7 @@ from textual.command import Hit
 from textual.widgets import Input, Label, Markdown, OptionList, RichLog, Static, Tree
 
 from lathesim.tui.model.student_book import suggestion
+from lathesim.tui.screens.help import KeysView
 from lathesim.tui.widgets.controls import ReadOuts
 from tests.tui.driving import opened, run_to_end, told, until
 from tests.tui.screen_words import words_of
@@ -116,7 +117,10 @@ async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it()
         assert "2 questions about this run: press F6, then a." in told(app)
         assert "cut force" in str(app.screen.query_one("#plot").border_title)
         assert app.screen.query_one(ReadOuts).readings[1].title == "Force"
-        await pilot.press("f6", "a")
+        await pilot.press("f6", "a", "question_mark")
+        await until(pilot, lambda: isinstance(app.screen, KeysView), "the keys")
+        assert "This dialog" in "\n".join(str(widget.content) for widget in app.screen.query(Static))
+        await pilot.press("escape")
         await pilot.pause()
         await pilot.press("enter")
         await until(pilot, lambda: "Not right yet" in told(app), "the verdict")

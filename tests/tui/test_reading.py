@@ -10,10 +10,11 @@ from textual.color import Color
 from textual.theme import BUILTIN_THEMES
 
 from lathesim.analysis.display_unit import plain_name, pretty_quantities, shown_with_unit
+from lathesim.analysis.metric import Measured
 from lathesim.cli.open_app import FIRST_LESSON, make_app
 from lathesim.errors import LatheSimError
 from lathesim.record import Channel, Record
-from lathesim.tui.drawing.curves import Cursors, Curve, peak_words, spectrum_lines
+from lathesim.tui.drawing.curves import Cursors, Curve, peak_words, scaled, spectrum_lines
 from lathesim.tui.model.student_book import STATE, KeptState
 from lathesim.tui.widgets.controls import readings
 
@@ -64,6 +65,10 @@ def test_the_feed_is_read_as_in_the_program() -> None:
     moving = record(**{name: ("m/s", np.full(2, speed)) for name, speed in speeds.items()})
     feed = next(line for line in readings(moving, 0) if line.title == "Feed")
     assert (feed.actual, feed.wanted) == ("180 mm/min", "0 mm/min")
+    assert str(Measured("max_feed_speed", 0.003, "m/s")) == "180 mm/min"
+    assert Cursors().at(0.0).value_words(moving, "interpolator.feed_speed") == ": 0 mm/min"
+    ((_, drawn),) = scaled([Curve(moving, "interpolator.feed_speed")], fit_to_feed=False)
+    assert drawn.unit == "mm/min"
 
 
 def test_two_cursors_give_the_difference_and_its_frequency() -> None:

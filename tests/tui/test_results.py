@@ -169,6 +169,17 @@ async def test_cursors_range_spectrum_and_note_of_a_run() -> None:
         await pilot.pause()
         assert "contour error [µm]: largest " in str(app.screen.query_one("#cursor", Static).content)
         assert plot.picture().x_label == "frequency / Hz"
+        await pilot.press("t", "plus")
+        await pilot.pause()
+        zoomed = plot.picture()
+        for again in ("x", "t", "f5", "f3"):  # another view, another run, another screen
+            await (run_to_end(app, pilot) if again == "f5" else pilot.press(again))
+            await pilot.pause()
+        assert app.screen.query_one("#runs", SelectionList).selected == [0]
+        assert (plot.picture().x_limits, plot.picture().y_limits) == (zoomed.x_limits, zoomed.y_limits) != ((0.0, 18.48), (-200.0, 100.0))
+        await pilot.press("r", "e", "t")
+        await pilot.pause()
+        assert plot.picture().x_limits == (0.0, pytest.approx(18.48))
     assert Path("lathesim_runs/01_contour_error/001.note.txt").read_text(encoding="utf-8") == "soft: half the gain\n"
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.analysis.display_unit import display_unit, plain_name, pretty_quantities, pretty_unit, shown_with_unit
+from lathesim.analysis.display_unit import display_unit, plain_name, pretty_quantities, pretty_unit, read_as, shown_with_unit
 from lathesim.analysis.metric import find_channel
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.record import FloatArray, Record
@@ -143,7 +143,7 @@ def scaled(curves: Sequence[Curve], *, fit_to_feed: bool) -> list[tuple[Curve, S
     largest: dict[str, float] = {}
     for curve, item in found:
         largest[curve.channel] = max(largest.get(curve.channel, 0.0), abs(item.low), abs(item.high))
-    return [(curve, _in_unit(item, *display_unit(item.unit, largest[curve.channel]))) for curve, item in found]
+    return [(curve, _in_unit(item, *display_unit(read_as(curve.channel, item.unit), largest[curve.channel]))) for curve, item in found]
 
 
 def _in_unit(item: Scaled, factor: float, unit: str) -> Scaled:
@@ -272,7 +272,7 @@ def spectrum_lines(curves: Sequence[Curve], span: tuple[float, float] | None) ->
         window = np.hanning(len(values))
         amplitude = 2.0 * np.abs(np.fft.rfft((values - values.mean()) * window)) / window.sum()
         frequency = np.asarray(np.fft.rfftfreq(len(values), record.sample_period), dtype=np.float64)
-        factor, name = display_unit(record.unit(curve.channel), float(amplitude[1:].max()))
+        factor, name = display_unit(read_as(curve.channel, record.unit(curve.channel)), float(amplitude[1:].max()))
         title = f"{curve.title or plain_name(curve.channel)} [{pretty_unit(name) or '1'}] {curve.run}".rstrip()
         lines.append(PlotLine(frequency[1:], amplitude[1:] / factor, title))
     return lines
@@ -358,6 +358,6 @@ class Cursors:
     def value_words(self, record: Record, channel: str) -> str:
         """Return the value of a channel at the first cursor, and by how much it differs from that at the second; empty without a value."""
         value, before = (value_at(record, channel, place) if place is not None else math.nan for place in (self.place, self.mark))
-        unit = record.unit(channel)
+        unit = read_as(channel, record.unit(channel))
         texts = [pretty_quantities(shown_with_unit(item, unit)) for item in (value, value - before)]
         return "" if not math.isfinite(value) else f": {texts[0]}" + (f", Δ {texts[1]}" if math.isfinite(before) else "")

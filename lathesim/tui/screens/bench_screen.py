@@ -261,7 +261,9 @@ class BenchScreen(WorkbenchScreen):
         is_live = record.status == "running"
         end = self._expected_end() if is_live else float(record.time[-1])
         cursor = None if sample >= len(record) - 1 else float(record.time[sample])
-        plot.show([Curve(record, name) for name in self._channels], span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True)
+        curves = [Curve(record, name) for name in self._channels]
+        about = str(record.meta.get("lesson_name", ""))
+        plot.show(curves, span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True, about=about)
         self.query_one(ReadOuts).show(readings(record, sample, as_diameter=lathe.view.as_diameter, first=self._lesson_keys("read_outs")))
         self.query_one(ProgramListing).mark(program_line(record, sample))
         with self.prevent(Slider.Moved):

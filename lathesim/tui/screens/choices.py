@@ -11,7 +11,6 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, SelectionList, Static
 from textual.widgets.option_list import Option
 from textual.widgets.selection_list import Selection
@@ -26,11 +25,12 @@ from lathesim.plugins import Registry
 from lathesim.record import load
 from lathesim.shipped import shipped_folder
 from lathesim.tui.model.machine_tree import proposed_place
+from lathesim.tui.screens.workbench_screen import Dialog
 from lathesim.tui.widgets.controls import BrowseList, TickList, channel_words
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
 
 
-class PartChoice(ModalScreen[tuple[str, str] | None]):
+class PartChoice(Dialog[tuple[str, str] | None]):
     """Gives the name of the class chosen and the place; None where the dialog was left.
 
     ``origins`` tells where each comes from; those of plug-ins are marked. With a ``place`` of None no place is asked for; ``propose`` gives
@@ -126,7 +126,7 @@ def effect_choice(case: Prepared, registry: Registry, part: str) -> PartChoice:
     return PartChoice("Effect", registry.effects, registry.origins, place=part, propose=propose)
 
 
-class FileChoice(ModalScreen[Path | None]):
+class FileChoice(Dialog[Path | None]):
     """Gives the file chosen, or the path typed, which need not exist; None where the dialog was left. ``show`` gives a file's lines."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
@@ -227,7 +227,7 @@ def _record_lines(path: Path) -> list[str]:
     return [f"{len(record)} samples of {len(record.channels)} channels", *(line.replace("\n", " ") for line in about)]
 
 
-class ChannelChoice(ModalScreen[tuple[str, ...] | None]):
+class ChannelChoice(Dialog[tuple[str, ...] | None]):
     """Gives the names chosen, or None where the dialog was left."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel"), Binding("ctrl+s", "take", "Use")]

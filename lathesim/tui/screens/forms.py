@@ -17,11 +17,12 @@ from textual.widgets import Button, Checkbox, Input, Label, OptionList, Select, 
 from lathesim.errors import LatheSimError
 from lathesim.program.program_file import straight_from_form, taper_from_form
 from lathesim.tui.model.case_file import COMPARE, DRIVE, IGNORE, TIME, ColumnMeaning, recordings_entry
+from lathesim.tui.screens.workbench_screen import Dialog
 from lathesim.units import split_quantity
 from lathesim.whole_file import make_folder, write_new
 
 
-class TextQuestion(ModalScreen[str | None]):
+class TextQuestion(Dialog[str | None]):
     """Gives the text, or None where the dialog was left."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
@@ -50,7 +51,7 @@ class TextQuestion(ModalScreen[str | None]):
         self.dismiss(None)
 
 
-class ChoiceQuestion(ModalScreen[str | None]):
+class ChoiceQuestion(Dialog[str | None]):
     """Gives the choice, or None where the dialog was left."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
@@ -79,7 +80,7 @@ class Order:
     validate: bool
 
 
-class ConcealForm(ModalScreen[Order | None]):
+class ConcealForm(Dialog[Order | None]):
     """Gives the order, or None where the dialog was left."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
@@ -134,7 +135,7 @@ class ConcealForm(ModalScreen[Order | None]):
         self.dismiss(None)
 
 
-class MappingForm(ModalScreen[list[ColumnMeaning] | None]):
+class MappingForm(Dialog[list[ColumnMeaning] | None]):
     """Gives the meaning of each column, or None where the dialog was left; guesses stand in the fields at first."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
@@ -224,7 +225,7 @@ _UNITS = {name: split_quantity(text)[1] for name, _, text in FIELDS if name != "
 _STRAIGHT, _TAPER = "straight cut", "taper cut"
 
 
-class CutForm(ModalScreen[Path | None]):
+class CutForm(Dialog[Path | None]):
     """Writes the part program and gives its file; None where the dialog was left."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]

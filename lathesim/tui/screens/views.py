@@ -17,7 +17,6 @@ from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, RichLog, Static
 
 from lathesim.errors import LatheSimError, LessonError
@@ -29,6 +28,7 @@ from lathesim.stability.lesson_settings import cut_of, tap_lesson
 from lathesim.stability.lobes import stability_map
 from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.tui.drawing.curves import MICROMETRES, PlotLine
+from lathesim.tui.screens.workbench_screen import Dialog
 from lathesim.tui.widgets.time_plot import TimePlot
 from lathesim.units import from_si, in_unit
 
@@ -122,7 +122,7 @@ _HIGHEST = 6.0
 """Limits are drawn up to so many times the smallest."""
 
 
-class LobesView(ModalScreen[None]):
+class LobesView(Dialog[None]):
     """Shows the limit of the chip width over the spindle speed; raises :class:`LessonError` where the lesson has no tool point,
     or an interrupted cut."""
 
@@ -172,7 +172,7 @@ class LobesView(ModalScreen[None]):
         self.dismiss(None)
 
 
-class ToolPointView(ModalScreen[None]):
+class ToolPointView(Dialog[None]):
     """Shows the real part of the response with the fitted modes; raises :class:`LessonError` where the lesson has no tool point."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Close")]
@@ -240,7 +240,7 @@ class CommandField:
     text: str = ""
 
 
-class CommandForm(ModalScreen[None]):
+class CommandForm(Dialog[None]):
     """Fills in a command of ``lathesim``, runs it beside the app, and shows what it prints. Closing the form ends the command."""
 
     BINDINGS = [Binding("escape", "dismiss(None)", "Close")]

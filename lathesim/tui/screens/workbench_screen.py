@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, cast
 
 from rich.text import Text
 from textual.app import ComposeResult
+from textual.binding import Binding
 from textual.containers import Horizontal
-from textual.screen import Screen
+from textual.screen import ModalScreen, Screen, ScreenResultType
 from textual.widget import Widget
 from textual.widgets import Footer, Static
 
@@ -18,6 +19,12 @@ from lathesim.tui.model.workbench import REGISTRY, RUN, RUNS, SETUP, Workbench
 
 if TYPE_CHECKING:
     from lathesim.tui.app import LathesimApp
+
+
+class Dialog(ModalScreen[ScreenResultType]):
+    """Lies over a screen and gives an answer; ``?`` shows its keys, unless a field takes the letter."""
+
+    BINDINGS = [Binding("question_mark", "app.keys", "Keys of this dialog", show=False)]
 
 
 class CommandLine(Static):

@@ -17,10 +17,9 @@ from textual.widget import Widget
 from textual.widgets import DataTable, OptionList, SelectionList
 from textual.widgets.option_list import OptionDoesNotExist
 
-from lathesim.analysis.display_unit import plain_name, plain_number, pretty_quantities, pretty_unit, resolved, shown_with_unit
+from lathesim.analysis.display_unit import plain_name, pretty_quantities, pretty_unit, shown_with_unit
 from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, Measurements, Metric, find_channel, measure
 from lathesim.record import Place, Record
-from lathesim.units import from_si
 
 
 class Slider(Widget, can_focus=True):
@@ -187,7 +186,7 @@ def _standard_readings(record: Record, sample: int, *, as_diameter: bool) -> lis
         ReadOutLine("Z", values.shown("m", "z_axis.position"), values.shown("m", "z_reference")),
         ReadOutLine("Error", values.shown("m", *CONTOUR_ERROR) if values.in_cut else "not in cut"),
         ReadOutLine("Spindle", values.shown("rad/s", *SPINDLE_SPEED), values.shown("rad/s", "spindle_reference")),
-        ReadOutLine("Feed", _feed(speed), _feed(values.value("feed_speed"))),
+        ReadOutLine("Feed", _text(speed, "feed"), values.shown("feed", "feed_speed")),
         ReadOutLine("Feed/rev", values.shown("m", "cutting.feed"), values.shown("m", ".feed_per_revolution")),
         ReadOutLine("Depth", values.shown("m", "depth_of_cut")),
         ReadOutLine("Force", values.shown("N", "cutting_force")),
@@ -234,11 +233,6 @@ class _At:
 
 def _text(value: float, unit: str) -> str:
     return pretty_quantities(shown_with_unit(value, unit)) if math.isfinite(value) else NONE
-
-
-def _feed(value: float) -> str:
-    """Return a feed [m/s] in millimetres a minute, as a part program has it."""
-    return f"{plain_number(from_si(resolved(value, 'm/s'), 'mm/min'), 4)} mm/min" if math.isfinite(value) else NONE
 
 
 def channel_words(name: str, unit: str, doc: str) -> Text:

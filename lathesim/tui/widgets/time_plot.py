@@ -103,6 +103,9 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         self._values: tuple[float, float] | None = None
         self._pressed_at: tuple[int, int] | None = None
         self._drawn: list[Scaled | PlotLine] = []
+        self._about: tuple[str, ...] = ()
+        """What the axes show; of each such view ``_zooms`` keeps the limits that a person has set."""
+        self._zooms: dict[tuple[str, ...], tuple[tuple[float, float] | None, ...]] = {}
         self._across, self._up = _Ticks(), _Ticks()
         self.set_x_formatter(self._across)
         self.set_y_formatter(self._up)
@@ -211,16 +214,17 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         span: tuple[float, float] | None = None,
         cursor: float | None = None,
         fit_to_feed: bool = False,
-        keep_zoom: bool = False,
+        about: str = "",
     ) -> None:
         """Draw curves. ``span`` [s] bounds the time axis; ``cursor`` [s] stands as a line.
 
         With ``fit_to_feed`` the value axis spans what happened in the cut, or else in blocks run at feed, where the record tells; rapid
-        moves may leave the frame. ``keep_zoom`` leaves the axes as a person has set them.
+        moves may leave the frame. Axes that a person has set stay as long as the channels and what the plot is ``about`` are the same.
         """
         if not self.is_mounted:
             return
         with self.app.batch_update():
+            self._keep_zoom((about, *dict.fromkeys(curve.channel for curve in curves)))
             self.clear()
             units: list[str] = []
             labels: list[tuple[str, str]] = []
@@ -235,8 +239,7 @@ class TimePlot(PlotWidget, inherit_bindings=False):
                 labels.append((f"{curve.title or plain_name(curve.channel)} [{pretty_unit(item.unit) or '1'}]{times}", curve.run))
                 self._draw(item.times(power), max(10, 2 * (self.size.width - self.margin_left)))
             ends = self._ends()
-            if not keep_zoom:
-                self._fit(span, (min(ends), max(ends)) if ends else None)
+            self._fit(span, (min(ends), max(ends)) if ends else None)
             self.set_xlabel("t / s" if units else "")
             self.set_ylabel(pretty_unit(units[0]) or "1" if len(set(units)) == 1 else "")
             if cursor is not None and units:
@@ -280,14 +283,16 @@ class TimePlot(PlotWidget, inherit_bindings=False):
 
     def show_values(self, low: float, high: float) -> None:
         """Show the axis up from ``low`` to ``high`` in its unit."""
-        self._values = None
-        self.set_ylimits(low, high)
+        self._auto_y_min = self._auto_y_max = False
+        self._y_min, self._y_max = low, high
+        self._rerender()
 
     def show_lines(self, lines: Sequence[PlotLine], x_label: str, y_label: str) -> None:
         """Draw lines of any two quantities; the axes fit all of them."""
         if not self.is_mounted:
             return
         with self.app.batch_update():
+            self._keep_zoom((x_label, y_label))
             self.clear()
             self._drawn = []
             for line in lines:
@@ -312,15 +317,36 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         words += [Content.styled(f"{mark} {name}", colour) for mark, name, colour in self.named]
         self.border_title = Content("  ").join(words)
 
+    def _keep_zoom(self, about: tuple[str, ...]) -> None:
+        """Remember the axes that a person has set, before something else is shown."""
+        x, y = (self._x_min, self._x_max), (self._y_min, self._y_max)
+        by_hand_x = not self._auto_x_min if self._user_x_min is None else x != (self._user_x_min, self._user_x_max)
+        by_hand_y = not self._auto_y_min if self._user_y_min is None else y != (self._user_y_min, self._user_y_max)
+        self._zooms[self._about] = x if by_hand_x else None, y if by_hand_y else None
+        self._about = about
+
+    def _zoom_again(self) -> None:
+        """Set the axes as a person had them, unless nothing would be seen of a shorter run."""
+        x, y = self._zooms.get(self._about, (None, None))
+        if x is not None:
+            fitted, (self._x_min, self._x_max) = (self._x_min, self._x_max), x
+            if any(len(self._in_view(item, 2)[0]) for item in self._drawn):
+                self._auto_x_min = self._auto_x_max = False
+            else:
+                self._x_min, self._x_max = fitted
+        if y is not None:
+            self.show_values(*y)
+
     def _fit(self, span: tuple[float, float] | None, values: tuple[float, float] | None) -> None:
         self.set_xlimits(*(span or (None, None)))
         if values is None:
             self.set_ylimits(None, None)
-            return
-        low, high = values
-        room = _ROOM * (high - low) or abs(high) or 1.0
-        self._values = low - room, high + room
-        self._fit_rows()
+        else:
+            low, high = values
+            room = _ROOM * (high - low) or abs(high) or 1.0
+            self._values = low - room, high + room
+            self._fit_rows()
+        self._zoom_again()
 
     def _fit_rows(self) -> None:
         """Let the marks of the axis up fall into the middle of rows."""
