@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import fnmatch
 import functools
 import hashlib
 import os
@@ -57,8 +58,12 @@ def kept_sealed(name: str) -> bytes | None:
 
 
 def names_kept(pattern: str) -> set[str]:
-    """Return the names of the files of the cache that match ``pattern``."""
-    return {file.name for folder in _folders() for file in folder.glob(pattern)}
+    """Return the names of the files of the cache that match ``pattern``; a cache may hold ten thousand files."""
+    found: set[str] = set()
+    for folder in _folders():
+        with contextlib.suppress(OSError), os.scandir(folder) as files:
+            found.update(fnmatch.filter((file.name for file in files), pattern))
+    return found
 
 
 def _seal(name: str, content: bytes) -> bytes:

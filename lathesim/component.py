@@ -188,6 +188,7 @@ class Component:
     """A machine part. Subclass it, declare names, write laws; see the module's text."""
 
     declarations: ClassVar[dict[str, Declaration]] = {}
+    _by_kind: ClassVar[dict[type[Declaration], dict[str, Any]]] = {}
     laws: ClassVar[dict[str, Law]] = {}
     arguments: ClassVar[dict[str, tuple[str, ...]]] = {}
     law_order: ClassVar[tuple[str, ...]] = ()
@@ -209,6 +210,9 @@ class Component:
         for name, item in _collect(cls).items() if units else ():
             setattr(cls, name, item.with_units(units or {}))
         cls.declarations = _collect(cls)
+        cls._by_kind = {}
+        for name, item in cls.declarations.items():
+            cls._by_kind.setdefault(type(item), {})[name] = item
         own = [f"output_{name}" for name in cls.declared(Output)]
         cls.laws = {name: getattr(cls, name) for name in (*LAW_NAMES, *own) if hasattr(cls, name)}
         cls.arguments = {name: _argument_names(cls, name) for name in cls.laws}
@@ -218,7 +222,7 @@ class Component:
     @classmethod
     def declared(cls, kind: type[Kind]) -> dict[str, Kind]:
         """Return the declarations of exactly one kind, in order: ``declared(State)`` does not hold the discrete states."""
-        return {name: item for name, item in cls.declarations.items() if type(item) is kind}
+        return dict(cls._by_kind.get(kind, {}))
 
     @classmethod
     def output_laws(cls) -> dict[str, tuple[str, ...]]:
@@ -270,8 +274,15 @@ class Component:
         """Return the same part with its unit placeholders replaced, for example ``{"effort": "N", "flow": "m/s"}``."""
         if not cls.placeholders():
             return cls
-        body = {"__doc__": cls.__doc__, "__module__": cls.__module__, "__qualname__": cls.__qualname__}
-        return type(cls.__name__, (cls,), body, units=units)
+        key = cls, frozenset(units.items())
+        if key not in _WITH_UNITS:
+            body = {"__doc__": cls.__doc__, "__module__": cls.__module__, "__qualname__": cls.__qualname__}
+            _WITH_UNITS[key] = type(cls.__name__, (cls,), body, units=units)
+        return _WITH_UNITS[key]
+
+
+_WITH_UNITS: dict[tuple[type[Component], frozenset[tuple[str, str]]], type[Component]] = {}
+"""What :meth:`Component.with_units` made; a catalogue is placed in each machine that is asked about, with the same units."""
 
 
 def _collect(cls: type[Component]) -> dict[str, Declaration]:

@@ -299,6 +299,24 @@ class Piece:
     digest: str
 
 
+Lines = tuple[str, ...]
+
+
+@functools.lru_cache(maxsize=4096)
+def _lines_in_place(law: str, given: tuple[str, ...], targets: tuple[str, ...], prefix: str) -> Lines | None:
+    """Return the lines of a law's text written where it is called; a diagnosis writes one machine dozens of times."""
+    tree = ast.parse(law).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    nodes = [node for statement in tree.body for node in ast.walk(statement)]
+    if any(isinstance(node, (ast.stmt, ast.expr)) and not isinstance(node, _IN_PLACE) for node in nodes):
+        return None
+    try:
+        made = in_place(tree, [ast.parse(value, mode="eval").body for value in given], targets, prefix)
+    except NotInPlaceError:
+        return None
+    return tuple(line for statement in made for line in ast.unparse(statement).splitlines())
+
+
 class LawLibrary:
     """Collects laws and what they use; ``blocks`` is Python source in which each stands once, ``pieces`` the functions one by one."""
 
@@ -336,20 +354,11 @@ class LawLibrary:
         found = self.pieces.keys() & set(names)
         return found | {other for name in found for other in self.with_theirs(self.pieces[name].uses)}
 
-    def lines_in_place(self, function: Callable[..., Any], given: Sequence[str], targets: Sequence[str], prefix: str) -> list[str] | None:
+    def lines_in_place(self, function: Callable[..., Any], given: Sequence[str], targets: Sequence[str], prefix: str) -> Lines | None:
         """Return the lines of a law written where it is called; none where it has to be called, so that it can be named when it fails."""
         if any("while " in self.pieces[name].text for name in self.with_theirs(self._references(function).values())):
             return None
-        tree = ast.parse(law_text(function).named("law", self._references(function))).body[0]
-        assert isinstance(tree, ast.FunctionDef)
-        nodes = [node for statement in tree.body for node in ast.walk(statement)]
-        if any(isinstance(node, (ast.stmt, ast.expr)) and not isinstance(node, _IN_PLACE) for node in nodes):
-            return None
-        try:
-            made = in_place(tree, [ast.parse(value, mode="eval").body for value in given], targets, prefix)
-        except NotInPlaceError:
-            return None
-        return [line for statement in made for line in ast.unparse(statement).splitlines()]
+        return _lines_in_place(law_text(function).named("law", self._references(function)), tuple(given), tuple(targets), prefix)
 
     def _keep_piece(self, name: str, text: str, used: list[str]) -> None:
         constants = [self._constants[item] for item in used if item in self._constants]
