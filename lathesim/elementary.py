@@ -157,6 +157,15 @@ def turned(x: float, ahead: float) -> float:
     return -value if quarter < 0.0 or quarter > 1.5 else value
 
 
+def within(value: float, low: float, high: float) -> float:
+    """Return a value kept between two bounds."""
+    if value > high:
+        return high
+    if value < low:
+        return low
+    return value
+
+
 def hermite(share: float, span: float, first: float, first_rate: float, last: float, last_rate: float) -> float:
     """Return the value at a share of a span [s] on the cubic with the values and rates [1/s] at its ends."""
     rest = 1.0 - share

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.components.servo_controllers import limited_pid
+from lathesim.elementary import within
 
 
 class CrossCouplingController(Component):
@@ -46,15 +48,9 @@ class CrossCouplingController(Component):
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """The PID law on the contour error."""
         slope = (deviation - held_deviation) / sample_period if started > 0.5 else 0.0
-        total = deviation_sum + deviation * sample_period
-        voltage = proportional * deviation + integral * total + derivative_gain * slope
-        if abs(voltage) > largest_voltage and voltage * integral * deviation > 0.0:
-            total = deviation_sum
-            voltage = proportional * deviation + integral * total + derivative_gain * slope
-        if voltage > largest_voltage:
-            voltage = largest_voltage
-        if voltage < -largest_voltage:
-            voltage = -largest_voltage
+        voltage, total = limited_pid(
+            deviation, slope, deviation_sum, proportional, integral, derivative_gain, 0.0, -largest_voltage, largest_voltage, sample_period
+        )
         return voltage, deviation, total, normal_x, normal_z, 1.0
 
     @staticmethod
@@ -179,16 +175,8 @@ class TaskFrameController(Component):
         tangential = along * lag + velocity_feedforward * feed_speed + acceleration_feedforward * rise
         inward = acceleration_feedforward * feed_speed * feed_speed * curvature
         normal = across * deviation + across_integral * summed + across_derivative * slope + inward
-        x = tangential * tangent_x + normal * normal_x
-        z = tangential * tangent_z + normal * normal_z
-        if x > largest_voltage:
-            x = largest_voltage
-        if x < -largest_voltage:
-            x = -largest_voltage
-        if z > largest_voltage:
-            z = largest_voltage
-        if z < -largest_voltage:
-            z = -largest_voltage
+        x = within(tangential * tangent_x + normal * normal_x, -largest_voltage, largest_voltage)
+        z = within(tangential * tangent_z + normal * normal_z, -largest_voltage, largest_voltage)
         return deviation, summed, feed_speed, 1.0, x, z
 
     @staticmethod

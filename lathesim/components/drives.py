@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lathesim.component import Component, Input, Output, Parameter
+from lathesim.elementary import within
 
 
 def motor_current(
@@ -15,11 +16,7 @@ def motor_current(
     inductance.
     """
     current = (amplifier_gain * (voltage - tachometer_gain * motor_velocity) - voltage_constant * motor_velocity) / resistance
-    if current > largest_current:
-        current = largest_current
-    if current < smallest_current:
-        current = smallest_current
-    return current
+    return within(current, smallest_current, largest_current)
 
 
 def at_the_motor(own: float, ratio: float, driven: float) -> float:
@@ -34,12 +31,7 @@ def dry_friction(applied: float, speed: float, level: float, inertia: float, ste
     ``level``. Sliding: exactly ``level`` against the motion. Standing and pushed by less than ``level``: exactly the push, so the body
     rests without creeping. Between them a line, as wide as one step can decide, so that RK4 does not chatter as it does with sign().
     """
-    wanted = applied + inertia * speed / step
-    if wanted > level:
-        return level
-    if wanted < -level:
-        return -level
-    return wanted
+    return within(applied + inertia * speed / step, -level, level)
 
 
 class VoltageDrive(Component):

@@ -12,6 +12,7 @@ import math
 from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Output, Parameter, Table
+from lathesim.elementary import within
 
 _BENT_AWAY = 0.25
 """Share of the squared tangent below which the second derivative of the distance no longer guides Newton's step."""
@@ -72,11 +73,7 @@ def nearest_on(curve: Any, x: float, z: float, start: float) -> float:
             slope = square
         if slope < _FEWEST:
             return at
-        change = -along / slope
-        if change > _LONGEST_STEP:
-            change = _LONGEST_STEP
-        if change < -_LONGEST_STEP:
-            change = -_LONGEST_STEP
+        change = within(-along / slope, -_LONGEST_STEP, _LONGEST_STEP)
         at = at + change
         if at < 0.0:
             at = 0.0

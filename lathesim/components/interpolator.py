@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
 from lathesim.components.threads import NO_ANGLE, TWO_PI, angle_of_speed, next_row, takes_time, walk_thread
+from lathesim.elementary import within
 from lathesim.path_columns import (
     ARC_MOVE,
     CENTRE_X,
@@ -95,11 +96,7 @@ def programmed_spindle(path: Any, row: int, x: float, override: float, largest: 
         speed = limit if radius * limit <= wanted else wanted / radius
         if path[row][SPINDLE_DIRECTION] < 0.0:
             speed = -speed
-    if speed > largest:
-        return largest
-    if speed < -largest:
-        return -largest
-    return speed
+    return within(speed, -largest, largest)
 
 
 def x_on_path(path: Any, row: int, travelled: float) -> float:

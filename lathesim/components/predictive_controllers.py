@@ -6,6 +6,8 @@ import math
 from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, Table
+from lathesim.components.servo_controllers import limited_pid
+from lathesim.elementary import within
 
 _TWO = 1.5
 """More samples than this are two, as a change of a rate needs."""
@@ -76,22 +78,11 @@ class FeedforwardController(Component):
         change = reference_acceleration
         if change >= MEASURE_FROM_REFERENCE:
             change = (rate - held_rate) / sample_period if samples > _TWO else 0.0
-        direction = rate / friction_speed
-        if direction > 1.0:
-            direction = 1.0
-        if direction < -1.0:
-            direction = -1.0
+        direction = within(rate / friction_speed, -1.0, 1.0)
         ahead = velocity_feedforward * rate + acceleration_feedforward * change + friction_feedforward * direction + correction
-        total = error_sum + error * sample_period
-        voltage = proportional * error + integral * total + derivative_gain * slope + ahead
-        growth = integral * error
-        if (voltage > largest_voltage and growth > 0.0) or (voltage < smallest_voltage and growth < 0.0):
-            total = error_sum
-            voltage = proportional * error + integral * total + derivative_gain * slope + ahead
-        if voltage > largest_voltage:
-            voltage = largest_voltage
-        if voltage < smallest_voltage:
-            voltage = smallest_voltage
+        voltage, total = limited_pid(
+            error, slope, error_sum, proportional, integral, derivative_gain, ahead, smallest_voltage, largest_voltage, sample_period
+        )
         return voltage, error, total, reference, rate, samples + 1.0 if samples < _TWO else 2.0
 
     @staticmethod
@@ -182,11 +173,7 @@ def _plan(plan: list[float], track: list[float], a: float, b_v: float, b_x: floa
                 x = x + c * v
                 v = a * v
             change = slope / bend if bend > 0.0 else 0.0
-            wanted = plan[place] + change
-            if wanted > limit:
-                wanted = limit
-            if wanted < -limit:
-                wanted = -limit
+            wanted = within(plan[place] + change, -limit, limit)
             change = wanted - plan[place]
             plan[place] = wanted
             x = b_x
@@ -274,11 +261,8 @@ class PredictiveController(Component):
             ahead_rate = ahead_rate + bend * sample_period
             ahead = ahead + ahead_rate * sample_period
             track[place] = ahead - x
-        voltage = _plan(plan, track, a, b_v, b_x, c, effort, largest_voltage) + correction
-        if voltage > largest_voltage:
-            voltage = largest_voltage
-        if voltage < -largest_voltage:
-            voltage = -largest_voltage
+        planned = _plan(plan, track, a, b_v, b_x, c, effort, largest_voltage)
+        voltage = within(planned + correction, -largest_voltage, largest_voltage)
         return voltage, measured, reference, rate, now, disturbance, samples + 1.0 if samples < _TWO else 2.0
 
     @staticmethod

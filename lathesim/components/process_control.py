@@ -6,6 +6,7 @@ import math
 from typing import ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.elementary import within
 
 _ONE_METRE = 6.9
 """Logarithm of a feed of 1 m in mm."""
@@ -43,15 +44,6 @@ KILOMETRE_PER_MINUTE = 1000.0 / 60.0
 def process_gain(force_gain: float, depth_exponent: float, speed_exponent: float, depth: float, speed: float) -> float:
     """Return theta = K d^beta V^gamma: the measured quantity at 1 mm feed; d in mm, V in km/min inside the powers."""
     return force_gain * math.pow(depth / MILLIMETRE, depth_exponent) * math.pow(speed / KILOMETRE_PER_MINUTE, speed_exponent)
-
-
-def feed_within(feed: float, smallest: float, largest: float) -> float:
-    """Return a feed [m] kept within its limits."""
-    if feed > largest:
-        return largest
-    if feed < smallest:
-        return smallest
-    return feed
 
 
 class NonlinearProcessController(Component):
@@ -98,14 +90,14 @@ class NonlinearProcessController(Component):
         if cutting_block < 0.5:
             return NO_COMMAND
         if held_feed < 0.0:
-            return feed_within(programmed_feed, smallest_feed, largest_feed)
+            return within(programmed_feed, smallest_feed, largest_feed)
         theta = process_gain(force_gain, depth_exponent, speed_exponent, depth_of_cut, cutting_speed)
         control = math.pow(held_feed / MILLIMETRE, feed_exponent) + sample_period * (reference - measured) / (time_constant * theta)
         if control <= 0.0:
             return smallest_feed
         if math.log(control) / feed_exponent > math.log(largest_feed / MILLIMETRE):
             return largest_feed
-        return feed_within(MILLIMETRE * math.pow(control, 1.0 / feed_exponent), smallest_feed, largest_feed)
+        return within(MILLIMETRE * math.pow(control, 1.0 / feed_exponent), smallest_feed, largest_feed)
 
     @staticmethod
     def output(held_feed: float) -> float:
@@ -141,13 +133,13 @@ class LinearizationProcessController(NonlinearProcessController):
         if cutting_block < 0.5:
             return NO_COMMAND
         if held_feed < 0.0:
-            return feed_within(programmed_feed, smallest_feed, largest_feed)
+            return within(programmed_feed, smallest_feed, largest_feed)
         theta = process_gain(force_gain, depth_exponent, speed_exponent, depth_of_cut, cutting_speed)
         nominal = smallest_feed if reference <= 0.0 else nominal_feed(reference / theta, feed_exponent)
-        nominal = feed_within(nominal, smallest_feed, largest_feed)
+        nominal = within(nominal, smallest_feed, largest_feed)
         slope = feed_exponent * theta * math.pow(nominal / MILLIMETRE, feed_exponent - 1.0)
         feed = held_feed + MILLIMETRE * sample_period * (reference - measured) / (time_constant * slope)
-        return feed_within(feed, smallest_feed, largest_feed)
+        return within(feed, smallest_feed, largest_feed)
 
 
 class LogTransformProcessController(Component):
@@ -190,14 +182,14 @@ class LogTransformProcessController(Component):
         if cutting_block < 0.5:
             return NO_COMMAND
         if held_feed < 0.0:
-            return feed_within(programmed_feed, smallest_feed, largest_feed)
+            return within(programmed_feed, smallest_feed, largest_feed)
         force = measured if measured > smallest_measured else smallest_measured
         if force <= 0.0:
             return math.nan
         change = sample_period * (math.log(reference) - math.log(force)) / (time_constant * feed_exponent)
         if change > _LARGEST_CHANGE:
             return largest_feed
-        return feed_within(held_feed * math.exp(change), smallest_feed, largest_feed)
+        return within(held_feed * math.exp(change), smallest_feed, largest_feed)
 
     @staticmethod
     def output(held_feed: float) -> float:
@@ -260,7 +252,7 @@ class AdaptiveProcessController(Component):
         if cutting_block < 0.5:
             return NO_COMMAND, held_estimate, held_covariance
         if held_feed < 0.0:
-            return feed_within(programmed_feed, smallest_feed, largest_feed), held_estimate, held_covariance
+            return within(programmed_feed, smallest_feed, largest_feed), held_estimate, held_covariance
         if measured < contact_threshold or measured <= 0.0:
             return held_feed, held_estimate, held_covariance
         feed = held_feed / MILLIMETRE
@@ -272,7 +264,7 @@ class AdaptiveProcessController(Component):
         if covariance < smallest_covariance or covariance <= 0.0:
             covariance = reset_covariance
         change = MILLIMETRE * (1.0 - pole) / estimate * (reference - measured)
-        return feed_within(held_feed + change, smallest_feed, largest_feed), estimate, covariance
+        return within(held_feed + change, smallest_feed, largest_feed), estimate, covariance
 
     @staticmethod
     def output(held_feed: float, held_estimate: float, held_covariance: float) -> tuple[float, float, float]:

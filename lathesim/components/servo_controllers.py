@@ -3,6 +3,24 @@
 from __future__ import annotations
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.elementary import within
+
+
+def limited_pid(
+    error: float, slope: float, error_sum: float, proportional: float, integral: float, derivative_gain: float, ahead: float,
+    smallest_voltage: float, largest_voltage: float, sample_period: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the voltage of a PID law with what is fed ``ahead``, within the limits, and the sum of errors times sample period.
+
+    A sample that would push a voltage further beyond a limit is not added to the sum (conditional integration).
+    """
+    total = error_sum + error * sample_period
+    voltage = proportional * error + integral * total + derivative_gain * slope + ahead
+    growth = integral * error
+    if (voltage > largest_voltage and growth > 0.0) or (voltage < smallest_voltage and growth < 0.0):
+        total = error_sum
+        voltage = proportional * error + integral * total + derivative_gain * slope + ahead
+    return within(voltage, smallest_voltage, largest_voltage), total
 
 
 class PositionController(Component):
@@ -49,16 +67,9 @@ class PositionController(Component):
         """Equation (5) in discrete time, with conditional integration."""
         error = reference - measured
         slope = (error - held_error) / sample_period if started > 0.5 else 0.0
-        total = error_sum + error * sample_period
-        voltage = proportional * error + integral * total + derivative_gain * slope + correction
-        growth = integral * error
-        if (voltage > largest_voltage and growth > 0.0) or (voltage < smallest_voltage and growth < 0.0):
-            total = error_sum
-            voltage = proportional * error + integral * total + derivative_gain * slope + correction
-        if voltage > largest_voltage:
-            voltage = largest_voltage
-        if voltage < smallest_voltage:
-            voltage = smallest_voltage
+        voltage, total = limited_pid(
+            error, slope, error_sum, proportional, integral, derivative_gain, correction, smallest_voltage, largest_voltage, sample_period
+        )
         return voltage, error, total, 1.0
 
     @staticmethod
@@ -115,16 +126,9 @@ class AngularPositionController(Component):
         error = reference - measured
         change = error - held_error if started > 0.5 else 0.0
         filtered = (derivative_filter * slope + change) / (derivative_filter + sample_period)
-        total = error_sum + error * sample_period
-        voltage = proportional * error + integral * total + derivative_gain * filtered
-        growth = integral * error
-        if (voltage > largest_voltage and growth > 0.0) or (voltage < smallest_voltage and growth < 0.0):
-            total = error_sum
-            voltage = proportional * error + integral * total + derivative_gain * filtered
-        if voltage > largest_voltage:
-            voltage = largest_voltage
-        if voltage < smallest_voltage:
-            voltage = smallest_voltage
+        voltage, total = limited_pid(
+            error, filtered, error_sum, proportional, integral, derivative_gain, 0.0, smallest_voltage, largest_voltage, sample_period
+        )
         return voltage, error, total, filtered, 1.0
 
     @staticmethod

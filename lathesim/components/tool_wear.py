@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.elementary import within
 
 _LARGEST = 60.0
 """Logarithm of a life [min] beyond which an edge lasts for ever, or not at all."""
@@ -53,11 +54,7 @@ class TaylorWear(Component):
         """Equation (34), one sample of it."""
         if in_contact < 0.5 or cutting_speed < slowest_cutting_speed:
             return used, 0.0
-        logarithm = math.log(taylor_constant / cutting_speed) / taylor_exponent
-        if logarithm > _LARGEST:
-            logarithm = _LARGEST
-        if logarithm < -_LARGEST:
-            logarithm = -_LARGEST
+        logarithm = within(math.log(taylor_constant / cutting_speed) / taylor_exponent, -_LARGEST, _LARGEST)
         life = MINUTE * math.exp(logarithm)
         return used + sample_period / life, life
 
