@@ -23,7 +23,7 @@ from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError
 from lathesim.lessons.case import Case, Given
 from lathesim.lessons.insertion import Machinery
-from lathesim.lessons.part_values import no_item, placed_at, si_value
+from lathesim.lessons.part_values import declared_item, placed_at, si_value
 from lathesim.units import split_quantity
 
 
@@ -120,13 +120,8 @@ def alarms_of(case: Case, machinery: Machinery) -> tuple[Alarm, ...]:
     return tuple(_alarm(name, given, parts) for name, given in {**written, **case.alarms}.items())
 
 
-def _alarm(name: str, given: Given, parts: dict[str, type]) -> Alarm:
-    part, item = Place.of(name)
-    if part not in parts:
-        raise LessonError(f"there is no part '{part}'.", place=given.key_place, remedy=f"The machine has {', '.join(parts)}.")
-    declared = parts[part].declarations.get(item)  # type: ignore[attr-defined]
-    if not isinstance(declared, Output):
-        raise no_item(part, parts[part], item, (Output,), "output", given.key_place)
+def _alarm(name: str, given: Given, parts: Mapping[str, type[Component]]) -> Alarm:
+    declared = declared_item(name, parts, (Output,), "output", given.key_place)
     lower, dots, upper = str(given.value).rpartition("..")
     high = si_value(Given(upper, given.place, given.key_place), declared.unit)
     if not dots:

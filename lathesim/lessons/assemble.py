@@ -8,14 +8,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from lathesim.component import Component, Declaration, Input, Memory, Output, Parameter, State, Table
+from lathesim.component import Component, Input, Memory, Output, Parameter, State, Table
 from lathesim.conformance import line_of
 from lathesim.engine.assembly import FloatArray, Part, Place, Wire, of_part
 from lathesim.errors import LessonError, nearest
 from lathesim.lessons.case import Case, Given, Insertion, case_of
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.part_values import no_item, placed_at, seconds, si_value, table_of, take_value
+from lathesim.lessons.part_values import declared_item, no_item, placed_at, seconds, si_value, table_of, take_value
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of, tools_of
 from lathesim.lessons.sensor_sides import is_motion_sensor
 from lathesim.plugins import Registry
@@ -150,21 +150,22 @@ def _wires(case: Case, parts: Mapping[str, _Placed]) -> dict[str, Wire]:
         where = ("wires", target)
         written[target] = _Written(Given(text, source.place(where), source.place(where, key=True)), True)
     written |= {target: _Written(given, False) for target, given in case.wires.items()}
+    components = {name: placed.component for name, placed in parts.items()}
     wires: dict[str, Wire] = {}
     for target, item in written.items():
         part, name = Place.of(target)
-        left_over = item.in_template and part in case.replace and part in parts and name not in parts[part].component.declarations
+        left_over = item.in_template and part in case.replace and part in parts and name not in components[part].declarations
         if not left_over:
-            wires[target] = _wire(target, item.given, parts)
+            wires[target] = _wire(target, item.given, components)
     return wires
 
 
-def _wire(target: str, given: Given, parts: Mapping[str, _Placed]) -> Wire:
+def _wire(target: str, given: Given, parts: Mapping[str, type[Component]]) -> Wire:
     text = str(given.value)
-    fed = _item(target, parts, (Input, Parameter), "input", given.key_place)
+    fed = declared_item(target, parts, (Input, Parameter), "input", given.key_place)
     if not _SOURCE.match(text):
         return Wire(target, constant=si_value(given, fed.unit))
-    source = _item(text, parts, (Output, Parameter), "output", given.place)
+    source = declared_item(text, parts, (Output, Parameter), "output", given.place)
     if not same_dimension(fed.unit, source.unit):
         guests = [told for told in (_guest_declaration(name, parts) for name in (target, text)) if told]
         remedy = f"{'; '.join(guests)}. Change {'the unit there' if len(guests) == 1 else 'one of them'}." if guests else ""
@@ -172,24 +173,14 @@ def _wire(target: str, given: Given, parts: Mapping[str, _Placed]) -> Wire:
     return Wire(target, text)
 
 
-def _guest_declaration(name: str, parts: Mapping[str, _Placed]) -> str:
+def _guest_declaration(name: str, parts: Mapping[str, type[Component]]) -> str:
     """Return where a part from outside the package declares a name, and in which unit; empty for stock parts."""
     part, item = Place.of(name)
-    component = parts[part].component
+    component = parts[part]
     if component.__module__.partition(".")[0] == "lathesim":
         return ""
     unit, place = component.declarations[item].unit, line_of(component, item)
     return f"{component.__name__} declares {item} in {unit}, at {place}"
-
-
-def _item(name: str, parts: Mapping[str, _Placed], kinds: tuple[type[Declaration], ...], word: str, place: str) -> Declaration:
-    part, item = Place.of(name)
-    if part not in parts:
-        raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, parts) or f"The machine has {', '.join(parts)}.")
-    declared = parts[part].component.declarations.get(item)
-    if isinstance(declared, kinds):
-        return declared
-    raise no_item(part, parts[part].component, item, kinds, word, place)
 
 
 def _refuse_settings_without_effect(case: Case, wires: Mapping[str, Wire]) -> None:
@@ -270,6 +261,6 @@ def _record(machinery: Machinery, case: Case, parts: Mapping[str, _Placed]) -> t
         if part in placed and item in placed[part].declared(Output):
             kept.append(name)
         elif of_lesson or part not in case.replace:
-            _item(name, parts, (Output,), "output", source.place(("record", position)))
+            declared_item(name, placed, (Output,), "output", source.place(("record", position)))
     kept += [f"{part}.{item}" for part in placed if part not in parts for item in placed[part].declared(Output)]
     return tuple(dict.fromkeys(kept))

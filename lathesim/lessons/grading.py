@@ -21,12 +21,12 @@ from typing import Any
 
 from lathesim.analysis.failed_run import nothing_cut, unstable_loop
 from lathesim.analysis.metric import Measured, Measurements, measure
-from lathesim.component import Component, Declaration, Input, Output, Parameter, State
-from lathesim.engine.assembly import Assembly, Place
+from lathesim.component import Component, Input, Output, Parameter, State
+from lathesim.engine.assembly import Assembly
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson, find_lesson, present_name
-from lathesim.lessons.part_values import no_item, placed_at, si_value
+from lathesim.lessons.part_values import declared_item, placed_at, si_value
 from lathesim.lessons.questions import QuestionResult, read_answers, results
 from lathesim.lessons.schema import ColumnEntry, DrivingSignal, Goal, LessonSettings
 from lathesim.lessons.validation import validated
@@ -43,11 +43,11 @@ def check_promises(lesson: Lesson, assembly: Assembly, registry: Registry) -> No
     parts = {part.name: part.component for part in assembly.parts}
     for key in ("plot", "read_outs"):
         for position, name in enumerate(getattr(settings, key)):
-            _item(lesson, name, parts, (Output,), "output", (key, position))
+            declared_item(name, parts, (Output,), "output", lesson.source.place((key, position), key=True))
     for name, text in settings.uncertain.items():
         if name.startswith("tool_point."):
             continue  # of the cut, not of a part
-        declared = _item(lesson, name, parts, (Parameter, State), "parameter", ("uncertain", name))
+        declared = declared_item(name, parts, (Parameter, State), "parameter", lesson.source.place(("uncertain", name), key=True))
         with placed_at(lesson.source.place(("uncertain", name))):
             share = split_quantity(text)[1] == "%"
         if not share:
@@ -85,11 +85,13 @@ def _check_recordings(lesson: Lesson, parts: Mapping[str, type[Component]]) -> N
         _value(lesson.source, recordings.time.rate, ("recordings", "time", "rate"), "Hz")
     _same_kind(lesson, recordings.time.unit, "s", ("recordings", "time", "unit"))
     for name, signal in recordings.drive.items():
-        declared = _item(lesson, name, parts, (Input, Parameter), "input", ("recordings", "drive", name))
-        _check_signal(lesson, signal, declared.unit, ("recordings", "drive", name))
+        location: Location = ("recordings", "drive", name)
+        declared = declared_item(name, parts, (Input, Parameter), "input", lesson.source.place(location, key=True))
+        _check_signal(lesson, signal, declared.unit, location)
     for name, shown in recordings.compare.items():
-        declared = _item(lesson, name, parts, (Output,), "output", ("recordings", "compare", name))
-        _check_signal(lesson, shown, declared.unit, ("recordings", "compare", name))
+        location = ("recordings", "compare", name)
+        declared = declared_item(name, parts, (Output,), "output", lesson.source.place(location, key=True))
+        _check_signal(lesson, shown, declared.unit, location)
 
 
 def _check_signal(lesson: Lesson, signal: ColumnEntry, unit: str, location: Location) -> None:
@@ -128,19 +130,6 @@ def _metric_unit(source: YamlFile, name: str, location: Location, registry: Regi
 def _value(source: YamlFile, text: str, location: Location, unit: str) -> float:
     place = source.place(location)
     return si_value(Given(text, place, place), unit)
-
-
-def _item(
-    lesson: Lesson, name: str, parts: Mapping[str, type[Component]], kinds: tuple[type[Declaration], ...], word: str, location: Location
-) -> Declaration:
-    part, item = Place.of(name)
-    place = lesson.source.place(location, key=True)
-    if part not in parts:
-        raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, parts) or f"The machine has {', '.join(parts)}.")
-    declared = parts[part].declarations.get(item)
-    if not isinstance(declared, kinds):
-        raise no_item(part, parts[part], item, kinds, word, place)
-    return declared
 
 
 REACHED, MISSED, NO_GOALS, UNFINISHED, OTHER, UNREADABLE = "met", "missed", "no goals", "not finished", "another lesson", "unreadable"

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from lathesim.component import Component, Declaration, Input, Parameter, State, Table
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.lessons.case import Given
 from lathesim.shipped import shipped_folder
@@ -61,6 +61,19 @@ def take_value(
         start[item] = si_value(given, declared.unit)
     else:
         raise no_item(part, component, item, (Parameter, State), "parameter", given.key_place)
+
+
+def declared_item(
+    name: str, parts: Mapping[str, type[Component]], kinds: tuple[type[Declaration], ...], word: str, place: str
+) -> Declaration:
+    """Return what ``part.name`` declares; :class:`LessonError` where there is no such part, or no such ``word`` of it."""
+    part, item = Place.of(name)
+    if part not in parts:
+        raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, parts) or f"The machine has {', '.join(parts)}.")
+    declared = parts[part].declarations.get(item)
+    if not isinstance(declared, kinds):
+        raise no_item(part, parts[part], item, kinds, word, place)
+    return declared
 
 
 def no_item(part: str, component: type[Component], item: str, kinds: tuple[type[Declaration], ...], word: str, place: str) -> LessonError:

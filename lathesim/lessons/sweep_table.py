@@ -15,9 +15,9 @@ import numpy as np
 
 from lathesim.component import Declaration, Parameter, State
 from lathesim.engine.assembly import Place
-from lathesim.errors import LessonError, RecordError, nearest
+from lathesim.errors import LessonError, RecordError
 from lathesim.lessons.case import Given
-from lathesim.lessons.part_values import no_item, si_value, take_value
+from lathesim.lessons.part_values import declared_item, si_value, take_value
 from lathesim.lessons.simulate import Prepared
 from lathesim.lessons.sweep_runs import Member
 from lathesim.units import from_si, split_quantity
@@ -143,13 +143,8 @@ def _spread(ends: Sequence[float], count: int, logarithmic: bool, place: str) ->
 def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
     """Return the declaration of a parameter or state; refused is what the machine does not have and what a wire feeds."""
     plan = prepared.plan
-    part, item = Place.of(name)
-    if part not in plan.parts:
-        raise LessonError(f"there is no part '{part}'.", place=place, remedy=nearest(part, plan.parts))
-    component = plan.parts[part].component
-    declared = component.declarations.get(item)
-    if not isinstance(declared, (Parameter, State)):
-        raise no_item(part, component, item, (Parameter, State), "parameter", place)
+    parts = {part.name: part.component for part in plan.parts.values()}
+    declared = declared_item(name, parts, (Parameter, State), "parameter", place)
     source = plan.feeds.get(name, ("", name))[1]
     if source != name:
         raise LessonError(f"{name} is fed by {source}, so varying it changes nothing.", place=place, remedy=f"Vary {source}.")
