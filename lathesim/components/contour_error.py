@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
 from lathesim.components.free_paths import CURVE_COLUMNS, EXAMPLE_CURVE, curvature_at, nearest_on, point_of
-from lathesim.components.interpolator import EXAMPLE_PATH, x_on_path, z_on_path
+from lathesim.components.interpolator import EXAMPLE_PATH, tangent_on_path, x_on_path, z_on_path
 from lathesim.components.threads import TWO_PI
 from lathesim.path_columns import (
     ARC_MOVE,
@@ -232,15 +232,8 @@ class FootPoint(Component):
         foot_z = z_on_path(path, here, way)
         along_x = direction_x
         along_z = direction_z
-        length = float(path[here][LENGTH])
-        if path[here][KIND] == ARC_MOVE:
-            angle = float(path[here][START_ANGLE] + path[here][SWEEP] * way / length)
-            turn = 1.0 if path[here][SWEEP] >= 0.0 else -1.0
-            along_x = turn * math.cos(angle)
-            along_z = -turn * math.sin(angle)
-        elif path[here][KIND] < ARC_MOVE and length > 0.0:
-            along_x = float(path[here][END_X] - path[here][START_X]) / length
-            along_z = float(path[here][END_Z] - path[here][START_Z]) / length
+        if path[here][KIND] <= ARC_MOVE and path[here][LENGTH] > 0.0:
+            along_x, along_z = tangent_on_path(path, here, way)
         off_x = foot_x - x_position
         off_z = foot_z - z_position
         normal_x = along_z

@@ -111,22 +111,10 @@ class NonlinearForce(Component):
         log_feed = math.log2(feed * MILLIMETRES)
         log_depth = math.log2(depth_of_cut * MILLIMETRES)
         log_speed = math.log2(cutting_speed * METRES_PER_MINUTE)
-        cutting = (
-            wear_factor
-            * cutting_pressure
-            * SQUARE_MILLIMETRE
-            * math.exp2(
-                (1.0 + cutting_feed_exponent) * log_feed + (1.0 + cutting_depth_exponent) * log_depth + cutting_speed_exponent * log_speed
-            )
-        )
-        thrust = (
-            wear_factor
-            * thrust_pressure
-            * SQUARE_MILLIMETRE
-            * math.exp2(
-                (1.0 + thrust_feed_exponent) * log_feed + (1.0 + thrust_depth_exponent) * log_depth + thrust_speed_exponent * log_speed
-            )
-        )
+        power = (1.0 + cutting_feed_exponent) * log_feed + (1.0 + cutting_depth_exponent) * log_depth + cutting_speed_exponent * log_speed
+        cutting = wear_factor * cutting_pressure * SQUARE_MILLIMETRE * math.exp2(power)
+        power = (1.0 + thrust_feed_exponent) * log_feed + (1.0 + thrust_depth_exponent) * log_depth + thrust_speed_exponent * log_speed
+        thrust = wear_factor * thrust_pressure * SQUARE_MILLIMETRE * math.exp2(power)
         return cutting, thrust * math.sin(lead_angle), thrust * math.cos(lead_angle)
 
 

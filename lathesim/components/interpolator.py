@@ -127,6 +127,16 @@ def z_on_path(path: Any, row: int, travelled: float) -> float:
     return float(path[row][START_Z] + (path[row][END_Z] - path[row][START_Z]) * (travelled / length))
 
 
+def tangent_on_path(path: Any, row: int, travelled: float) -> tuple[float, float]:
+    """Return the x and z part of the unit tangent ``travelled`` [m] along a line or arc."""
+    length = path[row][LENGTH] * 1.0
+    if path[row][KIND] == ARC_MOVE:
+        angle = path[row][START_ANGLE] + path[row][SWEEP] * travelled / length
+        turn = 1.0 if path[row][SWEEP] >= 0.0 else -1.0
+        return turn * math.cos(angle), -turn * math.sin(angle)
+    return (path[row][END_X] - path[row][START_X]) / length, (path[row][END_Z] - path[row][START_Z]) / length
+
+
 def wanted_speed(
     path: Any, row: int, x: float, spindle_speed: float, feed_command: float, feed_override: float, spindle_override: float,
     rapid_speed: float, largest: float,
@@ -306,19 +316,12 @@ class ConstantVelocityInterpolator(Component):
         centre_x = 0.0
         centre_z = 0.0
         radius = 0.0
-        length = path[way][LENGTH] * 1.0
-        if length > 0.0:
+        if path[way][LENGTH] > 0.0:
+            direction_x, direction_z = tangent_on_path(path, way, along)
             if path[way][KIND] == ARC_MOVE:
-                angle = path[way][START_ANGLE] + path[way][SWEEP] * along / length
-                turn = 1.0 if path[way][SWEEP] >= 0.0 else -1.0
-                direction_x = turn * math.cos(angle)
-                direction_z = -turn * math.sin(angle)
                 centre_x = path[way][CENTRE_X] * 1.0
                 centre_z = path[way][CENTRE_Z] * 1.0
                 radius = path[way][RADIUS] * 1.0
-            else:
-                direction_x = (path[way][END_X] - path[way][START_X]) / length
-                direction_z = (path[way][END_Z] - path[way][START_Z]) / length
         cutting = 1.0 if LINE_MOVE <= kind <= ARC_MOVE else 0.0
         spindle = programmed_spindle(path, row, x, spindle_override, largest_spindle_speed)
         feed = 0.0
