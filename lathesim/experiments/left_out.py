@@ -72,7 +72,8 @@ def gained(before: FloatArray, after: FloatArray) -> float:
 
 
 _TREES = 200
-_FEWEST = 200
+_TRIED = 200
+"""Points from which trees are grown; a search that tried fewer is given more."""
 _PROFILED = 0.02
 
 
@@ -106,7 +107,7 @@ def _trees(objective: Objective, low: FloatArray, high: FloatArray, seed: int) -
     except ImportError:
         return np.full(len(low), np.nan)
     points, costs = np.array(objective.history.points), np.array(objective.history.costs)
-    if len(points) < _FEWEST:
+    if len(points) < _TRIED:
         from scipy.stats import qmc
 
         spread = qmc.Sobol(len(low), seed=seed).random(256)

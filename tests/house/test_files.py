@@ -3,6 +3,7 @@
 import ast
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -93,6 +94,21 @@ def test_no_comparison_with_a_nameless_number_and_no_decision_on_a_text_comes_up
     for most, counted in ((BARE, bare_numbers), (ON_TEXT, decisions_on_names)):
         found = {folder: sum(len(list(counted(parsed(path)))) for path in (PACKAGE / folder).rglob("*.py")) for folder in most}
         assert {folder: count for folder, count in found.items() if count > most[folder]} == {}
+
+
+def test_no_constant_of_a_module_is_given_twice() -> None:
+    """The second value would count for what stands above it too."""
+    twice = []
+    for path in MODULES:
+        names = Counter(
+            target.id
+            for node in parsed(path).body
+            if isinstance(node, ast.Assign)
+            for target in node.targets
+            if isinstance(target, ast.Name)
+        )
+        twice += [f"{path.relative_to(PACKAGE)}: {name}" for name, count in names.items() if count > 1]
+    assert twice == []
 
 
 def test_no_class_of_these_folders_shares_its_name() -> None:
