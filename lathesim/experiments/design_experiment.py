@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import threading
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +20,12 @@ from lathesim.experiments.rivals import NamedRival, place_rivals
 from lathesim.experiments.room import Room, room_of
 from lathesim.experiments.scene import Scene, with_sizes_in_reach
 from lathesim.identification.replay.loading import uncertainties
+from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
+from lathesim.whole_file import make_folder, write_text
 
 _CANDIDATES = 100
 _BATCH = 25
@@ -185,6 +189,21 @@ def _programs(room: Room, wish: DesignWish) -> list[CandidateProgram]:
     moved = candidates(room, walking, count, wish.seed, arcs=wish.arcs)
     turned = turned_candidates(room, walking, _OF_TURNED * count, np.random.default_rng([wish.seed, 11]))
     return [item for pair in zip_longest(turned, moved) for item in pair if item is not None] if turned else moved
+
+
+def write_design(lesson: Lesson, room: Room, seconds: float, program: str, folder: Path, further: Mapping[str, Any] | None = None) -> Path:
+    """Write program.nc, of so many seconds, and lesson.yaml, which runs it and maps a recording as a lesson does; return its place.
+
+    ``further`` are keys of the lesson beside what is changed.
+    """
+    make_folder(folder)
+    write_text(folder / "program.nc", program)
+    changed: dict[str, Any] = {"variants": {}, "try": [], "goals": [], **(further or {})}
+    if room.needs_duration:
+        changed["duration"] = f"{np.ceil(10.0 * seconds) / 10.0:.1f} s"
+    place = folder / "lesson.yaml"
+    write_text(place, changed_lesson(lesson, [], {}, folder, program=folder / "program.nc", further=changed))
+    return place
 
 
 def with_program(found: Designed, program: Laid, worth: ProgramWorth) -> Designed:

@@ -23,18 +23,17 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.experiments.candidate_programs import Laid
-from lathesim.experiments.design_experiment import Designed, with_program
+from lathesim.experiments.design_experiment import Designed, with_program, write_design
 from lathesim.experiments.rivals import NEXT_RUN, NOTHING
 from lathesim.experiments.scene import Scene
 from lathesim.identification.execution import Deadline
 from lathesim.identification.replay.loading import load_case
 from lathesim.json_text import written_json
-from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.sensor_sides import with_sensor_noise
 from lathesim.plugins import Registry
 from lathesim.units import conversion
-from lathesim.whole_file import make_folder, whole_file, write_text
+from lathesim.whole_file import whole_file, write_text
 
 _TELLS = 0.05
 """Share of what a program tells from which on a channel is named."""
@@ -161,24 +160,10 @@ def program_of(found: Designed) -> str:
 
 def write_program_and_lesson(found: Designed, folder: Path) -> Path:
     """Write program.nc and lesson.yaml, which maps a recording as the lesson does, and return the place of the lesson."""
-    make_folder(folder)
-    program = folder / "program.nc"
-    write_text(program, program_of(found))
     names = ", ".join(rival.name for rival in found.scene.rivals)
     text = f"A run of this program tells apart {names}. Record it, and diagnose it with this lesson.\n"
-    further: dict[str, Any] = {
-        "variants": {},
-        "try": [],
-        "goals": [],
-        "lesson": found.lesson.title.removesuffix(NEXT_RUN) + NEXT_RUN,
-        "text": text,
-    }
-    if found.scene.room.needs_duration:
-        further["duration"] = f"{np.ceil(10.0 * found.program.seconds) / 10.0:.1f} s"
-    written = changed_lesson(found.lesson, [], {}, folder, program=program, further=further)
-    place = folder / "lesson.yaml"
-    write_text(place, written)
-    return place
+    further = {"lesson": found.lesson.title.removesuffix(NEXT_RUN) + NEXT_RUN, "text": text}
+    return write_design(found.lesson, found.scene.room, found.program.seconds, program_of(found), folder, further)
 
 
 def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:

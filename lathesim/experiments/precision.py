@@ -32,33 +32,26 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LatheSimError
-from lathesim.experiments.candidate_programs import Laid, lay_candidate, lay_those_that_fit, lay_what_fits, neighbours, walking_time
-from lathesim.experiments.design_experiment import DesignWish
-from lathesim.experiments.families import CandidateProgram, candidates, strokes_in_turn
+from lathesim.experiments.candidate_programs import Laid, lay_those_that_fit, lay_what_fits, neighbours, walking_time
+from lathesim.experiments.design_experiment import DesignWish, write_design
+from lathesim.experiments.families import candidates, strokes_in_turn
 from lathesim.experiments.free_values import FreeValue, Telling, bounds, free_values, telling, values_of
 from lathesim.experiments.replica import ProgramRuns
 from lathesim.experiments.room import Room, room_of
 from lathesim.json_text import parsed_json, written_json
-from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, find_program
 from lathesim.lessons.program_path import path_of_program, start_of
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED, KIND, LENGTH
 from lathesim.plugins import Registry
-from lathesim.whole_file import make_folder, write_text
+from lathesim.whole_file import write_text
 
 _SINGULAR = 1e-12
+"""Ratio of eigenvalues below which information is singular."""
 _TINY = 1e-300
 _LOOKS = 10
 """Turns after which the gain is looked at."""
-"""Ratio of eigenvalues below which information is singular."""
-
-
-def information(regressors: FloatArray, weights: FloatArray, prior: FloatArray | None = None) -> FloatArray:
-    """Return sum w f f' (+ prior) for regressors (settings, values) and weights (settings,)."""
-    matrix = regressors.T @ (regressors * weights[:, None])
-    return np.asarray(matrix if prior is None else matrix + prior)
 
 
 def criterion_value(matrix: FloatArray, criterion: str) -> float:
@@ -90,9 +83,6 @@ class KnownBefore:
 
     programs: tuple[Path, ...] = ()
     error: float = 0.0
-
-
-NOTHING_BEFORE = KnownBefore()
 
 
 def before_design(file: Path, lesson: Lesson) -> KnownBefore:
@@ -195,7 +185,7 @@ def design_for_precision(
         raise LatheSimError("the lesson has no part program to predict.", place="--criterion", remedy="Take D, A or E.")
     if aims:  # a structure that is not quite right errs most at speeds that none of these programs uses
         room = replace(room, feed=min(room.feed, max(item.fastest for item in aims)))
-    bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop, aims, before or NOTHING_BEFORE)
+    bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop, aims, before)
     walking = walking_time(wish.at_most)
     strokes = strokes_in_turn(room, walking, wish.candidates // 2, wish.seed)
     mixtures = candidates(room, walking, wish.candidates, wish.seed, arcs=wish.arcs)
@@ -269,28 +259,24 @@ class PrecisionBench:
 
     def __init__(
         self, prepared: Prepared, room: Room, free: Sequence[FreeValue], channels: Sequence[str], noise: dict[str, float], rate: float,
-        wish: DesignWish, criterion: str, stop: threading.Event | None, aims: Sequence[Ready] = (), before: KnownBefore = NOTHING_BEFORE,
+        wish: DesignWish, criterion: str, stop: threading.Event | None, aims: Sequence[Ready] = (), before: KnownBefore | None = None,
     ) -> None:  # fmt: skip
         self.prepared, self.room, self.free, self.channels, self.stop = prepared, room, list(free), tuple(channels), stop
         self.noise = np.array([noise[name] for name in channels])
         self.rate, self.criterion, self.wish = rate, criterion, wish
         names = [item.name for item in free]
         lesson = prepared.case.lesson
+        before = before or KnownBefore()
         self.aims, self.recorded, self.error = tuple(aims), [ready(path, lesson, room) for path in before.programs], before.error
         longest = max([wish.at_most, *(item.seconds for item in (*self.aims, *self.recorded))])
         self.machine = ProgramRuns(prepared.machinery, room.interpolator.name, channels, names, rate, longest)
         self.spread = np.array([item.spread for item in free])
-        self.prior = np.diag([1.0 / item.spread**2 for item in free])
+        self.prior = np.diag(1.0 / self.spread**2)
         self.beside: dict[int, tuple[FloatArray, FloatArray | None]] = {}
         random = np.random.default_rng(wish.seed)
         draws = max(1, wish.draws)
-        spread = np.array([item.spread for item in free])
-        drawn = [0.5 * spread * random.standard_normal(len(free)) for _ in range(draws - 1)]
+        drawn = [0.5 * self.spread * random.standard_normal(len(free)) for _ in range(draws - 1)]
         self.points = [np.clip(point, *bounds(free)) for point in (np.zeros(len(free)), *drawn)]
-
-    def lay(self, candidate: CandidateProgram) -> Laid:
-        """Return a candidate as path."""
-        return lay_candidate(candidate, self.room)
 
     def readings(self, programs: Sequence[Laid | Ready], points: FloatArray) -> list[FloatArray]:
         """Return for each program what is read at points of the search (points, values), in noise levels (points, readings)."""
@@ -380,13 +366,7 @@ def as_json(found: Precise) -> dict[str, Any]:
 def write_precision(found: Precise, folder: Path) -> dict[str, Any]:
     """Write program.nc, lesson.yaml and prediction.json into a folder, and return the last."""
     told = as_json(found)
-    make_folder(folder)
-    write_text(folder / "program.nc", found.program.text)
-    further: dict[str, Any] = {"variants": {}, "try": [], "goals": []}
-    if found.room.needs_duration:
-        further["duration"] = f"{np.ceil(10.0 * found.program.seconds) / 10.0:.1f} s"
-    text = changed_lesson(found.lesson, [], {}, folder, program=folder / "program.nc", further=further)
-    write_text(folder / "lesson.yaml", text)
+    write_design(found.lesson, found.room, found.program.seconds, found.program.text, folder)
     write_text(folder / "prediction.json", written_json(told))
     return told
 

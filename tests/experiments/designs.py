@@ -21,11 +21,12 @@ from pathlib import Path
 
 import numpy as np
 
+from lathesim.experiments.candidate_programs import lay_candidate
 from lathesim.experiments.design_experiment import DesignWish, design_experiment
 from lathesim.experiments.discrimination import Ablation, refitted_worth
 from lathesim.experiments.families import CandidateProgram
 from lathesim.experiments.free_values import free_values
-from lathesim.experiments.precision import PrecisionBench, design_for_precision, information
+from lathesim.experiments.precision import PrecisionBench, design_for_precision
 from lathesim.experiments.replica import ProgramRuns
 from lathesim.experiments.rivals import NamedRival, named_between
 from lathesim.experiments.room import DesignedMove, Room, room_of
@@ -73,7 +74,7 @@ def precision(registry: Registry, count: int, seed: int) -> list[str]:
     room, channels = room_of(prepared), mapping_of(lesson, prepared.machinery).targets("compare")
     bench = PrecisionBench(prepared, room, free, channels, found.noise, found.rate, replace(wish, draws=1), "D", None)
     random = np.random.default_rng(seed)
-    programs = [bench.lay(undesigned(random, room)) for _ in range(count)]
+    programs = [lay_candidate(undesigned(random, room), room) for _ in range(count)]
     values = bench.values(programs)
     best = programs[int(np.argmax(values))]
     own = bench.values([found.program])[0]
@@ -170,6 +171,11 @@ def single_settings() -> list[str]:
         ]
         lines.append(f"single settings, designed {name}: efficiency at w/3 .. 3 w: {', '.join(f'{share:.2f}' for share in shares)}")
     return lines
+
+
+def information(regressors: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return sum w f f' for regressors (settings, values) and weights (settings,)."""
+    return np.asarray(regressors.T @ (regressors * weights[:, None]))
 
 
 def d_optimal_over(draws: Sequence[np.ndarray]) -> np.ndarray:

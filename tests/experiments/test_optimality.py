@@ -3,25 +3,26 @@
 import numpy as np
 import pytest
 
-from lathesim.experiments.precision import criterion_value, discounted, information, mean_variance
+from lathesim.experiments.precision import criterion_value, discounted, mean_variance
 
 
-def friction(speeds: np.ndarray) -> np.ndarray:
-    """Return the regressors of F = Fc sgn v + Fv v + F0."""
-    return np.column_stack([np.sign(speeds), speeds, np.ones_like(speeds)])
+def friction(speeds: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the information of weighted settings about F = Fc sgn v + Fv v + F0."""
+    regressors = np.column_stack([np.sign(speeds), speeds, np.ones_like(speeds)])
+    return regressors.T @ (regressors * weights[:, None])
 
 
 def test_friction_is_told_best_by_the_ends_of_both_directions() -> None:
     speeds = np.r_[-np.linspace(0.01, 0.2, 21), np.linspace(0.01, 0.2, 21)]
     ends = np.isin(np.abs(speeds), (0.01, 0.2)) / 4.0
-    assert np.linalg.det(information(friction(speeds), ends)) == pytest.approx(0.009025, abs=1e-9)
+    assert np.linalg.det(friction(speeds, ends)) == pytest.approx(0.009025, abs=1e-9)
     even = np.r_[-np.linspace(0.01, 0.2, 5), np.linspace(0.01, 0.2, 5)]
-    assert np.linalg.det(information(friction(even), np.full(10, 0.1))) == pytest.approx(0.0045125, abs=1e-9)
+    assert np.linalg.det(friction(even, np.full(10, 0.1))) == pytest.approx(0.0045125, abs=1e-9)
 
 
 def test_one_direction_is_told_to_be_singular() -> None:
     speeds = np.linspace(0.01, 0.2, 5)
-    matrix = information(friction(speeds), np.full(5, 0.2))
+    matrix = friction(speeds, np.full(5, 0.2))
     assert criterion_value(matrix, "D") == -np.inf
 
 
