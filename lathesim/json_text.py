@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,23 +29,23 @@ def digest_of(value: Any) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True).encode()).hexdigest()
 
 
-def plain(value: Any) -> Any:
-    """Return a value as JSON has it: dataclasses by their fields, arrays as lists, and nothing for what is no finite number."""
+def plain(value: Any, number: Callable[[float], float] = float) -> Any:
+    """Return a value as JSON has it: dataclasses by their fields, arrays as lists, and nothing for what is no finite ``number``."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     elif hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {str(key): plain(item, number) for key, item in value.items()}
     if isinstance(value, str):
         return value
     if isinstance(value, Sequence):
-        return [plain(item) for item in value]
+        return [plain(item, number) for item in value]
     if isinstance(value, float):
-        return value if math.isfinite(value) else None
+        return number(value) if math.isfinite(value) else None
     return str(value) if isinstance(value, Path) else value
 
 
-def eight_digits(value: float | None) -> float | None:
-    """Return a number with eight digits, which are enough for a program that reads a result; nothing where it is not finite."""
-    return float(f"{value:.8g}") if value is not None and math.isfinite(value) else None
+def eight_digits(value: Any) -> Any:
+    """Return a value as :func:`plain` does, its numbers with eight digits, which are enough for a program that reads a result."""
+    return plain(value, lambda number: float(f"{number:.8g}"))

@@ -32,6 +32,7 @@ from lathesim.identification.replay.experiment import SETTLING, Experiment, Mach
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.identification.replay.simulator import LOST
 from lathesim.identification.replay.validation_split import parted
+from lathesim.json_text import eight_digits
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import Registry
@@ -317,39 +318,36 @@ def _depends_on(
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
     """Return the JSON of a comparison, schema ``lathesim-compare/1``; numbers that are not finite become null."""
-    return {
+    told = {
         "schema": SCHEMA,
         "lesson": comparison.lesson,
         "recording": comparison.recording,
         "samples": comparison.samples,
-        "sample_period_s": _number(comparison.period),
+        "sample_period_s": comparison.period,
         "channels": {
             item.channel: {
-                "unit": item.unit, "floor": _number(item.floor), "rms": _number(item.rms), "over_floor": _number(item.over_floor),
-                "worst_window_s": [_number(item.worst[0]), _number(item.worst[1])],
+                "unit": item.unit, "floor": item.floor, "rms": item.rms, "over_floor": item.over_floor,
+                "worst_window_s": item.worst,
             }
             for item in comparison.channels
         },
         "suspect": comparison.suspect or None,
-        "suspects": list(comparison.suspects),
+        "suspects": comparison.suspects,
         "replay": [
-            {"channel": item.channel, "parts": list(item.parts), "over_floor": _number(item.over_floor), "missing_at": item.at,
-             "unit": item.unit, "missing": _number(item.missing), "share": _number(known_share(item.share))}
+            {"channel": item.channel, "parts": item.parts, "over_floor": item.over_floor, "missing_at": item.at,
+             "unit": item.unit, "missing": item.missing, "share": known_share(item.share)}
             for item in comparison.replayed
         ],
         "depends_on": [
-            {"channel": item.channel, "variable": item.term.variable, "share": _number(item.share)} for item in comparison.depends_on
+            {"channel": item.channel, "variable": item.term.variable, "share": item.share} for item in comparison.depends_on
         ],
         "lines": [
             {"channel": item.channel, "against": f"{item.term.on} of {wave.of}" if wave.of else "time",
-             "frequency": _number(1.0 / wave.period), "unit": f"1/{wave.unit}",
-             "amplitude": _number(math.sqrt(2.0) * item.size), "share": _number(item.share)}
+             "frequency": 1.0 / wave.period, "unit": f"1/{wave.unit}",
+             "amplitude": math.sqrt(2.0) * item.size, "share": item.share}
             for item in comparison.depends_on if (wave := item.term.wave)
         ],
-        "recording_findings": list(comparison.findings),
-        "recording_faults": list(comparison.faults),
+        "recording_findings": comparison.findings,
+        "recording_faults": comparison.faults,
     }  # fmt: skip
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.8g}") if math.isfinite(value) else None
+    return dict(eight_digits(told))

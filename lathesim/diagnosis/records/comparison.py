@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 Kind = Literal["lesson", "values", "effects", "effect", "fault", "signal", "flexible"]
 KINDS: tuple[Kind, ...] = ("lesson", "values", "effects", "effect", "fault", "signal", "flexible")
@@ -53,10 +52,3 @@ class Step:
     gain: float
     validation_gain: float
     why: str = ""
-
-
-def explanation_as_json(one: Explanation) -> dict[str, Any]:
-    """Return the JSON of an explanation; numbers that are not finite become null."""
-    numbers = {"gain": one.gain, "standard_error": one.standard_error, "chance": one.chance}
-    known = {name: float(f"{value:.8g}") if math.isfinite(value) else None for name, value in numbers.items()}
-    return {"name": one.name, "place": one.place, "kind": one.kind, **known, "kept": one.kept, "reason": one.reason}

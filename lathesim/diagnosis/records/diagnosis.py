@@ -7,15 +7,16 @@ It holds numbers and text only; :func:`as_json` gives the JSON of schema ``lathe
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 
 from lathesim.analysis.display_unit import known_share
-from lathesim.diagnosis.records.comparison import Explanation, Step, explanation_as_json
+from lathesim.diagnosis.records.comparison import Explanation, Step
 from lathesim.engine.assembly import FloatArray
+from lathesim.json_text import eight_digits
 
 SCHEMA = "lathesim-diagnosis/1"
 
@@ -245,73 +246,56 @@ def with_unit(number: str, unit: str) -> str:
     return number if unit == "1" else f"{number} {unit}"
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return ``"a, b and c"``."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the JSON of a diagnosis; numbers that are not finite become null."""
-    return (
-        {
-            "schema": SCHEMA,
-            "lesson": diagnosis.lesson,
-            "verdict": diagnosis.verdict,
-            "sentence": diagnosis.sentence,
-            "effects": [_effect(effect) for effect in diagnosis.effects],
-            "location": _location(diagnosis.location),
-            "fit": {
-                name: {
-                    "unit": item.unit,
-                    "floor": _number(item.floor),
-                    "before": _number(item.before),
-                    "after": _number(item.after),
-                    "recording": item.recording,
-                }
-                for name, item in diagnosis.fit.items()
-            },
-            "missing": [
-                {
-                    "at": item.at,
-                    "unit": item.unit,
-                    "before": _number(item.sizes[0]),
-                    "after": _number(item.sizes[1]),
-                    "share_before": _number(known_share(item.share_before)),
-                    "share_after": _number(known_share(item.share_after)),
-                }
-                for item in diagnosis.evidence.missing
-            ],
-            "removed_share": _number(diagnosis.removed_share),
-            "adequate": diagnosis.adequate,
-            "baseline": {name: _baseline(item) for name, item in diagnosis.baseline.items()},
-            "insert": [dict(entry) for entry in diagnosis.insert],
-            "side": dict(diagnosis.side),
-            "left": list(diagnosis.left),
-            "not_told": list(diagnosis.not_told),
-            "recording": list(diagnosis.findings),
-            "discovered": diagnosis.discovered or None,
-            "rule": diagnosis.rule,
-            "history": [_step(number, step) for number, step in enumerate(diagnosis.history, start=1)],
-            "complete": diagnosis.complete,
-            "report": diagnosis.report or None,
-            "wall_time_s": _number(diagnosis.wall_time),
-        }
-        | _OF_EARLIER_METHODS
-        | {"untried": list(diagnosis.untried), "explanations": [explanation_as_json(one) for one in diagnosis.explanations]}
-        | {"unnamed": [_unnamed(one) for one in diagnosis.unnamed]}
+    return dict(
+        eight_digits(
+            {
+                "schema": SCHEMA,
+                "lesson": diagnosis.lesson,
+                "verdict": diagnosis.verdict,
+                "sentence": diagnosis.sentence,
+                "effects": [_effect(effect) for effect in diagnosis.effects],
+                "location": _location(diagnosis.location),
+                "fit": diagnosis.fit,
+                "missing": [
+                    {
+                        "at": item.at,
+                        "unit": item.unit,
+                        "before": item.sizes[0],
+                        "after": item.sizes[1],
+                        "share_before": known_share(item.share_before),
+                        "share_after": known_share(item.share_after),
+                    }
+                    for item in diagnosis.evidence.missing
+                ],
+                "removed_share": diagnosis.removed_share,
+                "adequate": diagnosis.adequate,
+                "baseline": {name: _baseline(item) for name, item in diagnosis.baseline.items()},
+                "insert": diagnosis.insert,
+                "side": diagnosis.side,
+                "left": diagnosis.left,
+                "not_told": diagnosis.not_told,
+                "recording": diagnosis.findings,
+                "discovered": diagnosis.discovered or None,
+                "rule": diagnosis.rule,
+                "history": [_step(number, step) for number, step in enumerate(diagnosis.history, start=1)],
+                "complete": diagnosis.complete,
+                "report": diagnosis.report or None,
+                "wall_time_s": diagnosis.wall_time,
+            }
+            | _OF_EARLIER_METHODS
+            | {"untried": diagnosis.untried, "explanations": diagnosis.explanations, "unnamed": diagnosis.unnamed}
+        )
     )
-
-
-def _unnamed(one: Unnamed) -> dict[str, Any]:
-    return {"at": one.at, "size": _number(one.size), "unit": one.unit, "depends_on": list(one.depends_on)}
 
 
 def _location(location: Location) -> dict[str, Any]:
     return {
-        "components": list(location.components),
-        "channels": list(location.channels),
-        "windows_s": [[_number(begin), _number(end)] for begin, end in location.windows],
-        "variables": list(location.variables),
+        "components": location.components,
+        "channels": location.channels,
+        "windows_s": location.windows,
+        "variables": location.variables,
     }
 
 
@@ -319,10 +303,10 @@ def _step(number: int, step: Step) -> dict[str, Any]:
     return {
         "step": number,
         "move": step.move,
-        "in": list(step.came_in),
-        "out": list(step.went),
-        "log_likelihood_gain": _number(step.gain),
-        "validation_gain": _number(step.validation_gain),
+        "in": step.came_in,
+        "out": step.went,
+        "log_likelihood_gain": step.gain,
+        "validation_gain": step.validation_gain,
         "why": step.why,
     }
 
@@ -332,23 +316,17 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "effect": effect.effect,
         "at": effect.at,
         "family": effect.family,
-        "probability": _number(effect.probability),
+        "probability": effect.probability,
         "parameters": {
-            name: {"value": _number(item.value), "unit": item.unit, "low": _number(item.low), "high": _number(item.high)}
-            for name, item in effect.parameters.items()
+            name: {"value": item.value, "unit": item.unit, "low": item.low, "high": item.high} for name, item in effect.parameters.items()
         },
-        "tied_with": list(effect.tied_with),
+        "tied_with": effect.tied_with,
         "separating_experiment": effect.separating_experiment,
-        "share": _number(effect.share),
-        "undetermined": list(effect.undetermined),
+        "share": effect.share,
+        "undetermined": effect.undetermined,
         "may_be_zero": effect.may_be_zero,
     }
 
 
 def _baseline(item: BaselineValue) -> dict[str, Any]:
-    numbers = {"given": item.given, "refit_without": item.refit_without, "refit_with": item.refit_with, "low": item.low, "high": item.high}
-    return {"unit": item.unit, **{name: _number(value) for name, value in numbers.items()}}
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.8g}") if math.isfinite(value) else None
+    return {name: getattr(item, name) for name in ("unit", "given", "refit_without", "refit_with", "low", "high")}
