@@ -28,8 +28,8 @@ from lathesim.live.wire_format import LARGEST_PORT, MOST_AXES, Decoder, Frame, F
 from lathesim.units import in_unit
 
 MOST_CONNECTIONS = 32
-_LONGEST_NAME = 79
 """Connections that are open at once; more are closed as they come."""
+_LONGEST_NAME = 79
 MOST_SESSIONS = 100
 """Sessions that are remembered; older ones are forgotten."""
 _MOST_KINDS = 200
@@ -104,12 +104,11 @@ class ServoSide:
                 self._tell(f"{peer.partition(':')[0]} no greeting", f"{peer}: went away before its greeting was whole.")
                 return
             frames = decoder.feed(data)
-        port = _looks_on(frames[0])
-        if port is not None:
-            if not refuses(self._onlookers, lambda sentence: self._tell("onlookers", f"{peer}: {sentence}")):
-                await self._onlookers.look_on(reader, writer, port)
-            return
         hello = _Greeting.read(frames[0])
+        if hello.looks_on:
+            if not refuses(self._onlookers, lambda sentence: self._tell("onlookers", f"{peer}: {sentence}")):
+                await self._onlookers.look_on(reader, writer, hello.udp_port)
+            return
         if self._busy:
             raise LiveError("another planner moves the machine.", remedy="Wait until it has ended.")
         self._busy = True
@@ -161,40 +160,32 @@ def _is_name(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= _LONGEST_NAME and value.isprintable()
 
 
-def _looks_on(first: Frame) -> int | None:
-    """Return the UDP port of a peer that greets as an onlooker; None for a planner."""
-    if first.kind is not FrameKind.HELLO:
-        return None
-    data = read_text(first)
-    if data.get("looks_on") is not True:
-        return None
-    port = data.get("udp_port")
-    if not isinstance(port, int) or isinstance(port, bool) or not 0 < port <= LARGEST_PORT:
-        raise WireError("the greeting has no UDP port.")
-    return port
-
-
 @dataclass(frozen=True)
 class _Greeting:
-    axes: tuple[str, ...]
-    period: float
+    """What a planner greets with; a peer that ``looks_on`` greets with its port alone."""
+
     udp_port: int
+    looks_on: bool = False
+    axes: tuple[str, ...] = ()
+    period: float = 0.0
 
     @staticmethod
     def read(first: Frame) -> _Greeting:
         if first.kind is not FrameKind.HELLO:
             raise WireError(f"the first frame is {first.kind.name}, and HELLO is expected.")
         data = read_text(first)
-        axes, period, port = data.get("axes"), data.get("period"), data.get("udp_port", 0)
+        axes, period, port, looks_on = data.get("axes"), data.get("period"), data.get("udp_port", 0), data.get("looks_on") is True
+        if not isinstance(port, int) or isinstance(port, bool) or not looks_on <= port <= LARGEST_PORT:
+            raise WireError("the greeting has no UDP port.")
+        if looks_on:
+            return _Greeting(port, looks_on=True)
         if not isinstance(axes, list) or not 1 <= len(axes) <= MOST_AXES or not all(_is_name(name) for name in axes):
             raise WireError("the greeting names no axes.")
         if not isinstance(period, (int, float)) or isinstance(period, bool) or not 0.0 < period <= 1.0:
             raise WireError("the greeting has no period between 0 and 1 s.")
-        if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= LARGEST_PORT:
-            raise WireError("the greeting has no UDP port.")
         if len(set(axes)) != len(axes):
             raise WireError("the greeting names an axis twice.")
-        return _Greeting(tuple(axes), float(period), port)
+        return _Greeting(port, axes=tuple(axes), period=float(period))
 
 
 def _greeting_of(machine: SteppedMachine, settings: ServoSettings) -> dict[str, Any]:
