@@ -25,13 +25,14 @@ class PartShape:
     stock_radius: float
 
 
-def part_shape(record: Record, x: str = "x_axis.position", z: str = "z_axis.position") -> PartShape | None:
+def part_shape(record: Record) -> PartShape | None:
     """Return the shape that the tip leaves, or None where the record does not tell what was cut.
 
     The tip runs straight from sample to sample; over each place the smallest radius it reached inside the stock counts. Left out: the
     nose radius, and material the tool never came near.
     """
     stock, inside = find_channel(record, "material_radius"), find_channel(record, "inside_stock")
+    x, z = "x_axis.position", "z_axis.position"
     if stock is None or inside is None or x not in record or z not in record or len(record) < 2:
         return None
     within = record[inside] > 0.5

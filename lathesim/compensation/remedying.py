@@ -101,7 +101,7 @@ def remedy(
         return Answer(diagnosed, bench, (), axes, (*not_mended, *late), (), 0.0, found.cautions, gains=gains)
     tell("trying the remedies over draws of what is uncertain")
     mended = diagnosed.bench(lines, noise_of(bench, found.floors))
-    intervals = _intervals(mended, found, lesson)
+    intervals = _intervals(mended, found)
     prior = uncertainties(lesson, mended.batch.plan) if lesson.settings.uncertain else {}
     sizes, better = promised(mended, draws_of(mended, intervals, prior, _free(mended, lines), DRAWS, seed), seed=seed)
     unmended = (*not_mended, *late, *_limits(mended, lines))
@@ -252,7 +252,7 @@ def _not_twice(diagnosed: Diagnosed, bench: Bench, found: DiagnosedMachine, axes
                 raise LessonError(fact, place=str(diagnosed.lesson.path), remedy=remedy_told)
 
 
-def _intervals(bench: Bench, found: DiagnosedMachine, lesson: Lesson) -> dict[str, tuple[float, float, float]]:
+def _intervals(bench: Bench, found: DiagnosedMachine) -> dict[str, tuple[float, float, float]]:
     """Return the intervals of what is uncertain, by ``part.parameter`` of the bench: of the effects, and of the refitted values."""
     placed = bench.machinery.by_name
     intervals: dict[str, tuple[float, float, float]] = {}

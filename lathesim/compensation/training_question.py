@@ -202,9 +202,7 @@ class TrainingQuestion:
         return batch.run(self.names, rows, reduce, {self.table: tables})
 
 
-def question_of(
-    lesson: Lesson, registry: Registry, variants: Sequence[str], score: TrainingScore, shape: NetworkShape, *, seed: int | None = None
-) -> TrainingQuestion:
+def question_of(lesson: Lesson, registry: Registry, variants: Sequence[str], score: TrainingScore, shape: NetworkShape) -> TrainingQuestion:
     """Return the question of a lesson: its regulator, scored in some of its variants (without any: in the lesson as it stands).
 
     Raises :class:`LessonError` where no part has a table of weights, where a channel of the score is missing, where the run has no
@@ -226,7 +224,7 @@ def question_of(
                           remedy="Write 'duration: 10 s'.")  # fmt: skip
     samples = round(first.duration / first.machinery.sample_period) + 1
     places = tuple(_channel(first, port, lesson) for port, _ in score.channels)
-    batch = Batch(first.plan, samples, seed=first.case.seed if seed is None else seed)
+    batch = Batch(first.plan, samples, seed=first.case.seed)
     steps = _fewest_steps(first)
     return TrainingQuestion(table, shape, score, batch, names, tuple(variants) or (lesson.name,), rows, places, steps)
 

@@ -232,7 +232,7 @@ class Writer:
 
     # ---- pieces ---------------------------------------------------------------------------------------------------------------
 
-    def _unpack(self, discrete: bool = True) -> list[str]:
+    def _unpack(self) -> list[str]:
         lines = _taken("parameters", self.plan.parameters) + _taken("states", self.plan.states) + _taken("discrete", self.plan.discrete)
         lines += [f"{flat_name(name)} = vector(memories, {position})" for name, position in self.plan.memories.items()]
         lines += [f"{flat_name(name)} = matrix(tables, {position})" for name, position in self.plan.tables.items()]

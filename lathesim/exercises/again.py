@@ -46,20 +46,20 @@ class Result:
         return {name: 1.0 - self.after[name] / value for name, value in self.before.items() if value > 0.0}
 
 
-def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: Path, *, variant: str | None = None) -> Result:
+def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: Path) -> Result:
     """Record the machine of a sealed answer with the remedied lesson on its control, and write recording and result to ``folder``.
 
     Raises :class:`RecordingError` where the answer is none, :class:`LessonError` where the lesson is of another machine.
     """
     answer = read_json(answer_file, ANSWER, "answer", "effects")
-    prepared = prepare(lesson, registry, variant)
+    prepared = prepare(lesson, registry)
     columns = logged_columns(lesson, prepared.machinery, {})
     effects = cast("dict[str, type[Effect]]", registry.effects)
     loops = loops_of(prepared.machinery)
     wishes, noise = _wishes(answer, effects), float(answer.get("noise", 1.0))
     # a lesson of one's own is no lesson that a name finds: the folder for the class beside the answer has it
     beside = answer_file.with_name(answer_file.name.removesuffix(_ANSWER_END)) / LESSON_FILE
-    first = _original((str(answer.get("lesson", "")), str(beside)), lesson, registry, variant)
+    first = _original((str(answer.get("lesson", "")), str(beside)), lesson, registry)
     tables = [loop.table for loop in loops]
     try:
         machine = TrueMachine(Situation(prepared.machinery, prepared.duration, {}), columns, wishes, noise, tables)
@@ -89,9 +89,9 @@ def record_again(answer_file: Path, lesson: Lesson, registry: Registry, folder: 
     return result
 
 
-def _original(names: tuple[str, ...], lesson: Lesson, registry: Registry, variant: str | None) -> Prepared:
+def _original(names: tuple[str, ...], lesson: Lesson, registry: Registry) -> Prepared:
     """Return the lesson that the case was made of, where it is found and moves the same axes; else the one that is given."""
-    own = prepare(lesson, registry, variant)
+    own = prepare(lesson, registry)
     for name in names:
         try:
             first = prepare(load_lesson(name), registry)

@@ -48,11 +48,10 @@ def fine_run(
     overrides: Mapping[str, float] | None = None,
     *,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
 ) -> Record:
     """Run a plan made by :func:`fine_plan` and give its Record; raises :class:`SimulationError` where a law breaks."""
     # short blocks: where a size breaks the machine, the last one is run once more in plain Python, to find the law
-    return run(plan, duration=duration, seed=seed, overrides=overrides, progress=progress, largest_block=10 * FINER)
+    return run(plan, duration=duration, seed=seed, overrides=overrides, largest_block=10 * FINER)
 
 
 SEEN = 5.0

@@ -78,13 +78,12 @@ def insert_effect(
     *,
     name: str = "",
     parameters: Mapping[str, float] | None = None,
-    start: Mapping[str, float] | None = None,
     sources: Mapping[str, str | float] | None = None,
     every: int = 1,
 ) -> Machinery:
     """Return the assembly with ``effect`` inserted at a part or at ``part.name``.
 
-    ``parameters`` and ``start`` are in SI; ``sources`` feeds inputs of the effect that its host does not (``part.name``, or a constant).
+    ``parameters`` are in SI; ``sources`` feeds inputs of the effect that its host does not (``part.name``, or a constant).
     Raises :class:`WiringError`.
     """
     if not issubclass(effect, Effect):
@@ -102,7 +101,7 @@ def insert_effect(
     values = dict(parameters or {})
     if effect.identification.held_flag:
         values.setdefault(effect.identification.held_flag, float(_is_held(bench, next(iter(places)))))
-    bench.add(Part(name, placed, values, dict(start or {}), every=every))
+    bench.add(Part(name, placed, values, every=every))
     along = _goes_along(bench, effect, host, places)
     for place, (taken, given) in places.items():
         _attach(bench, _before_frictions(bench, effect, place), f"{name}.{taken}", f"{name}.{given}")

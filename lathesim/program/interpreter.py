@@ -41,19 +41,19 @@ def interpret(
     dialect: str | Dialect = "paper",
     *,
     start: tuple[float, float] | None = None,
-    stations: int = TURRET_STATIONS,
     tools: Mapping[int, Tool] | None = None,
     strict: bool = False,
 ) -> Program:
     """Return the moves, events and warnings of a program.
 
-    ``start`` is where the tool stands at first (x, z) [m], without it the dialect's; ``stations`` how many tools the
-    turret holds. ``tools`` gives their noses and offsets, else they have none. With ``strict`` codes that do
-    nothing here are refused. Raises :class:`ProgramError` with ``file:line``, the word, what is wrong and what to do.
+    ``start`` is where the tool stands at first (x, z) [m], without it the dialect's. ``tools`` gives their noses and
+    offsets, else they have none. With ``strict`` codes that do nothing here are refused.
+
+    Raises :class:`ProgramError` with ``file:line``, the word, what is wrong and what to do.
     """
     table = dialect if isinstance(dialect, Dialect) else dialect_named(dialect)
     start = table.start if start is None else start
-    modal = Modal(*start, table.x_is_diameter, FeedInForce(table.per_revolution), Turret(stations, dict(tools or {})))
+    modal = Modal(*start, table.x_is_diameter, FeedInForce(table.per_revolution), Turret(TURRET_STATIONS, dict(tools or {})))
     modal.motion, modal.motion_code = table.first_motion, table.code_for(table.first_motion)
     flow = Flow(blocks, table, modal, _steps_of, strict)
     try:

@@ -301,9 +301,9 @@ def learn(belief: Belief, cut: TriedCut) -> Belief:
     return _moved(found, np.random.Generator(np.random.Philox(key=belief.seed + 7919 * len(cuts))))
 
 
-def learn_all(prior: Prior, cuts: Sequence[TriedCut], seed: int = 1, count: int = PARTICLES) -> Belief:
+def learn_all(prior: Prior, cuts: Sequence[TriedCut], seed: int = 1) -> Belief:
     """Return the belief after all cuts."""
-    belief = begin(prior, seed, count)
+    belief = begin(prior, seed)
     for cut in cuts:
         belief = learn(belief, cut)
     return belief

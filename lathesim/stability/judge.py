@@ -102,7 +102,7 @@ def _judge_whole(found: Vibration, modes: tuple[float, ...], quiet: Vibration | 
         and not _is_small(1.0 - whole - hum_share, found)
     )
     shaken = ""
-    if strongest is not None and (counts or _outgrew(strongest, found)):
+    if strongest is not None and (counts or _outgrew(strongest)):
         # a mode that noise shakes may hide the line of the chip, which is not far below
         for line in sorted(others, key=lambda item: -item.share):
             if line.share < SHARES.not_far_below * strongest.share:
@@ -220,7 +220,7 @@ def _is_mains(line: VibrationLine, resolution: float) -> bool:
     return False
 
 
-def _outgrew(line: VibrationLine, found: Vibration) -> bool:
+def _outgrew(line: VibrationLine) -> bool:
     """Whether a line grew so much that it stands for what comes, however small its share still is."""
     return line.late > GROWTH.outgrew and line.share > SHARES.least_grown and not line.is_wide
 

@@ -84,18 +84,26 @@ def rig(
         "always_in_contact": 1.0,
         **{name: value for name, value in (values or {}).items() if name != "feed"},
     }
-    parts.append(Part("spindle", SteadySpindle, {"target": 2.0 * math.pi * speed / 60.0}))
-    parts.append(Part("cut", RegenerativeCut, cut, memory_lengths={"surface": 2 * count}))
-    last = f"mode_{len(tool.modes)}"
-    wires += [
+    cutting = Part("cut", RegenerativeCut, cut, memory_lengths={"surface": 2 * count})
+    return _rig(parts, wires, cutting, speed, (values or {}).get("feed", 0.0), count, period, record)
+
+
+def _rig(
+    modes: list[Part], wires: list[Wire], cut: Part, speed: float, feed: float, count: int, period: float, record: tuple[str, ...] = ()
+) -> Rig:
+    """Return modes in a row and a cut behind the last of them, on a spindle that turns steadily at a speed [rpm]."""
+    last = modes[-1].name
+    spindle = Part("spindle", SteadySpindle, {"target": 2.0 * math.pi * speed / 60.0})
+    wires = [
+        *wires,
         Wire("cut.angle", "spindle.angle"),
         Wire("cut.spindle_speed", "spindle.speed"),
         Wire("cut.displacement", f"{last}.displacement"),
         Wire("cut.velocity", f"{last}.velocity"),
-        Wire("cut.feed", constant=(values or {}).get("feed", 0.0)),
+        Wire("cut.feed", constant=feed),
         Wire("cut.width", constant=1e-3),
     ]
-    assembly = Assembly(tuple(parts), tuple(wires), period, period, record=(f"{last}.displacement", *record))
+    assembly = Assembly((*modes, spindle, cut), tuple(wires), period, period, record=(f"{last}.displacement", *record))
     return Rig(wire(assembly), count, period)
 
 
@@ -115,30 +123,18 @@ def _modes(tool: ToolPoint) -> tuple[list[Part], list[Wire]]:
     return parts, wires
 
 
-def milling_rig(mode: Mode, cut: Milling, speed: float, *, steps_of_a_vibration: int = STEPS_OF_A_VIBRATION) -> Rig:
+def milling_rig(mode: Mode, cut: Milling, speed: float) -> Rig:
     """Return a rig that mills with one mode along the feed at a speed [rpm]; its turn is the time of a tooth."""
     if not speed > 0.0:
         raise LessonError(f"the speed is {speed:g} rpm.", remedy="Give one above 0.")
     tooth = 60.0 / (speed * cut.teeth)
-    count = max(FEWEST_STEPS, math.ceil(steps_of_a_vibration * mode.frequency * tooth))
+    count = max(FEWEST_STEPS, math.ceil(STEPS_OF_A_VIBRATION * mode.frequency * tooth))
     period = tooth / count
     values = {"frequency": mode.frequency, "damping": mode.damping, "stiffness": mode.stiffness}
     given = {"teeth": float(cut.teeth), "tangential": cut.tangential, "normal": cut.normal, "entry": cut.entry, "leave": cut.leave}
-    parts = (
-        Part("spindle", SteadySpindle, {"target": 2.0 * math.pi * speed / 60.0}),
-        Part("mode_1", ToolMode, values, start={"swing": _SEED}),
-        Part("cut", MillingCut, {**given, "always_in_contact": 1.0}, memory_lengths={"kept": 2 * count * cut.teeth}),
-    )
-    wires = (
-        Wire("mode_1.hammer", "cut.force"),
-        Wire("cut.angle", "spindle.angle"),
-        Wire("cut.spindle_speed", "spindle.speed"),
-        Wire("cut.displacement", "mode_1.displacement"),
-        Wire("cut.velocity", "mode_1.velocity"),
-        Wire("cut.feed", constant=0.0),
-        Wire("cut.width", constant=1e-3),
-    )
-    return Rig(wire(Assembly(parts, wires, period, period, record=("mode_1.displacement",))), count, period)
+    cutting = Part("cut", MillingCut, {**given, "always_in_contact": 1.0}, memory_lengths={"kept": 2 * count * cut.teeth})
+    modes = [Part("mode_1", ToolMode, values, start={"swing": _SEED})]
+    return _rig(modes, [Wire("mode_1.hammer", "cut.force")], cutting, speed, 0.0, count, period)
 
 
 def growth(rig: Rig, widths: FloatArray, turns: int = TURNS) -> list[complex]:

@@ -139,11 +139,11 @@ def running_mean(values: FloatArray, around: int = _AROUND) -> FloatArray:
     return np.asarray(total / np.convolve(np.ones(len(values)), np.ones(around), "same"))
 
 
-def running_median(values: FloatArray, around: int = _AROUND) -> FloatArray:
+def running_median(values: FloatArray) -> FloatArray:
     """Return the median over the lines around each."""
     from scipy.ndimage import median_filter
 
-    return np.asarray(median_filter(values, size=min(around, len(values)), mode="nearest"))
+    return np.asarray(median_filter(values, size=min(_AROUND, len(values)), mode="nearest"))
 
 
 _FIRST_DAMPING = (0.03, 0.008)

@@ -58,13 +58,13 @@ def multipliers(equation: DelayEquation, points: int = POINTS) -> Complex:
     return np.asarray(values[np.argsort(-np.abs(values))])
 
 
-def chatter_frequency(equation: DelayEquation, multiplier: complex, points: int = POINTS) -> float:
+def chatter_frequency(equation: DelayEquation, multiplier: complex) -> float:
     """Return the frequency [Hz] of the strongest vibration that goes with a multiplier.
 
     x(t) exp(-lambda t) repeats each period, so the vibration has the frequencies (arg(multiplier) + 2 pi k)/(2 pi tau); the strongest is
     found by the Fourier integrals of the vibration over one period, with the weights of Clenshaw and Curtis.
     """
-    way = _PeriodMap(equation, points)
+    way = _PeriodMap(equation, POINTS)
     values, vectors = way.eigen()
     times = way.times
     place = int(np.argmin(np.abs(values - multiplier) + 1e3 * (np.abs(values) < 0.5 * abs(multiplier))))
@@ -72,7 +72,7 @@ def chatter_frequency(equation: DelayEquation, multiplier: complex, points: int 
     positions = vectors[:, place].reshape(-1, size)[:, 0::2]
     period = equation.period
     rate = np.log(values[place]) / period
-    weights = _weights(equation, points)
+    weights = _weights(equation, POINTS)
     highest = max(4, math.ceil(3.0 * max(equation.frequency, 1.0 / period) * period))
     best, found = -1.0, 0.0
     for k in range(-highest, highest + 1):
@@ -203,12 +203,14 @@ def _chebyshev(points: int) -> tuple[FloatArray, FloatArray]:
     return x[order], matrix[np.ix_(order, columns)]
 
 
-def smallest_unstable(
-    equation_of: Callable[[float], DelayEquation], guess: float, *, largest: float = math.inf, growth: float = 1.15
-) -> tuple[float, complex]:
+_GROWTH = 1.15
+"""Ratio of one parameter looked at to the one before, assumed: a limit is soon between two of them."""
+
+
+def smallest_unstable(equation_of: Callable[[float], DelayEquation], guess: float, *, largest: float = math.inf) -> tuple[float, complex]:
     """Return the smallest parameter at which a multiplier leaves the unit circle, and that multiplier; infinity where none does so.
 
-    ``guess`` is a parameter that is stable; it is raised by ``growth`` until it is not, at most to ``largest``, and the limit is bisected.
+    ``guess`` is a parameter that is stable; it is raised by ``_GROWTH`` until it is not, at most to ``largest``, and the limit is bisected.
     """
 
     def rate(value: float, points: int = POINTS) -> tuple[float, complex]:
@@ -220,24 +222,24 @@ def smallest_unstable(
         low *= 0.5
         if low < _NONE * guess:
             return 0.0, rate(low)[1]
-    high = low * growth
+    high = low * _GROWTH
     while rate(high, _LOOK_POINTS)[0] <= 0.0:
-        low, high = high, high * growth
+        low, high = high, high * _GROWTH
         if high > largest:
             return math.inf, 0j
-    return _between(rate, low, high, growth)
+    return _between(rate, low, high)
 
 
-def _between(rate: Callable[[float], tuple[float, complex]], low: float, high: float, growth: float) -> tuple[float, complex]:
+def _between(rate: Callable[[float], tuple[float, complex]], low: float, high: float) -> tuple[float, complex]:
     """Return where the rate changes its sign between two values that were seen with fewer points, by false position (Illinois)."""
     (below, at_low), (above, at_high) = rate(low), rate(high)
     while below > 0.0:
         high, above, at_high = low, below, at_low
-        low /= growth
+        low /= _GROWTH
         below, at_low = rate(low)
     while above <= 0.0:
         low, below, at_low = high, above, at_high
-        high *= growth
+        high *= _GROWTH
         above, at_high = rate(high)
     side = 0
     left, right = below, above

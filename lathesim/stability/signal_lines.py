@@ -154,19 +154,19 @@ _PARTS = 8
 _FEWEST = 400
 
 
-def prediction_errors(values: FloatArray, order: int = _ORDER) -> FloatArray:
-    """Return what each value differs by from its best linear prediction by ``order`` values before, over the standard deviation."""
+def prediction_errors(values: FloatArray) -> FloatArray:
+    """Return what each value differs by from its best linear prediction by ``_ORDER`` values before, over the standard deviation."""
     from scipy.linalg import solve_toeplitz
     from scipy.signal import lfilter
 
     centred = values - values.mean()
     spectrum = np.fft.rfft(centred, 2 * len(centred))
-    alike = np.fft.irfft(np.abs(spectrum) ** 2)[: order + 1] / len(centred)
+    alike = np.fft.irfft(np.abs(spectrum) ** 2)[: _ORDER + 1] / len(centred)
     if not alike[0] > 0.0:
         return np.zeros(0)
     alike[0] *= 1.0 + 1e-9
-    rule = solve_toeplitz(alike[:order], alike[1:])
-    errors = lfilter(np.concatenate([[1.0], -rule]), [1.0], centred)[order:]
+    rule = solve_toeplitz(alike[:_ORDER], alike[1:])
+    errors = lfilter(np.concatenate([[1.0], -rule]), [1.0], centred)[_ORDER:]
     return np.asarray(errors / max(float(errors.std()), 1e-300))
 
 
@@ -237,7 +237,6 @@ class VibrationLine:
     width: float
     rate: float
     late: float
-    amplitude: float
     resolution: float
 
     @property
@@ -409,7 +408,7 @@ def _line(
 ) -> VibrationLine:
     envelope = envelope_of(values, rate, frequency, max(0.45 * turning, 3.0 * resolution))
     growth, late = _growth(envelope, rate, frequency, turning)
-    return VibrationLine(frequency, frequency / turning, share, width, growth, late, float(np.quantile(envelope, 0.95)), resolution)
+    return VibrationLine(frequency, frequency / turning, share, width, growth, late, resolution)
 
 
 def envelope_of(values: FloatArray, rate: float, frequency: float, half_band: float) -> FloatArray:

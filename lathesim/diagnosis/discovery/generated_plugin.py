@@ -14,7 +14,7 @@ _FUNCTIONS = re.compile(r"\b(tanh|sin|cos)\(")
 _LETTER = re.compile(r"\b[vqt]\b")
 
 
-def plugin_text(found: Discovered, name: str = "DiscoveredTerm") -> str:
+def plugin_text(found: Discovered) -> str:
     """Return a plug-in file with the discovered candidate as an effect, ready for ``insert: [{effect: DiscoveredTerm, at: ...}]``.
 
     Its coefficients stand as found; with all of them 0 the effect vanishes.
@@ -32,7 +32,7 @@ def plugin_text(found: Discovered, name: str = "DiscoveredTerm") -> str:
         "from lathesim.hookspecs import hookimpl",
         "",
         "",
-        f"class {name}(Effect):",
+        "class DiscoveredTerm(Effect):",
         *_declarations(found, names, inputs),
         *law,
         "",
@@ -40,7 +40,7 @@ def plugin_text(found: Discovered, name: str = "DiscoveredTerm") -> str:
         "@hookimpl",
         "def register_effects() -> list[type[Effect]]:",
         '    """Return the effect of the discovered term."""',
-        f"    return [{name}]",
+        "    return [DiscoveredTerm]",
         "",
     ]
     return "\n".join(lines)

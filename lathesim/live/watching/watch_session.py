@@ -200,7 +200,7 @@ class WatchSession:
             begin = diagnosis_begin(alarm, self._settings.window)
             end = begin + self._settings.window * (1 + self._settings.validation_windows)
             since = alarm.begun if self._drifting is None else self._drifting.begun
-            self._windows.append(_Pending(begin, end, since, alarm))
+            self._windows.append(_Pending(begin, end, since))
             self._watch.pause()
 
     def _after(self, stretch: Stretch) -> None:
@@ -325,12 +325,11 @@ class WatchSession:
 
 @dataclass(frozen=True)
 class _Pending:
-    """A window that is still being filled, since when it is about something, and the alarm that asked for it."""
+    """A window that is still being filled, and since when it is about something."""
 
     begin: float
     end: float
     since: float
-    alarm: ReportedChange
 
 
 def diagnosis_begin(alarm: ReportedChange, window: float) -> float:
