@@ -111,6 +111,11 @@ def visible(text: str, keep: str = "") -> str:
     return text.translate({ord(character): character.encode("unicode_escape").decode() for character in hidden}) if hidden else text
 
 
+def listed(names: Sequence[str]) -> str:
+    """Return ``"a, b and c"``."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
 def nearest(name: str, names: Iterable[str]) -> str:
     """Return ``"Did you mean 'x'?"`` for the name most like ``name``, or an empty text where none is near."""
     import difflib

@@ -13,6 +13,7 @@ from types import FrameType
 
 from lathesim.component import Component
 from lathesim.conformance import check_component
+from lathesim.plugins import shown_path
 
 PATIENCE = 5.0
 """Seconds of computing after which a law counts as endless; the whole test of a part takes some hundredths."""
@@ -33,7 +34,7 @@ def guest_fault(component: type[Component]) -> str:
             return _first_fault(component)
         except _RunsOn as stopped:
             frame = traceback.extract_tb(stopped.__traceback__)[-2]
-            return f"{_shown(frame.filename)}:{frame.lineno}: {component.__name__}: a law runs on without end. Let every loop end."
+            return f"{shown_path(frame.filename)}:{frame.lineno}: {component.__name__}: a law runs on without end. Let every loop end."
 
 
 @contextlib.contextmanager
@@ -53,13 +54,8 @@ def _first_fault(component: type[Component]) -> str:
     if not faults:
         return ""
     text = str(faults[0])
-    path = _shown(inspect.getsourcefile(component) or "")
+    path = shown_path(inspect.getsourcefile(component) or "")
     return f"{path}{text[len(Path(path).name) :]}" if path and text.startswith(f"{Path(path).name}:") else text
-
-
-def _shown(path: str) -> str:
-    """Return a path as a person would write it where they stand."""
-    return str(Path(path).relative_to(Path.cwd())) if path and Path(path).is_relative_to(Path.cwd()) else path
 
 
 def _give_up(number: int, frame: FrameType | None) -> None:

@@ -375,7 +375,7 @@ def _text(path: Path) -> str:
         return ""
 
 
-def _shown(path: str) -> str:
+def shown_path(path: str) -> str:
     """Return a path as a person would write it where they stand."""
     return str(Path(path).relative_to(Path.cwd())) if Path(path).is_relative_to(Path.cwd()) else path
 
@@ -383,7 +383,7 @@ def _shown(path: str) -> str:
 def _line_of(item: Any, otherwise: str) -> str:
     try:
         target = item if inspect.isclass(item) or inspect.isroutine(item) else type(item)
-        return f"{_shown(inspect.getsourcefile(target) or otherwise)}:{inspect.getsourcelines(target)[1]}"
+        return f"{shown_path(inspect.getsourcefile(target) or otherwise)}:{inspect.getsourcelines(target)[1]}"
     except (OSError, TypeError):
         return otherwise
 

@@ -27,6 +27,14 @@ _LISTED = 6
 """Names that a message lists."""
 
 FloatArray = npt.NDArray[np.float64]
+
+
+def stretches(flags: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the begins and ends (behind the last sample) of the stretches in which a condition (samples,) holds."""
+    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
+    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+
+
 Meta = dict[str, str | float | int]
 
 FORMAT = "lathesim-record"

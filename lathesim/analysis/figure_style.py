@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from lathesim.analysis.display_unit import display_unit, pretty_unit
-from lathesim.record import FloatArray
+from lathesim.record import FloatArray, stretches
 
 INK = "#22262b"
 QUIET = "#8a929c"
@@ -111,13 +111,8 @@ def thinned(time: FloatArray, values: FloatArray, points: int = _DRAWN) -> tuple
 
 def shade(panel: Any, time: FloatArray, inside: Sequence[bool] | np.ndarray[Any, Any], color: str = CONTACT, name: str = "") -> None:
     """Shade the stretches of time in which a condition holds."""
-    flags = np.asarray(inside, dtype=np.int8)
-    if not len(flags):
-        return
-    edges = np.diff(np.concatenate([[0], flags, [0]]))
-    begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
-    for number, (begin, end) in enumerate(zip(begins, ends, strict=True)):
-        panel.axvspan(time[begin], time[end], color=color, linewidth=0, zorder=0, label=name if number == 0 else None)
+    for number, (begin, end) in enumerate(zip(*stretches(np.asarray(inside, dtype=bool)), strict=True)):
+        panel.axvspan(time[begin], time[end - 1], color=color, linewidth=0, zorder=0, label=name if number == 0 else None)
 
 
 _DPI = 150

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.analysis.turning_metrics import root_mean_square
 from lathesim.compensation.diagnosed_machine import InsertedRemedy
 from lathesim.compensation.lap_response import learning_filter
 from lathesim.compensation.laps import Course, course_of
@@ -76,7 +77,7 @@ def _of(line: InsertedRemedy, answer: Answer) -> list[str]:
             f"  friction pulse          {in_unit(value.get('level', 0.0), 'mV', '10.3f')}",
             f"  lead                    {in_unit(value.get('lead', 0.0), 'ms', '10.3f')}",
         ]
-        return rows + _over_acceleration(line, value, answer)
+        return rows + _over_acceleration(value)
     if line.remedy in ("PitchTable", "AcrossTable"):
         columns, points = next(iter(line.tables.values()))
         step = max(1, len(points) // _MOST_ROWS)
@@ -85,7 +86,7 @@ def _of(line: InsertedRemedy, answer: Answer) -> list[str]:
     return [f"  {name:<24}{number:.8g} {answer.bench.units(line.name)[name] if answer.bench else ''}" for name, number in value.items()]
 
 
-def _over_acceleration(line: InsertedRemedy, value: dict[str, float], answer: Answer) -> list[str]:
+def _over_acceleration(value: dict[str, float]) -> list[str]:
     """Return the size of the friction pulse over the acceleration at reversal, as quadrant compensation asks for it."""
     rows = ["  acceleration at reversal [mm/s^2]      pulse [mV]"]
     lag = value.get("inner", 0.0)
@@ -305,16 +306,16 @@ def _mirrored(course: Course, sound: FloatArray, place: str) -> FloatArray:
     corrections = np.zeros((len(course.loops), course.samples))
     off = sound[:, : course.samples] - course.tables_of(corrections)
     furthest, reached = _furthest(off) + count, 0.0
-    best, least = None, _rms(off)
+    best, least = None, root_mean_square(off)
     for _ in range(_ROUNDS):
         corrections = chosen.applied(corrections, off)
         # a rapid to the first point would cost a sample, and all the others would be late
         corrections[:, 0] = 0.0
         off = sound[:, : course.samples] - course.tables_of(corrections)
         reached = _furthest(off)
-        if reached <= furthest and _rms(off) < least:
-            best, least = corrections, _rms(off)
-        elif best is not None and _rms(off) > _WORSE * least:
+        if reached <= furthest and root_mean_square(off) < least:
+            best, least = corrections, root_mean_square(off)
+        elif best is not None and root_mean_square(off) > _WORSE * least:
             break
     if best is None:
         sizes = f"{in_unit(reached, 'um', '.3g')} off, which gouges: without it the tool is {in_unit(furthest, 'um', '.3g')} off"
@@ -325,10 +326,6 @@ def _mirrored(course: Course, sound: FloatArray, place: str) -> FloatArray:
 
 def _furthest(off: FloatArray) -> float:
     return float(np.max(np.sqrt(np.sum(off * off, axis=0))))
-
-
-def _rms(off: FloatArray) -> float:
-    return float(np.sqrt(np.mean(off * off)))
 
 
 def _spindle(prepared: Prepared, walker: str) -> FloatArray | None:

@@ -28,6 +28,7 @@ from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.simulator import IMPULSE
 from lathesim.identification.roles import acting, is_of_machine, is_signal
 from lathesim.identification.signal import LARGER_PART, SLOPE_ROUNDING, root_mean_square
+from lathesim.record import stretches
 
 
 @dataclass(frozen=True)
@@ -181,10 +182,8 @@ def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ..
     width = max(1, len(signal) // 200)
     power = np.convolve(signal * signal, np.ones(width) / width, mode="same")
     limit = float(np.quantile(power, 0.95))
-    high = np.flatnonzero(np.diff(np.concatenate([[0], (power > limit).astype(int), [0]])))
-    stretches = [(begin, end) for begin, end in zip(high[::2], high[1::2], strict=True)]
-    stretches.sort(key=lambda pair: -float(np.sum(power[pair[0] : pair[1]])))
-    return tuple(sorted((round(float(begin * period), 4), round(float(end * period), 4)) for begin, end in stretches[:5]))
+    high = sorted(zip(*stretches(power > limit), strict=True), key=lambda pair: -float(np.sum(power[pair[0] : pair[1]])))
+    return tuple(sorted((round(float(begin * period), 4), round(float(end * period), 4)) for begin, end in high[:5]))
 
 
 def missing_share(experiment: Experiment, fitted: Fitted, row: int) -> tuple[float, FloatArray]:

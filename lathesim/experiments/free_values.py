@@ -20,7 +20,7 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
-from lathesim.errors import LessonError, nearest
+from lathesim.errors import LessonError, listed, nearest
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
@@ -269,15 +269,11 @@ def _sentence(powers: dict[str, float]) -> str:
         up, down = down, up
     if all(abs(power) == abs(next(iter(powers.values()))) for power in powers.values()):
         if not down:
-            return f"Only the ratio of {_listed(up)} shows." if len(up) == 2 else f"Only the ratios of {_listed(up)} show."
+            return f"Only the ratio of {listed(up)} shows." if len(up) == 2 else f"Only the ratios of {listed(up)} show."
         if len(up) == 1 and len(down) == 1:
-            return f"Only the product of {_listed(list(powers))} shows, and neither of them alone."
+            return f"Only the product of {listed(list(powers))} shows, and neither of them alone."
         if len(up) == 1:
-            return f"Only the products of {up[0]} with each of {_listed(down)} show, and none of them alone."
-        return f"Only the products of {_listed(up)} with {_listed(down)} show."
+            return f"Only the products of {up[0]} with each of {listed(down)} show, and none of them alone."
+        return f"Only the products of {listed(up)} with {listed(down)} show."
     told = " ".join(f"{name}^{power:+.3g}" for name, power in powers.items())
     return f"Nothing moves along {told}: these values may change together by these powers."
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -29,6 +29,7 @@ from lathesim.path_columns import (
     START_X,
     START_Z,
 )
+from lathesim.program.canonical_moves import in_comment
 from lathesim.program.dialects import DIALECTS
 
 _CLEARANCE = 1e-3
@@ -219,7 +220,7 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
     dialect = DIALECTS[room.dialect]
     lines = ["%"] if dialect.program_number else []
     lines += ["O0001"] if dialect.program_number else []
-    lines += [f"({_plain(line)})" for line in title]
+    lines += [f"({in_comment(line)})" for line in title]
     codes = {meaning.name: code for code, meaning in reversed(list(dialect.codes.items()))}
     head = ["PLANE_XZ", "ABSOLUTE", "PER_MINUTE", "MILLIMETRE", "X_RADIUS"]
     lines.append(" ".join(codes[name] for name in head if name in codes))
@@ -283,7 +284,3 @@ def _shown(letter: str, value: float, diameter: bool) -> float:
 def _number(value: float) -> str:
     text = f"{value:.4f}".rstrip("0").rstrip(".")
     return "0.0" if text in ("-0", "0", "") else text if "." in text else f"{text}.0"
-
-
-def _plain(text: str) -> str:
-    return text.replace("(", "[").replace(")", "]")

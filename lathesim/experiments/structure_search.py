@@ -20,6 +20,7 @@ from lathesim.experiments.left_out import gained, is_noise, left_out
 from lathesim.experiments.objective import Objective, descend
 from lathesim.experiments.replica import Replica, given_values
 from lathesim.experiments.waypoints import Wandering
+from lathesim.identification.catalogue import snake
 from lathesim.identification.estimation.fit import fit_linear
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import insert_effect
@@ -123,7 +124,7 @@ def _effects(prepared: Prepared, registry: Registry) -> Iterable[Change]:
             at = part.name if site in part.component.ports else f"{part.name}.{part.component.ports.get('displacement', '')}"
             if (site not in part.component.ports and site != "measured") or present & {(name, part.name), (name, at)}:
                 continue
-            place = f"{part.name}_{_snake(name)}"
+            place = f"{part.name}_{snake(name)}"
             placed = insert_effect(prepared.machinery, effect, at, name=place)
             own = placed.by_name[place].component  # with the units of its host
             brings = tuple(_effect_value(own, place, item, bounds) for item, bounds in typical.items())
@@ -134,10 +135,6 @@ def _effects(prepared: Prepared, registry: Registry) -> Iterable[Change]:
             idle = tuple(float(neutral.get(item, value.given)) for item, value in zip(typical, brings, strict=True))
             entry = {"effect": name, "at": at, "name": place}
             yield Change(f"{name} at {part.name}", brings, idle, np.array(list(itertools.product(*looks))), insert=(entry,))
-
-
-def _snake(name: str) -> str:
-    return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
 
 
 def _effect_value(effect: type[Component], part: str, item: str, bounds: tuple[float, float]) -> FreeValue:

@@ -43,7 +43,7 @@ def insert_candidates(
     result = assembly
     for effect, host, senses in places:
         beside = "".join(f"_{Place.of(source).part}" for source in senses.values())
-        name = f"try_{host.replace('.', '_')}_{_snake(effect.__name__)}{beside}"
+        name = f"try_{host.replace('.', '_')}_{snake(effect.__name__)}{beside}"
         neutral = _neutral_si(effect)
         try:
             trial = insert_effect(result, effect, host, name=name, parameters=neutral, sources=dict(senses))
@@ -218,7 +218,7 @@ def _fits(effect: type[Effect], host: type[Component]) -> bool:
     return set(effect.pairs()) <= set(host.ports)
 
 
-def _snake(name: str) -> str:
+def snake(name: str) -> str:
     """Return ``coulomb_friction`` for ``CoulombFriction``."""
     return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
 

@@ -134,7 +134,7 @@ def linuxcnc_text(program: Program) -> str:
 
     Numbers have seven decimals of a millimetre. Left out: the comments, the lines the moves came from, and rapids without a length.
     """
-    lines = ["(dialect: linuxcnc)", f"(moves of {_plain(program.name)})", "G21 G18 G90 G91.1 G8 G40"]
+    lines = ["(dialect: linuxcnc)", f"(moves of {in_comment(program.name)})", "G21 G18 G90 G91.1 G8 G40"]
     written = _WrittenMoves()
     events = sorted(program.events, key=lambda event: event.before_move)
     place = 0
@@ -215,7 +215,7 @@ class _WrittenMoves:
             self._spindle = None  # LinuxCNC stops the spindle to change the tool
             return [f"T{event.tool} M6"] if event.tool else []
         if event.kind == "message":
-            return [f"(MSG, {_plain(event.text)})"]
+            return [f"(MSG, {in_comment(event.text)})"]
         return [words[event.kind]] if event.kind in words else []
 
 
@@ -224,5 +224,6 @@ def _number(value: float) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def _plain(text: str) -> str:
+def in_comment(text: str) -> str:
+    """Return a text as it may stand in a comment of a program."""
     return text.replace("(", "[").replace(")", "]")

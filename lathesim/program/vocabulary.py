@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-from lathesim.errors import Fault
+from lathesim.errors import Fault, listed
 from lathesim.program.dialects import DIALECTS, Dialect, not_interpreted
 from lathesim.program.meanings import CODES_ELSEWHERE, HOLES, NOT_INTERPRETED, SINUMERIK, Group, Meaning, foreign_program
 from lathesim.program.words import Block, Blocks, Warned, Word
@@ -257,8 +257,7 @@ def _may_stand_together(first: Meaning, second: Meaning, dialect: Dialect) -> bo
 
 
 def _quoted(names: list[str]) -> str:
-    quoted = [f"'{name}'" for name in names]
-    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"
+    return listed([f"'{name}'" for name in names])
 
 
 def _readings(code: str, leave_out: Dialect) -> list[tuple[Meaning, list[str]]]:

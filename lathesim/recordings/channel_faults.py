@@ -10,9 +10,9 @@ import itertools
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.record import FloatArray
+from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import Finding
-from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, rate, runs_of
+from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, rate
 from lathesim.recordings.recording_thresholds import FROZEN, MOTION, ROUNDING
 
 _BEFORE = 10
@@ -42,7 +42,7 @@ def frozen_channels(channels: list[RecordedChannel], found_pairs: list[Pair], pe
     for channel in channels:
         if channel.constant or channel.unit == "1":
             continue
-        begins, ends = runs_of(channel.steps == 0.0)
+        begins, ends = stretches(channel.steps == 0.0)
         lengths = ends - begins + 1
         long = lengths >= max(_LONG, FROZEN.longer * _usual_run(lengths))
         stuck = [
@@ -85,7 +85,7 @@ def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[Re
     others = [other for other in channels if other is not channel]
     if value in (0.0, channel.values.max(), channel.values.min()) or not _stops_on_its_way(channel, begin):
         return False
-    if _jumps_at_end(channel, begin, end):
+    if _jumps_at_end(channel, end):
         return any(_moves(other, begin, end) for other in others if other.group == channel.group or other.driven)
     if _all_stand_still(others, begin, end):
         return False
@@ -114,7 +114,7 @@ def _leaves_partner(pair: Pair, channel: RecordedChannel, begin: int, end: int) 
     if gone < max(FROZEN.gone * channel.span, _COUNTS * _count(channel)) or end + FROZEN.after >= len(channel.values):
         return False
     step, after = abs(channel.steps[end - 1]), float(np.abs(channel.steps[end + 1 : end + FROZEN.after]).max())
-    return _jumps_at_end(channel, begin, end) or bool(step > FROZEN.leap * after + FROZEN.noise * channel.roughness)
+    return _jumps_at_end(channel, end) or bool(step > FROZEN.leap * after + FROZEN.noise * channel.roughness)
 
 
 def _is_stepped(pair: Pair, end: int) -> bool:
@@ -146,7 +146,7 @@ def _stops_on_its_way(channel: RecordedChannel, begin: int) -> bool:
     return moving and float(np.abs(last).max()) <= channel.usual_step
 
 
-def _jumps_at_end(channel: RecordedChannel, begin: int, end: int) -> bool:
+def _jumps_at_end(channel: RecordedChannel, end: int) -> bool:
     """Return whether the channel leaves the run by a step that it makes nowhere else in motion."""
     if end >= len(channel.values):
         return False
@@ -191,7 +191,7 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
                 and np.median(over[flat]) > max(FROZEN.beyond * channel.span, FROZEN.spread * spread)
                 and _flat_runs(flat)
             ):
-                begin, end = (int(edge[np.argmax(runs_of(flat)[1] - runs_of(flat)[0])]) for edge in runs_of(flat))
+                begin, end = (int(edge[np.argmax(stretches(flat)[1] - stretches(flat)[0])]) for edge in stretches(flat))
                 side = "above" if sign > 0.0 else "below"
                 fact = (
                     f"it is clipped {side} {level:.6g} {channel.unit}: {np.count_nonzero(flat)} samples stand there, the longest run from "
@@ -233,7 +233,7 @@ def _full_scale(channel: RecordedChannel, ends: tuple[float, float]) -> list[flo
 
 
 def _longest(flat: npt.NDArray[np.bool_]) -> int:
-    begins, ends = runs_of(flat)
+    begins, ends = stretches(flat)
     return int((ends - begins).max(initial=0))
 
 
@@ -242,7 +242,7 @@ def _cuts_noise(channel: RecordedChannel, level: float, *, jumps: bool) -> bool:
     flat = channel.values == level
     if np.count_nonzero(flat) < _LONG:
         return False
-    begins, ends = runs_of(flat)
+    begins, ends = stretches(flat)
     lengths = ends - begins
     inside = ~(flat[1:] | flat[:-1])
     steps = channel.steps[: len(inside)][inside]
@@ -252,7 +252,7 @@ def _cuts_noise(channel: RecordedChannel, level: float, *, jumps: bool) -> bool:
 
 
 def _flat_runs(flat: npt.NDArray[np.bool_]) -> bool:
-    begins, ends = runs_of(flat)
+    begins, ends = stretches(flat)
     return bool(np.max(ends - begins) >= _LONG)
 
 

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from lathesim.errors import RecordingError
-from lathesim.record import Channel, FloatArray, Meta, Record
+from lathesim.record import Channel, FloatArray, Meta, Record, stretches
 from lathesim.recordings.raw_table import Finding, RawTable, counted, is_unit
 from lathesim.recordings.recording_thresholds import EQUAL, SPIKES
 from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, Threshold, even_grid, regular_grid, switched
@@ -270,14 +270,14 @@ def _switch(
 ) -> FloatArray:
     """Return the channel that a column switches, and say when it is on (times from sample ``begin`` on)."""
     on = switched(column, threshold, period)
-    begins, ends = runs(on)
+    begins, ends = stretches(on)
     level = f"{threshold.above / si_factor(signal.unit)[0]:g} {signal.unit}"
     if not len(begins):
         largest = f"{float(np.nanmax(column)) / si_factor(signal.unit)[0]:.4g} {signal.unit}"
         fact = f"'{signal.column}' never stays above {level}; the largest value is {largest}."
         raise RecordingError(fact, place=signal.place, remedy="Write a lower threshold, or a shorter 'lasting'.")
-    stretches = [f"{(first - begin) * period:.4g} to {(last - begin) * period:.4g} s" for first, last in zip(begins, ends, strict=True)]
-    told = ", ".join(stretches[:_TOLD]) + (f" and {len(stretches) - _TOLD} times more" if len(stretches) > _TOLD else "")
+    times = [f"{(first - begin) * period:.4g} to {(last - begin) * period:.4g} s" for first, last in zip(begins, ends, strict=True)]
+    told = ", ".join(times[:_TOLD]) + (f" and {len(times) - _TOLD} times more" if len(times) > _TOLD else "")
     fact = f"'{signal.column}' is above {level} from {told}"
     findings.append(Finding("switch", signal.target, fact, "the channel is on there and 0 elsewhere"))
     return np.where(on, threshold.value, 0.0)
@@ -361,7 +361,7 @@ def _bridge_short_runs(values: FloatArray) -> FloatArray:
     missing = np.isnan(values)
     if not missing.any() or missing.all():
         return values
-    begins, ends = runs(missing)
+    begins, ends = stretches(missing)
     inside = (ends - begins < SHORT_GAP) & (begins > 0) & (ends < len(values))
     filled = values.copy()
     present = np.flatnonzero(~missing)
@@ -372,12 +372,6 @@ def _bridge_short_runs(values: FloatArray) -> FloatArray:
     return filled
 
 
-def runs(flags: Any) -> tuple[Any, Any]:
-    """Return the begins and ends (behind the last one) of the stretches in which a condition holds."""
-    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
-    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-
-
 def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, findings: list[Finding]) -> tuple[int, int]:
     """Return the longest stretch of samples in which every channel has a number."""
     whole = np.ones(length, dtype=bool)
@@ -385,7 +379,7 @@ def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, fi
         whole &= ~np.isnan(column)
     if whole.all():
         return 0, length
-    begins, ends = runs(whole)
+    begins, ends = stretches(whole)
     if not len(begins):
         return 0, 0
     longest = int(np.argmax(ends - begins))

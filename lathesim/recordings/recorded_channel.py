@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
@@ -78,12 +77,6 @@ def channels_of(record: Record, mapping: RecordingMapping) -> list[RecordedChann
             channel = RecordedChannel(signal.target, signal.si_unit, values, signal.role == "drive", signal.resolution or 0.0)
             found.append(channel)
     return found
-
-
-def runs_of(flags: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return the begins and ends (behind the last one) of the stretches in which a condition holds."""
-    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
-    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
 _FACTORS: tuple[tuple[float, str], ...] = (

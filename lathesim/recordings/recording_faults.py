@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.engine.assembly import Place
-from lathesim.record import FloatArray, Record
+from lathesim.record import FloatArray, Record, stretches
 from lathesim.recordings.channel_faults import clipped_channels, clipped_readings, frozen_channels, shifted_channels
 from lathesim.recordings.mapping import RecordingMapping
 from lathesim.recordings.raw_table import Finding
@@ -20,7 +20,6 @@ from lathesim.recordings.recorded_channel import (
     channels_of,
     correlated,
     pairs,
-    runs_of,
     swapped_columns,
     wrong_factors,
 )
@@ -165,7 +164,7 @@ def repeated_blocks(channels: list[RecordedChannel], period: float) -> list[Find
     back = np.zeros(len(names), dtype=np.int64)
     same = names[order][1:] == names[order][:-1]
     back[order[1:][same]] = (order[1:] - order[:-1])[same]
-    begins, ends = runs_of(np.concatenate([[False], (back[1:] == back[:-1]) & (back[1:] > 1)]))
+    begins, ends = stretches(np.concatenate([[False], (back[1:] == back[:-1]) & (back[1:] > 1)]))
     for begin, end in zip(begins - 1, ends, strict=True):
         distance = int(back[begin])
         whole = end - begin >= JUMPS.copy * distance

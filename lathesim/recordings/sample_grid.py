@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.record import FloatArray
+from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import Finding, counted
 from lathesim.recordings.recording_thresholds import CLOCK
 from lathesim.units import in_unit
@@ -48,10 +48,8 @@ def switched(column: FloatArray, threshold: Threshold, period: float) -> npt.NDA
 
 def _crossings(beyond: npt.NDArray[np.bool_], least: int) -> npt.NDArray[np.int64]:
     """Return the samples from which on a condition holds for at least so many samples."""
-    edges = np.diff(np.concatenate([[0], beyond.astype(np.int8), [0]]))
-    begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    found: npt.NDArray[np.int64] = begins[(ends - begins >= least) & (begins > 0)]
-    return found
+    begins, ends = stretches(beyond)
+    return begins[(ends - begins >= least) & (begins > 0)]
 
 
 def _next(samples: npt.NDArray[np.int64], after: int) -> int | None:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import RecordingError
-from lathesim.record import FloatArray
+from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import RawTable
 from lathesim.stability.judge import Judged, judge, judge_line
 from lathesim.stability.signal_lines import Vibration, vibration, within_band
@@ -153,8 +153,7 @@ def cutting_stretch(values: FloatArray, rate: float, turning: float) -> tuple[in
     if high - low < RECORDED.stands_out * spread or abs(low) > RECORDED.idle * abs(high):
         return begun, len(values)
     inside = smooth > low + _IN_CUT * (high - low)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
-    begins, ends = edges[::2], edges[1::2]
+    begins, ends = stretches(inside)
     longest = int(np.argmax(ends - begins))
     first, last = int(begins[longest]), int(ends[longest])
     # the ramps at both ends are no vibration
@@ -335,7 +334,7 @@ def diagnose_cut(
     return CutDiagnosis(
         judged,
         found,
-        _cannot_be(judged, found),
+        _cannot_be(judged),
         _second_cut(judged, found),
         _speeds(judged, found, modes),
         told_at,
@@ -371,7 +370,7 @@ def _told(cut: RecordedCut, judged: Judged, found: Vibration) -> tuple[float, fl
     return (sign.time, sign.share) if sign is not None else (len(cut.values) / cut.rate, 1.0)
 
 
-def _cannot_be(judged: Judged, found: Vibration) -> tuple[str, ...]:
+def _cannot_be(judged: Judged) -> tuple[str, ...]:
     """Return what the deciding line cannot be, each with its reason."""
     line = judged.line
     if line is None:

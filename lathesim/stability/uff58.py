@@ -22,9 +22,9 @@ from lathesim.whole_file import write_bytes
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][-+]?\d+|[-+]\d{3})?")
 _BARE_EXPONENT = re.compile(r"(\d)([-+]\d{3})$")
 _HEADER = 11
+"""Lines between the first line of a dataset and its data."""
 _FORM, _KINDS, _COMPLEX, _DOUBLE = 5, (2, 4, 5, 6), (5, 6), (4, 6)
 """Numbers of the line of the form; kinds of values that may follow, those that are complex, and those of double precision."""
-"""Lines between the first line of a dataset and its data."""
 TIME, RESPONSE, COHERENCE, SPECTRUM = 1, 4, 6, 12
 """Function types."""
 

@@ -15,10 +15,11 @@ from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import KINDS, Explanation, Kind
-from lathesim.diagnosis.records.diagnosis import Diagnosis, listed
+from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found, Gain, Tried
 from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, plain
 from lathesim.diagnosis.verdict import Doubt
+from lathesim.errors import listed
 from lathesim.recordings.raw_table import Finding, counted
 
 HEAD = ("explanation", "gain", "error", "chance level", "kept", "why")

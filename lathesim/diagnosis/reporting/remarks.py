@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, FoundEffect, listed, with_unit
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, FoundEffect, with_unit
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.engine.assembly import FloatArray
+from lathesim.errors import listed
 from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import POSSIBLE
 

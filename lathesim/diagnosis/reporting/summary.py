@@ -12,10 +12,11 @@ from collections.abc import Iterable, Sequence
 from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import Explanation
-from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Unnamed, listed
+from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Unnamed
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.number_text import interval_texts, least_probable_text, number, percent, probability_text, quantity_text
 from lathesim.diagnosis.reporting.remarks import next_step
+from lathesim.errors import listed
 from lathesim.identification.signal import root_mean_square
 from lathesim.recordings.raw_table import counted
 

@@ -21,7 +21,7 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
-from lathesim.errors import LessonError, nearest
+from lathesim.errors import LessonError, listed, nearest
 from lathesim.identification.estimation.covariance import BLOCKS, SIGNIFICANT
 from lathesim.identification.estimation.replay_misfit import Misfit
 from lathesim.identification.noise import Whitening, no_whitening, whitening_of
@@ -392,7 +392,7 @@ def _outcome(
 def _undetermined(names: list[str]) -> str:
     if len(names) == 1:
         return f"The recording does not determine {names[0]}."
-    return f"The recording determines only a combination of {', '.join(names[:-1])} and {names[-1]}."
+    return f"The recording determines only a combination of {listed(names)}."
 
 
 def as_json(lesson: str, recording: str, found: ParameterFit, findings: Sequence[str]) -> Mapping[str, object]:

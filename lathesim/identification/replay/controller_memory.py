@@ -21,7 +21,7 @@ from lathesim.component import DiscreteState, Parameter
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Place, of_part
 from lathesim.identification.replay.simulator import Simulator
 from lathesim.identification.roles import decides, start_values
-from lathesim.identification.signal import LARGER_PART, ROUNDING, SLOPE_ROUNDING
+from lathesim.identification.signal import LARGER_PART, ROUNDING, SLOPE_ROUNDING, root_mean_square
 
 _LITTLE = 0.01
 """Share of a command below which it follows from its controller without any memory, and by which a memory is moved to be seen."""
@@ -107,11 +107,11 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
         return found
 
     before = left(given[None])[0]
-    if _rms(before) < _LITTLE * size:
+    if root_mean_square(before) < _LITTLE * size:
         return {}
     values = np.array([speeds.get(name, value) for name, value in zip(memories, given, strict=True)])
     values, best = _fitted(left, values, _LITTLE * size)
-    kept = _rms(best) < LARGER_PART * _rms(before)
+    kept = root_mean_square(best) < LARGER_PART * root_mean_square(before)
     return {name: float(value) for name, value, old in zip(memories, values, given, strict=True) if value != old} if kept else {}
 
 
@@ -145,7 +145,3 @@ def _fitted(left: Callable[[FloatArray], FloatArray], start: FloatArray, least: 
         max_nfev=_TIMES + 1,
     )
     return start + unit * end.x @ directions, unit * end.fun
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
