@@ -16,9 +16,8 @@ from lathesim.conformance import check_component
 from lathesim.guest_check import guest_fault
 
 
-@pytest.mark.parametrize("name", STOCK)
-def test_every_stock_part_keeps_the_contract(name: str) -> None:
-    assert check_component(stock_components()[name]) == []
+def test_every_stock_part_keeps_the_contract() -> None:
+    assert {name: faults for name, part in stock_components().items() if (faults := check_component(part))} == {}
 
 
 @pytest.mark.slow

@@ -67,9 +67,9 @@ def test_what_converts() -> None:
     assert not convertible("mm", "m/rad") and not convertible("V", "N")
 
 
-@pytest.mark.parametrize("unit", KNOWN_UNITS)
-def test_the_angle_of_every_unit_of_the_table_is_what_pint_says(unit: str) -> None:
+def test_the_angle_of_every_unit_of_the_table_is_what_pint_says() -> None:
     angle_power.cache_clear()
-    names = dict(registry().parse_units(unit)._units)
     angles = {"radian": 1, "degree": 1, "turn": 1, "revolutions_per_minute": 1, "kilorevolutions_per_minute": 1}
-    assert known_angle_power(unit) in (None, sum(power * angles.get(name, 0) for name, power in names.items()))
+    for unit in KNOWN_UNITS:
+        names = dict(registry().parse_units(unit)._units)
+        assert known_angle_power(unit) in (None, sum(power * angles.get(name, 0) for name, power in names.items())), unit

@@ -52,10 +52,9 @@ def test_neutral_is_bit_for_bit_the_baseline(name: str, folder: Path, baselines:
     assert differing(baselines[rig], record(placed)) == []
 
 
-@pytest.mark.parametrize("name", EFFECTS)
-def test_defaults_are_neutral(name: str) -> None:
-    defaults = {key: EFFECTS[name].declarations[key].default for key in EFFECTS[name].neutral}  # type: ignore[attr-defined]
-    assert defaults == EFFECTS[name].neutral
+def test_defaults_are_neutral() -> None:
+    for name, effect in EFFECTS.items():
+        assert {key: effect.declarations[key].default for key in effect.neutral} == effect.neutral, name  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("name", EFFECTS)
@@ -78,9 +77,8 @@ def test_all_neutral_effects_of_a_rig_together_are_the_baseline(rig: str, folder
     assert differing(plain, record(placed, 0.05)) == []
 
 
-@pytest.mark.parametrize("name", EFFECTS)
-def test_keeps_the_contract(name: str) -> None:
-    assert check_component(EFFECTS[name]) == []
+def test_every_effect_keeps_the_contract() -> None:
+    assert {name: faults for name, effect in EFFECTS.items() if (faults := check_component(effect))} == {}
 
 
 def test_the_engine_leaves_an_idle_effect_out() -> None:
