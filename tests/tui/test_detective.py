@@ -106,11 +106,11 @@ async def test_a_search_is_stopped_and_a_wrong_answer_refused() -> None:
 
 
 async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> None:
-    record = simulate(load_lesson("01_contour_error"), load_registry(), "I", engine="compiled")
-    data = np.column_stack([record.time, record["x_axis.position"], record["z_axis.position"]])[:2000]
-    header = "time [s],x axis position [m],z axis position [m]"
+    record = simulate(load_lesson("32_the_forged_sensor"), load_registry(), "honest", engine="compiled")
+    data = np.column_stack([record.time, record["x_axis.position"], record["x_encoder.position"]])[:2000]
+    header = "time [s],x axis position [m],x encoder position [m]"
     np.savetxt("mine.csv", data, delimiter=",", header=header, comments="")
-    async with opened("01_contour_error") as (app, pilot):
+    async with opened("32_the_forged_sensor") as (app, pilot):
         await pilot.press("f7")
         await pilot.pause()
         app.screen.query_one("#path", Input).value = "mine.csv"
@@ -130,7 +130,7 @@ async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> N
         assert isinstance(screen, DetectiveScreen)
         await until(pilot, lambda: not screen.busy and screen.case is not None and screen.case.comparison is not None, "the comparison")
         assert screen.query_one(TabbedContent).active == "compare"
-    assert "x_axis.position" in Path("01_contour_error_mine.yaml").read_text(encoding="utf-8")
+    assert "x_axis.position" in Path("32_the_forged_sensor_mine.yaml").read_text(encoding="utf-8")
 
 
 async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
