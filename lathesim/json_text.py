@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from lathesim.errors import LatheSimError, RecordingError
+
 
 def parsed_json(text: str | bytes) -> Any:
     """Return the value of a JSON text. Raises ValueError if it is no JSON or is nested deeper than the recursion limit of Python."""
@@ -17,6 +19,24 @@ def parsed_json(text: str | bytes) -> Any:
         return json.loads(text)
     except RecursionError:
         raise ValueError("the JSON text is nested too deeply") from None
+
+
+def read_json(
+    path: Path, schema: str, what: str, key: str = "schema", remedy: str = "Give the file as it was made.",
+    fault: type[LatheSimError] = RecordingError,
+) -> dict[str, Any]:  # fmt: skip
+    """Read a JSON file of a schema that has a ``key``; a ``fault`` with the name of ``what`` it is not where it is something else."""
+    try:
+        data = parsed_json(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise fault(f"the {what} cannot be read: {error.strerror}.", place=str(path)) from None
+    except ValueError:
+        raise fault(f"the {what} is no JSON file.", place=str(path), remedy=remedy) from None
+    found = data.get("schema") if isinstance(data, dict) else None
+    if found != schema or key not in data:
+        told = f"has the schema '{found}'" if isinstance(found, str) else "has no schema"
+        raise fault(f"the file {told}, and the {what} has the schema {schema}.", place=str(path), remedy=remedy)
+    return dict(data)
 
 
 def written_json(value: Any) -> str:

@@ -27,8 +27,8 @@ from lathesim.classroom.roster import ClassFolder, Student
 from lathesim.classroom.teacher_notes import Weights
 from lathesim.errors import LatheSimError
 from lathesim.exercises.graded_diagnosis import grade, read_guess
-from lathesim.exercises.sealed_answer import ANSWER, file_digest, read_json
-from lathesim.json_text import digest_of, plain
+from lathesim.exercises.sealed_answer import ANSWER, file_digest
+from lathesim.json_text import digest_of, plain, read_json
 from lathesim.lessons.grading import Grade, Yardstick, grade_file, lesson_in, ranked, spreadsheet_cell, yardstick
 from lathesim.plugins import Registry
 from lathesim.record import Record

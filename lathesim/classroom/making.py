@@ -32,8 +32,8 @@ from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.class_folder import VALIDATION, conceal_case, publish
 from lathesim.exercises.conceal import DRAWS, Concealed, Difficulty
 from lathesim.exercises.logger import logged_columns
-from lathesim.exercises.sealed_answer import ANSWER, read_json
-from lathesim.json_text import digest_of
+from lathesim.exercises.sealed_answer import ANSWER
+from lathesim.json_text import digest_of, read_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.grading import judge
 from lathesim.lessons.lesson import Lesson, lesson_from_text

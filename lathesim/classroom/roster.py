@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from lathesim.errors import RecordingError
-from lathesim.exercises.sealed_answer import read_json
+from lathesim.json_text import read_json
 from lathesim.whole_file import write_text
 
 SCHEMA = "lathesim-class/1"

@@ -21,7 +21,7 @@ from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.position_loops import Loop, one_or_more, resolution_of
-from lathesim.json_text import parsed_json
+from lathesim.json_text import read_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, lesson_from_text
@@ -184,20 +184,12 @@ class Diagnosed:
         return len(run(prepared.plan, seed=prepared.case.seed, expected_time=prepared.expected_time))
 
     def _channels(self, machinery: Machinery, loops: Sequence[Loop]) -> tuple[str, ...]:
-        outputs = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declarations}
-        wanted = [name for loop in loops for name in (loop.table, loop.reading, loop.reference)] + [
-            f"{loop.axis}.position" for loop in loops
-        ]
-        wanted += [f"{loop.axis}.velocity" for loop in loops] + [f"{loop.controller}.voltage" for loop in loops] + [str(CONTOUR)]
-        wanted += [f"{loop.converter}.voltage" for loop in loops if loop.converter]
-        wanted += ["interpolator.centre_x", "interpolator.centre_z", "interpolator.circle_radius", "interpolator.radius"]
-        return tuple(dict.fromkeys(name for name in wanted if name in outputs and "." in name and _is_output(machinery, name)))
-
-
-def _is_output(machinery: Machinery, name: str) -> bool:
-    part, item = Place.of(name)
-    placed = next((other for other in machinery.parts if other.name == part), None)
-    return placed is not None and item in placed.component.declared(Output)
+        outputs = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declared(Output)}
+        wanted = [name for loop in loops for name in (loop.table, loop.reading, loop.reference)]
+        for port in ("{0.axis}.position", "{0.axis}.velocity", "{0.controller}.voltage", "{0.converter}.voltage"):
+            wanted += [port.format(loop) for loop in loops]
+        wanted += [str(CONTOUR), *(f"interpolator.{name}" for name in ("centre_x", "centre_z", "circle_radius", "radius"))]
+        return tuple(dict.fromkeys(name for name in wanted if name in outputs))
 
 
 _TO_ONE = 3.919928
@@ -323,7 +315,7 @@ class DiagnosedMachine:
 
 def read_diagnosis(file: Path) -> DiagnosedMachine:
     """Read a diagnosis; :class:`LessonError` where the file is none."""
-    data = _data(file)
+    data = read_json(file, SCHEMA, "diagnosis", remedy="Write it with 'diagnose --json FILE'.", fault=LessonError)
     verdict = str(data.get("verdict", ""))
     kinds: tuple[tuple[str, type, str], ...] = (("insert", list, "list"), ("effects", list, "list"), ("baseline", dict, "table"))
     for name, kind, told in kinds:
@@ -360,22 +352,6 @@ def _floors(data: Mapping[str, Any]) -> dict[str, float]:
     return {
         str(name): float(item["floor"]) for name, item in items if isinstance(item, dict) and isinstance(item.get("floor"), (int, float))
     }
-
-
-def _data(file: Path) -> dict[str, Any]:
-    try:
-        data = parsed_json(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise LessonError(f"the diagnosis cannot be read: {error.strerror}.", place=str(file)) from None
-    except ValueError:
-        raise LessonError("the diagnosis is no JSON file.", place=str(file), remedy="Write it with 'diagnose --json FILE'.") from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = data.get("schema") if isinstance(data, dict) else None
-        told = f"has the schema '{found}'" if isinstance(found, str) else "has no schema"
-        raise LessonError(
-            f"the file {told}, and a diagnosis has {SCHEMA}.", place=str(file), remedy="Write it with 'diagnose --json FILE'."
-        )
-    return data
 
 
 def _interval(value: Any, file: Path) -> tuple[float, float, float]:

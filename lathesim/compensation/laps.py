@@ -185,8 +185,7 @@ def course_of(prepared: Prepared, what: str) -> Course:
     machinery = replace(machinery, parts=parts, record=None)
     plan = wire(replace(machinery, finish=""))
     batch = Batch(plan, samples, seed=prepared.case.seed)
-    normals = [f"{part}.normal_{axis}" for axis in ("x", "z") for part in ("contour",)]
-    places = tuple(plan.channels.index(name) for name in normals if name in plan.channels)
+    places = tuple(plan.channels.index(name) for name in ("contour.normal_x", "contour.normal_z") if name in plan.channels)
     return Course(loops, machinery, batch, what, samples, machinery.sample_period, tuple(tables), places)
 
 

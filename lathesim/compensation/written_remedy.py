@@ -33,7 +33,7 @@ from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError, ProgramError
 from lathesim.identification.position_loops import loops_of
-from lathesim.json_text import eight_digits, parsed_json, written_json
+from lathesim.json_text import eight_digits, read_json, written_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, lesson_from_text
 from lathesim.lessons.program_path import limits_of
@@ -202,13 +202,7 @@ def promise_beside(lesson: Lesson) -> dict[str, Any] | None:
     file = lesson.path.parent / ANSWER_FILE
     if not file.is_file():
         return None
-    try:
-        data = parsed_json(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        raise LessonError("the promise is no JSON file.", place=str(file), remedy="Write it with 'lathesim remedy'.") from None
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        raise LessonError(f"the promise has not the schema {SCHEMA}.", place=str(file), remedy="Write it with 'lathesim remedy'.")
-    return data
+    return read_json(file, SCHEMA, "promise", remedy="Write it with 'lathesim remedy'.", fault=LessonError)
 
 
 def kept_promises(lesson: Lesson, recording: Path, registry: Registry, promise: dict[str, Any]) -> list[Kept]:

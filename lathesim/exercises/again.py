@@ -18,8 +18,9 @@ from lathesim.exercises.class_folder import csv_text
 from lathesim.exercises.conceal import Situation, TrueMachine, logged
 from lathesim.exercises.hidden_effect import HiddenWish
 from lathesim.exercises.logger import logged_columns
-from lathesim.exercises.sealed_answer import ANSWER, read_json
+from lathesim.exercises.sealed_answer import ANSWER
 from lathesim.identification.position_loops import loops_of
+from lathesim.json_text import read_json
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry

@@ -12,7 +12,7 @@ from lathesim.analysis.display_unit import pretty_unit
 from lathesim.diagnosis.records.diagnosis import SCHEMA, with_unit
 from lathesim.diagnosis.reporting.number_text import quantity_text
 from lathesim.errors import LatheSimError, RecordingError
-from lathesim.exercises.sealed_answer import read_json
+from lathesim.json_text import read_json
 from lathesim.units import same_dimension, si_factor
 
 NOTHING_HIDDEN = ("no_mismatch", "parameters_only")

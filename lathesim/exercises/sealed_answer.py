@@ -18,7 +18,7 @@ from typing import Any
 import lathesim
 from lathesim.errors import RecordingError
 from lathesim.exercises.conceal import Concealed
-from lathesim.json_text import digest_of, parsed_json
+from lathesim.json_text import digest_of, read_json
 
 ANSWER = "lathesim-answer/1"
 SEAL = "lathesim-seal/1"
@@ -83,18 +83,3 @@ def changed_files(seal_path: Path, answer: Mapping[str, Any]) -> list[str]:
     """Return the names of the published files that are missing or no longer what they were."""
     folder = seal_path if seal_path.is_dir() else seal_path.parent
     return [name for name, digest in answer["files"].items() if not (folder / name).is_file() or file_digest(folder / name) != digest]
-
-
-def read_json(path: Path, schema: str, what: str, key: str) -> dict[str, Any]:
-    """Read a JSON file of a schema; :class:`RecordingError` where it is something else."""
-    try:
-        data = parsed_json(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordingError(f"the {what} cannot be read: {error.strerror}.", place=str(path)) from None
-    except ValueError:
-        raise RecordingError(f"the {what} is no JSON file.", place=str(path), remedy="Give the file as it was made.") from None
-    found = data.get("schema") if isinstance(data, dict) else None
-    if found != schema or key not in data:
-        told = f"has the schema '{found}'" if isinstance(found, str) else "has no schema"
-        raise RecordingError(f"the file {told}, and the {what} has the schema {schema}.", place=str(path))
-    return dict(data)

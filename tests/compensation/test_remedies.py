@@ -219,7 +219,7 @@ def test_a_remedy_that_sizes_what_it_does_not_have_is_refused(tmp_path: Path, ca
     ("data", "told"),
     [
         ("no json", "the diagnosis is no JSON file."),
-        ({"schema": "lathesim-answer/1"}, "the file has the schema 'lathesim-answer/1', and a diagnosis has lathesim-diagnosis/1."),
+        ({"schema": "lathesim-answer/1"}, "the file has the schema 'lathesim-answer/1', and the diagnosis has"),
         (diagnosis(("CoulombFriction", "y_axis", {"level": (20.0, "N")})), "the machine of this lesson has no part 'y_axis'."),
         ({**diagnosis(("CoulombFriction", "x_axis", {"level": (20.0, "N")})), "insert": []}, "has no line to insert for CoulombFriction."),
         ({**diagnosis(("CoulombFriction", "x_axis", {"level": (20.0, "N")})), "effects": 3}, "'effects' of the diagnosis is no list."),
