@@ -11,7 +11,6 @@ import yaml
 
 from lathesim.engine.run import run
 from lathesim.engine.wiring import Plan, wire
-from lathesim.errors import SimulationError
 from lathesim.lessons.assemble import assemble
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import Registry, load_registry
@@ -141,41 +140,3 @@ def test_currents_are_recorded_where_motors_are_modelled_and_friction_agrees_wit
     apart = np.abs(built_in["x_axis.position"] - inserted["x_axis.position"]).max()
     without = run(plan_of(tmp_path, registry, short, machine), engine="plain")
     assert apart < 0.2 * np.abs(built_in["x_axis.position"] - without["x_axis.position"]).max()
-
-
-def process(tmp_path: Path, registry: Registry, controller: str) -> Record:
-    more = (
-        f"replace: {{process_controller: {controller}, cutting_force: SandovalForce}}\n"
-        "set: {stock.stock_radius: 17 mm, surface_finish.nose_radius: 0.832 mm}"
-    )
-    return run(plan_of(tmp_path, registry, EXAMPLE_2, more=more), engine="plain")
-
-
-def test_example_2_without_process_control(tmp_path: Path, registry: Registry) -> None:
-    record = process(tmp_path, registry, "ProgrammedFeed")
-    assert record.time[-1] == pytest.approx(13.170, abs=1e-9)  # Table 2, case I
-    assert record["surface_finish.roughness"].max() == pytest.approx(0.541e-6, rel=1e-3)
-
-
-@pytest.mark.parametrize(("controller", "time"), [("NonlinearProcessController", 8.615), ("LinearizationProcessController", 9.025)])
-def test_example_2_with_a_model_based_controller(tmp_path: Path, registry: Registry, controller: str, time: float) -> None:
-    assert process(tmp_path, registry, controller).time[-1] == pytest.approx(time, rel=0.02)
-
-
-def test_example_2_with_the_adaptive_controller(tmp_path: Path, registry: Registry) -> None:
-    record = process(tmp_path, registry, "AdaptiveProcessController")
-    feed = record["process_controller.feed_command"]
-    air = (record["interpolator.cutting_block"] > 0.5) & (record["cutting.engaged"] < 0.5)
-    assert process(tmp_path, registry, "NonlinearProcessController").time[-1] < record.time[-1] < 13.170
-    assert feed[air].max() <= 0.12e-3 * (1 + 1e-9)
-    assert feed.max() <= 5e-4
-
-
-def test_example_2_with_the_log_transform_is_unstable_with_time_and_reason(tmp_path: Path, registry: Registry) -> None:
-    with pytest.raises(SimulationError) as raised:
-        process(tmp_path, registry, "LogTransformProcessController")
-    assert str(raised.value).startswith("process_controller is unstable at t = 0.165 s: ln F is required of a force that is not above zero")
-    assert "measured = 0 N" in str(raised.value)
-    kept = raised.value.record
-    assert isinstance(kept, Record)
-    assert 0.1 < kept.time[-1] < 0.2
