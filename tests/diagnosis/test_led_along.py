@@ -26,9 +26,12 @@ LAG, VELOCITY_LAG, FINE = 25e-3, 1.5e-3, 1e-4
 
 
 def write_log(file: Path, seed: int) -> None:
-    """Write 20 s, each 10 ms, of a position loop without feed forward that is integrated each 0.1 ms."""
+    """Write 20 s, each 10 ms, of a position loop without feed forward that is integrated each 0.1 ms.
+
+    A motion begins anywhere between two rows: where each began at a row, its acceleration would be logged half a row late.
+    """
     rng = np.random.default_rng(seed)
-    targets = np.repeat(rng.uniform(0.0, 0.15, 20), 10_000)
+    targets = np.repeat(rng.uniform(0.0, 0.15, 20), rng.integers(9_500, 10_500, 20))
     place = speed = reached = velocity = 0.0
     rows = []
     for now, target in enumerate(targets):

@@ -63,7 +63,7 @@ def _states(study: Study, found: Found) -> Iterator[Found]:
     for found in _grown(study, found, rounds):  # noqa: B020
         yield found
     while True:
-        for found in _refined(study, found, rounds):  # noqa: B020
+        for found in _refined(study, found):  # noqa: B020
             yield found
         refined = len(found.model.candidates)
         for found in _compared(study, found, rounds):  # noqa: B020
@@ -110,6 +110,12 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             if found.model is model:
                 break
             continue
+        finer = _finer_instead(study, found, best)
+        if finer.model is not model:
+            found = finer
+            yield found
+            continue
+        found = finer
         rounds.rivals |= {one.candidate.part for one in trials if significant(one, study) and as_good(one.model, best, study)}
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
@@ -178,28 +184,47 @@ def _dropped(study: Study, found: Found, candidate: Candidate, left: Model, why:
     return found.changed("drop", lost, why, [candidate])
 
 
-def _refined(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
+def _refined(study: Study, found: Found) -> Iterator[Found]:
     """Yield the search with finer forms in the place of effects where these predict much of what is left."""
     for candidate in found.model.candidates:
-        finer = [
-            other
-            for other in study.estimation.candidates
-            if other.at == candidate.at and candidate.name in other.effect.identification.generalises
-        ]
-        forms = finer + ([candidate.shaped] if candidate.shaped is not None else [])
-        trials = [_in_place(study, found.model, candidate, form) for form in forms]
+        trials = _finer_forms(study, found.model, candidate)
         found = found.having_tried(trials)
         best = chosen(study, trials)
         if best is not None and min(best.predicted.share, best.fitted.share) > study.method.share_of_rest:
-            # a finer form may only have found a way to values that the simpler one has not reached
-            again = _in_place(study, best.model, best.candidate, candidate)
-            if as_good(again.model, best, study):
-                gained = Tried(candidate, found.model, again.model, *over(study, again.model, found.model))
-                found = found.changed("refit", gained, f"fitted from where {best.candidate.name} led, which predicts no better")
-            else:
-                study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
-                found = found.changed("refine", best, "a finer form predicts better", [candidate])
+            found = _with_finer(study, found, candidate, best)
             yield found
+
+
+def _finer_forms(study: Study, model: Model, candidate: Candidate) -> list[Tried]:
+    """Return the finer forms of an effect of a model, each fitted in its place."""
+    here = [one for one in study.estimation.candidates if one.at == candidate.at]
+    finer = [one for one in here if candidate.name in one.effect.identification.generalises]
+    return [_in_place(study, model, candidate, form) for form in (*finer, *([candidate.shaped] if candidate.shaped is not None else []))]
+
+
+def _with_finer(study: Study, found: Found, candidate: Candidate, best: Tried) -> Found:
+    """Return the search with a finer form in the place of an effect, unless it only found a way to values that the simpler one has not
+    reached: then with these values."""
+    again = _in_place(study, best.model, best.candidate, candidate)
+    if as_good(again.model, best, study):
+        gained = Tried(candidate, found.model, again.model, *over(study, again.model, found.model))
+        return found.changed("refit", gained, f"fitted from where {best.candidate.name} led, which predicts no better")
+    study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
+    return found.changed("refine", best, "a finer form predicts better", [candidate])
+
+
+def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
+    """Return the search with a finer form of an effect that predicts as well as a further effect would; as it was where there is none.
+
+    Otherwise several effects stand in the end for what one is, as two late sensors do for a slow loop.
+    """
+    for candidate in found.model.candidates:
+        trials = _finer_forms(study, found.model, candidate)
+        found = found.having_tried(trials)
+        best = chosen(study, trials)
+        if best is not None and as_good(best.model, added, study):
+            return _with_finer(study, found, candidate, best)
+    return found
 
 
 def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate) -> Tried:
