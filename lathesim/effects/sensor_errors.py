@@ -176,11 +176,11 @@ class SensorFilter(Effect):
 
     With 2.3 stages there are two equal ones and one of 0.3 of their time constant.
 
-    Solved exactly for a signal that is straight between samples, as a place or a speed is nearly, or with ``held`` = 1 for one that stays
-    as it is until the next sample, as a current or a cutting force that is worked out of commands: taken for the other one, it would come
-    half a sample late or early. Where it is put in, it is told which of the two its signal is. ``held`` = -1 is the recursive filter of a
-    firmware, y += (1 - exp(-T_s / T)) (x - y), which takes each reading for the whole sample before it. Left out: what happens between
-    samples; a resonant filter; the filter begins at rest on the first sample.
+    Solved exactly for a signal that is straight between samples, as a place or a speed is nearly. With ``held`` = 1 it jumps at a sample,
+    as a current or a cutting force does that is worked out of a command, and is straight from there on, with the mean that it has in the
+    simulation: taken for the other one, it would come half a sample late or early. Where the filter is put in decides which of the two its
+    signal is. ``held`` = -1 is the recursive filter of a firmware, y += (1 - exp(-T_s / T)) (x - y), which takes each reading for the
+    whole sample before it. Left out: bends between samples; a resonant filter; the filter begins at rest on the first sample.
     """
 
     catalogue, family, site = 32, "lag", "reading"
@@ -203,26 +203,32 @@ class SensorFilter(Effect):
     third = DiscreteState("{signal}", doc="third stage")
     fourth = DiscreteState("{signal}", doc="fourth stage")
     before = DiscreteState("{signal}", doc="signal one sample before")
+    summed_before = DiscreteState("({signal})*s", doc="sum of the signal one sample before")
+    summed = State("({signal})*s", doc="sum of a signal that jumps at a sample")
     time_constant = Parameter("s", 0.0, low=0.0, high=10.0, doc="time constant of a stage")
     stages = Parameter("1", 1.0, low=1.0, high=4.0, doc="number of stages")
-    held = Parameter("1", 0.0, low=-1.0, high=1.0, doc="1 where the signal is held between samples, -1 for a filter that is computed")
+    held = Parameter("1", 0.0, low=-1.0, high=1.0, doc="1 where the signal jumps at a sample, -1 for a filter that is computed")
+
+    @staticmethod
+    def derivative(incoming: float, time_constant: float, held: float) -> float:
+        return incoming if held >= 0.5 and time_constant != 0.0 else 0.0
 
     @staticmethod
     def update(
-        incoming: float, first: float, second: float, third: float, fourth: float, before: float, time_constant: float, stages: float,
-        held: float, sample_period: float, time: float,
-    ) -> tuple[float, float, float, float, float]:  # fmt: skip
+        incoming: float, first: float, second: float, third: float, fourth: float, before: float, summed: float, summed_before: float,
+        time_constant: float, stages: float, held: float, sample_period: float, time: float,
+    ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         if time <= 0.0 or time_constant == 0.0:
-            return incoming, incoming, incoming, incoming, incoming
-        end = before if held >= 0.5 else incoming
+            return incoming, incoming, incoming, incoming, incoming, summed
+        end = 2.0 * (summed - summed_before) / sample_period - before if held >= 0.5 else incoming
         computed = held <= -0.5
         one = _filtered(end, incoming if computed else before, first, time_constant, sample_period)
         if stages <= 1.0:
-            return one, one, one, one, incoming
+            return one, one, one, one, incoming, summed
         two = _filtered(one, one if computed else first, second, time_constant * min(stages - 1.0, 1.0), sample_period)
         three = _filtered(two, two if computed else second, third, time_constant * max(0.0, min(stages - 2.0, 1.0)), sample_period)
         last = _filtered(three, three if computed else third, fourth, time_constant * max(0.0, stages - 3.0), sample_period)
-        return one, two, three, last, incoming
+        return one, two, three, last, incoming, summed
 
     @staticmethod
     def output(incoming: float, fourth: float, time_constant: float) -> float:

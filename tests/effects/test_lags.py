@@ -102,15 +102,17 @@ def test_what_acts_at_a_sample_and_the_impulse_between_samples_are_right(delay: 
     assert found["x_axis.velocity"] == pytest.approx(impulse / MASS, abs=2e-6)
 
 
-def filtered(signal: list[float], time_constant: float, stages: float = 1.0, held: float = 0.0) -> list[float]:
-    """Return what comes out of the filter at each sample."""
-    first = second = third = fourth = before = 0.0
+def filtered(signal: list[float], time_constant: float, stages: float = 1.0, held: float = 0.0, falls: float = 0.0) -> list[float]:
+    """Return what comes out of the filter at each sample; what jumps at a sample falls by a share of itself until the next one."""
+    state = (0.0,) * 6
     found = []
     for place, incoming in enumerate(signal):
-        first, second, third, fourth, before = SensorFilter.update(
-            incoming, first, second, third, fourth, before, time_constant, stages, held, PERIOD, place * PERIOD
+        *stages_before, before, summed_before = state
+        summed = summed_before + before * (1.0 - 0.5 * falls) * PERIOD if place else 0.0
+        state = SensorFilter.update(
+            incoming, *stages_before, before, summed, summed_before, time_constant, stages, held, PERIOD, place * PERIOD
         )
-        found.append(SensorFilter.output(incoming, fourth, time_constant))
+        found.append(SensorFilter.output(incoming, state[3], time_constant))
     return found
 
 
@@ -151,3 +153,14 @@ def test_a_signal_that_is_held_is_filtered_as_one() -> None:
     """Steps at the samples: 1 - exp(-t / T) from the sample on at which the signal jumped."""
     out = filtered([0.0, 1.0, 1.0, 1.0], 2e-3, held=1.0)
     assert out == pytest.approx([0.0, 0.0, 1.0 - math.exp(-0.5), 1.0 - math.exp(-1.0)])
+
+
+def test_a_signal_that_jumps_and_falls_until_the_next_sample_is_filtered_as_one() -> None:
+    """As the current of a voltage drive does while its motor gains speed; integrated in a thousand steps a sample."""
+    time_constant, falls, slow, expected = 2e-3, 0.4, 0.0, [0.0, 0.0]
+    signal = [0.0, 1.0, 2.0, -1.0, 0.5]
+    for jumped in signal[1:-1]:
+        for step in range(1000):
+            slow += PERIOD / 1000 / time_constant * (jumped * (1.0 - falls * (step + 0.5) / 1000) - slow)
+        expected.append(slow)
+    assert filtered(signal, time_constant, held=1.0, falls=falls) == pytest.approx(expected, abs=2e-4)
