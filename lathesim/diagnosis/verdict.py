@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,8 @@ from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explanations.conditions import Term
+from lathesim.diagnosis.explanations.flexible import Flexible
+from lathesim.diagnosis.explanations.lacking_force import Lacking
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.records.added_signal import UnrecordedInput
@@ -145,10 +147,24 @@ class Doubt:
 
 
 def doubts(study: Study, model: Model) -> tuple[Doubt, ...]:
-    """Return what the flexible explanation makes of each compared channel that no controller gives."""
+    """Return what the flexible explanation makes of each compared channel that no controller gives.
+
+    What acts on the estimation recording alone, as a spring at one end of the stroke does, is looked for where the lesson explains the
+    other one: the first half of the recording is learned from, and the second half judges.
+    """
+    estimation, validation = study.estimation, study.validation
+    found = _doubted(study, model, of_channels(estimation, model.fitted, validation, model.validation_fit))
+    if model.candidates or study.judges_itself or any(one.clear for one in found):
+        return found
+    middle = len(estimation.record) // 2
+    halves = (slice(middle), slice(middle, None))
+    within = _doubted(study, model, of_channels(estimation, model.fitted, estimation, model.fitted, parts=halves))
+    return within if any(one.clear for one in within) else found
+
+
+def _doubted(study: Study, model: Model, made_of: Mapping[str, tuple[Lacking, Flexible]]) -> tuple[Doubt, ...]:
     validation, found = study.validation, []
-    asked = of_channels(study.estimation, model.fitted, validation, model.validation_fit)
-    for channel, (lacking, made) in asked.items():
+    for channel, (lacking, made) in made_of.items():
         row = study.estimation.machine.compare.index(channel)
         gain, error = made.without_faint_lines(study.method.share_of_rest), made.standard_error
         size = math.sqrt(max(made.before**2 - made.after**2, 0.0))

@@ -53,7 +53,10 @@ class Conditions:
 
     def thinned(self, every: int) -> Conditions:
         """Return the conditions at every so many samples."""
-        thin = slice(None, None, every)
+        return self.at(slice(None, None, every))
+
+    def at(self, thin: slice) -> Conditions:
+        """Return the conditions at some of the samples."""
         motions = tuple(Motion(one.name, one.unit, one.position[thin], one.velocity[thin], one.acceleration[thin]) for one in self.motions)
         absorbed = None if self.absorbed is None else self.absorbed[:, thin]
         return Conditions(self.time[thin], motions, {name: values[thin] for name, values in self.others.items()}, absorbed, self.rings)

@@ -57,13 +57,19 @@ def _steady(speed: FloatArray, period: float, longest: float = 0.2, falls: float
 
 
 def of_channels(
-    experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, asked: Collection[str] | None = None
+    experiment: Experiment,
+    fitted: Fitted,
+    validation: Experiment,
+    judged: Fitted,
+    asked: Collection[str] | None = None,
+    parts: tuple[slice, slice] = (slice(None), slice(None)),
 ) -> dict[str, tuple[Lacking, Flexible]]:
     """Return by channel what is lacking behind it (a force where it shows a motion), and the flexible explanation of that.
 
     Commands of controllers are left out: they follow a law exactly. What a wide range of the lesson's uncertain values would explain is no
     finding. Channels that no unknown force reaches are asked for each other too: what is left of both has one cause that nobody recorded.
-    With ``asked`` only those channels are looked at.
+    With ``asked`` only those channels are looked at, and with ``parts`` only some samples of the recording that is learned from and of the
+    one that judges.
     """
     doubted = [one for one in fitted.free if one.name in experiment.machine.uncertain]
     here, there = (_with_doubts(one, fit, doubted) for one, fit in ((experiment, fitted), (validation, judged)))
@@ -78,7 +84,9 @@ def of_channels(
         others = {name: one for one, name in rows.items() if one != row and missing.is_plain and left[0][one][0].is_plain}
         conditions, held_out = (_beside(*both, row, others) for both in zip(moved, left, strict=True))
         every = quiet_every(missing.values) if missing.is_force else 1
-        found[rows[row]] = (missing, flexible(conditions, missing.values, (held_out, other.values), step, every))
+        learned, judging = parts
+        judge = (held_out.at(judging), other.values[judging])
+        found[rows[row]] = (missing, flexible(conditions.at(learned), missing.values[learned], judge, step, every))
     return found
 
 
