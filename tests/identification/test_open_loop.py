@@ -8,6 +8,7 @@ import pytest
 from lathesim.components.sensors import LinearEncoder
 from lathesim.effects.backlash_and_screw import Backlash, CumulativePitchError
 from lathesim.effects.friction import CoulombFriction
+from lathesim.effects.lag import CurrentLoopLag
 from lathesim.effects.offset_and_gain import ConverterOffset, ScaleFactorError
 from lathesim.effects.spindle_error import Runout
 from lathesim.effects.time_shift import ChannelTimeShift
@@ -124,6 +125,18 @@ def test_the_step_of_a_replay_shifts_nothing() -> None:
     assert plan.step == 0.5 * PERIOD
     moved = coarse.one({})[0] - fine.one({})[0]
     assert np.max(np.abs(moved)) < 0.05 * coarse.floors[0]
+
+
+def test_a_lag_that_the_lesson_declares_is_replayed_as_finely_as_it_needs() -> None:
+    """In half a sample a lag of 0.4 samples is no more than a delay; no step is finer than the lesson's own."""
+    table = machine()
+    lagging = insert_effect(table.assembly, CurrentLoopLag, "x_axis", name="loop", parameters={"time_constant": 0.4 * PERIOD})
+    steps = [
+        experiments(recording(count=100), of=dataclasses.replace(table, assembly=dataclasses.replace(lagging, step=own * PERIOD)))[0]
+        .replayed.plan.assembly.step / PERIOD
+        for own in (0.5, 0.25, 0.05)
+    ]  # fmt: skip
+    assert steps == pytest.approx([0.5, 0.25, 0.2])
 
 
 def test_a_candidate_senses_as_much_of_the_recorded_motion_as_it_is_told() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import prev_fast_len
 
-from lathesim.component import Input, Output, Parameter
+from lathesim.component import Input, Output, Parameter, State
 from lathesim.effects.effect import Effect
-from lathesim.engine.assembly import Assembly, FloatArray, Place
+from lathesim.engine.assembly import Assembly, FloatArray, Part, Place
 from lathesim.engine.wiring import Plan, wire
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.records import Candidate, Free
@@ -252,8 +253,11 @@ class Experiment:
         return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights, every=self.machine.decisions)
 
     def _step(self, assembly: Assembly) -> float:
-        """Return the step of a replay: half a sample period, or the lesson's where that is longer already."""
-        return max(assembly.step, 0.5 * assembly.sample_period)
+        """Return the step of a replay: half a sample period, or less where the lesson declares a lag or a spring that is quicker, but never
+        less than the lesson's own."""
+        quick = min((_quickest(part) for part in self.machine.assembly.parts), default=math.inf)
+        steps = math.ceil(assembly.sample_period / min(0.5 * assembly.sample_period, 0.5 * quick) - ROUNDING)
+        return max(assembly.step, assembly.sample_period / steps)
 
     def _whole(self) -> dict[str, FloatArray]:
         return {name: values for name, values in self._recorded.items() if np.isfinite(values).all()}
@@ -274,6 +278,17 @@ class Experiment:
                 start, spread = seen_start
                 free.append(Free(name, start, spread, uncertainty=spread, given=start))
         return free
+
+
+def _quickest(part: Part) -> float:
+    """Return the shortest time [s] in which an effect that is put into a lesson moves: its lag, or one over its angular frequency."""
+    if not issubclass(part.component, Effect) or not part.component.declared(State):
+        return math.inf
+    declared, resonance = part.component.declared(Parameter), part.component.identification.resonance
+    values = {name: part.parameters.get(name, item.default) for name, item in declared.items()}
+    lags = [values[name] for name in part.component.neutral if declared[name].unit == "s"]
+    swings = [1.0 / (2.0 * math.pi * values[resonance])] if resonance and values[resonance] > 0.0 else []
+    return min((one for one in (*lags, *swings) if one > 0.0), default=math.inf)
 
 
 def _exact_sensors(assembly: Assembly) -> Assembly:
