@@ -190,6 +190,8 @@ class Effect(Component):
     behind: ClassVar[dict[str, str]] = {}
     """Input of a friction -> output of this effect that takes its place, where the friction comes before it and so holds what is behind the
     spring; what takes the place of ``flow`` is added to it."""
+    near_side: ClassVar[dict[str, str]] = {}
+    """Input of a friction -> output of this effect that takes its place, where the friction is on the host's side of the spring."""
     proportional: ClassVar[bool] = False
     """Whether what leaves it is a multiple of what enters: of a reading that is true a share, and so nothing of a table that stands."""
     stage: ClassVar[int] = 0

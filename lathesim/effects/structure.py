@@ -16,19 +16,20 @@ from lathesim.effects.effect import Effect, Identification
 class AxialResonance(Effect):
     """Motor and table as two masses with the screw as a spring between them; the host is the motor side.
 
-    r m x2'' = -S - F_in - (1 - n) b x2',   (1 - r) m x1'' = F + S - n b x1'
+    r m x2'' = -S - F_in - (1 - n) b x2',   (1 - r) m x1'' = F - F_m + S - n b x1'
     S = r m (w^2 d + 2 damping w d'),   d = x2 - x1,   w = 2 pi frequency
-    F_out = F - b x1' - (F + S - n b x1') / (1 - r)
+    F_out = F - b x1' - (F - F_m + S - n b x1') / (1 - r)
 
     m is the whole moving mass of the host, r the table's share of it, b its viscous friction, n the share of that in motor, bearings and
     nut, F what drives the motor side, F_in all else that acts on the table: guideways hold the table, not the screw, and frictions
-    inserted before answer to its speed. ``deflection`` is table less motor; a scale at the table sees the host's position plus that. Left
-    out: dry friction of the screw's bearings.
+    inserted before, or at this effect, answer to its speed. F_m is what acts on the motor side: all that is inserted at the host after it.
+    ``deflection`` is table less motor; a scale at the table sees the host's position plus that.
     """
 
     catalogue, family, site = 13, "lag", "effort"
     beyond = "deflection"
     behind = {"flow": "stretch_speed", "applied": "spring_force", "inertia": "table_inertia"}
+    near_side = {"applied": "motor_push", "inertia": "motor_inertia"}
     neutral = {"table_share": 0.0}
     identification = Identification(
         resonance="frequency",
@@ -41,7 +42,8 @@ class AxialResonance(Effect):
     experiment = "A chirp or a hammer blow, with two table loads: only a resonance moves with the load."
     source = "Altintas, Verl, Brecher, Uriarte, Pritschow, Machine tool feed drives, CIRP Annals 60 (2011), sec. 3. Range assumed."
 
-    incoming = Input("{signal}", doc="disturbance on the motor side")
+    incoming = Input("{signal}", doc="disturbance on the table")
+    motor_side = Input("{signal}", default=0.0, doc="disturbance on the motor side")
     applied = Input("{signal}", doc="driving force or torque on the motor side")
     inertia = Input("{signal}*s**2/({displacement})", doc="whole moving mass or inertia")
     flow = Input("({displacement})/s", doc="speed of the motor side")
@@ -51,6 +53,8 @@ class AxialResonance(Effect):
     stretch_speed = Output("({displacement})/s", doc="speed of the table less that of the motor")
     spring_force = Output("{signal}", doc="what drives the table: the spring, or the drive where there is none")
     table_inertia = Output("{signal}*s**2/({displacement})", doc="mass or inertia that a friction holds")
+    motor_push = Output("{signal}", doc="what drives the motor side: the drive less the spring")
+    motor_inertia = Output("{signal}*s**2/({displacement})", doc="mass or inertia that a friction of the motor side holds")
     stretch = State("{displacement}", doc="table less motor")
     stretch_rate = State("({displacement})/s", doc="its rate")
     table_share = Parameter("1", 0.0, low=0.0, high=0.95, doc="share of the moving mass behind the spring")
@@ -60,35 +64,36 @@ class AxialResonance(Effect):
 
     @staticmethod
     def derivative(
-        incoming: float, applied: float, inertia: float, flow: float, resistance: float, stretch: float, stretch_rate: float,
-        table_share: float, frequency: float, damping: float, motor_friction: float,
+        incoming: float, motor_side: float, applied: float, inertia: float, flow: float, resistance: float, stretch: float,
+        stretch_rate: float, table_share: float, frequency: float, damping: float, motor_friction: float,
     ) -> tuple[float, float]:  # fmt: skip
         if table_share == 0.0 or inertia <= 0.0:
             return 0.0, 0.0
         spring = _spring_acceleration(stretch, stretch_rate, frequency, damping)
         held = (1.0 - motor_friction) * resistance * (flow + stretch_rate)
         table = spring + (incoming + held) / (table_share * inertia)
-        driven = applied - motor_friction * resistance * flow
+        driven = applied - motor_side - motor_friction * resistance * flow
         return stretch_rate, -table - (driven / inertia + table_share * spring) / (1.0 - table_share)
 
     @staticmethod
     def output(
         applied: float, inertia: float, stretch: float, stretch_rate: float, table_share: float, frequency: float, damping: float
-    ) -> tuple[float, float, float, float]:
+    ) -> tuple[float, float, float, float, float, float]:
         if table_share == 0.0:
-            return 0.0, 0.0, applied, inertia
+            return 0.0, 0.0, applied, inertia, applied, inertia
         table = table_share * inertia
-        return stretch, stretch_rate, -table * _spring_acceleration(stretch, stretch_rate, frequency, damping), table
+        spring = -table * _spring_acceleration(stretch, stretch_rate, frequency, damping)
+        return stretch, stretch_rate, spring, table, applied - spring, inertia - table
 
     @staticmethod
     def output_outgoing(
-        incoming: float, applied: float, inertia: float, flow: float, resistance: float, stretch: float, stretch_rate: float,
-        table_share: float, frequency: float, damping: float, motor_friction: float,
+        incoming: float, motor_side: float, applied: float, inertia: float, flow: float, resistance: float, stretch: float,
+        stretch_rate: float, table_share: float, frequency: float, damping: float, motor_friction: float,
     ) -> float:  # fmt: skip
         if table_share == 0.0:
-            return incoming
+            return incoming + motor_side
         spring = table_share * inertia * _spring_acceleration(stretch, stretch_rate, frequency, damping)
-        driven = applied - motor_friction * resistance * flow
+        driven = applied - motor_side - motor_friction * resistance * flow
         return applied - resistance * flow - (driven + spring) / (1.0 - table_share)
 
 

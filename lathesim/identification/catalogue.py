@@ -213,9 +213,10 @@ def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
 
 
 def _fits(effect: type[Effect], host: type[Component]) -> bool:
-    if issubclass(host, Effect) or decides(host):
-        return False
-    return set(effect.pairs()) <= set(host.ports)
+    if issubclass(host, Effect):
+        # behind a spring of the lesson another part is pushed
+        return bool(host.behind) and effect.site == "effort" and not effect.behind
+    return not decides(host) and set(effect.pairs()) <= set(host.ports)
 
 
 def snake(name: str) -> str:

@@ -2,8 +2,9 @@
 
 On an input or a parameter an effect sits between it and what feeds it; on an output, between it and all it feeds. Several on one place
 act in the order in which they are inserted, but for frictions: these answer to the sum of all that pushes, so what is inserted after one
-acts before it. What an effect senses of its host (velocity, position, applied force ...) it takes from the
-host itself, before any effect on that output.
+acts before it. An effect that is inserted at another one, by the name of that, is put before it. Where a spring is inserted, what is
+inserted at the host later acts on the host's side of it; what is inserted at the spring acts behind it, as does what was there before.
+What an effect senses of its host (velocity, position, applied force ...) it takes from the host itself, before any effect on that output.
 """
 
 from __future__ import annotations
@@ -81,7 +82,7 @@ def insert_effect(
     sources: Mapping[str, str | float] | None = None,
     every: int = 1,
 ) -> Machinery:
-    """Return the assembly with ``effect`` inserted at a part or at ``part.name``.
+    """Return the assembly with ``effect`` inserted at a part, before another inserted effect, or at ``part.name``.
 
     ``parameters`` are in SI; ``sources`` feeds inputs of the effect that its host does not (``part.name``, or a constant).
     Raises :class:`WiringError`.
@@ -89,7 +90,7 @@ def insert_effect(
     if not issubclass(effect, Effect):
         raise WiringError(f"{effect.__name__} is a component and no effect.", remedy="Put it among the parts of a machine.")
     bench = _Bench(assembly)
-    host = _host(bench, at)
+    before, host = host_of(assembly, at)
     _refuse_other_side(effect, host)
     places = _places(bench, effect, at, host)
     name = name or effect_part_name(at, effect.__name__)
@@ -103,17 +104,17 @@ def insert_effect(
         values.setdefault(effect.identification.held_flag, float(_is_held(bench, next(iter(places)))))
     bench.add(Part(name, placed, values, every=every))
     along = _goes_along(bench, effect, host, places)
+    bench.wires |= {wire.target: wire for wire in sensed}
     for place, (taken, given) in places.items():
-        _attach(bench, _before_frictions(bench, effect, place), f"{name}.{taken}", f"{name}.{given}")
+        _attach(bench, _on_its_side(bench, effect, place, before, name), f"{name}.{taken}", f"{name}.{given}")
         if taken == "incoming":
             # before whatever else the effect does to the other forces
             for force in along:
                 _let_go_along(bench, force, name)
-    bench.wires |= {wire.target: wire for wire in sensed}
     if effect.beyond:
         _show_beyond(bench, effect, host, name)
     if effect.behind:
-        _hold_behind(bench, effect, name)
+        _hold_what_comes_before(bench, name)
     known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
     return Machinery(tuple(bench.parts.values()), tuple(bench.wires.values()), **known, seen_as=bench.seen_as)
 
@@ -142,11 +143,17 @@ def effect_part_name(at: str, effect: str) -> str:
     return f"{at.replace('.', '_')}_{snake_case}"
 
 
-def _host(bench: _Bench, at: str) -> Part:
-    name = Place.of(at).part
-    if name not in bench.parts:
-        raise WiringError(f"there is no part '{name}'.", remedy=nearest(name, bench.parts))
-    return bench.parts[name]
+def host_of(assembly: Assembly, at: str) -> tuple[str, Part]:
+    """Return the inserted effect before which another one is put, empty where ``at`` names none, and the part on which both sit."""
+    parts = {part.name: part for part in assembly.parts}
+    before, name = "", Place.of(at).part
+    while name in parts and issubclass(parts[name].component, Effect):
+        before = before or name
+        fed = next((wire.target for wire in assembly.wires if wire.source == f"{name}.outgoing"), "")
+        name = Place.of(fed).part
+    if name not in parts:
+        raise WiringError(f"there is no part '{name or at}'.", remedy=nearest(name or at, parts))
+    return before, parts[name]
 
 
 def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[str, tuple[str, str]]:
@@ -245,16 +252,43 @@ def _units(bench: _Bench, ports: Mapping[str, str], places: Mapping[str, tuple[s
     return units
 
 
-def _before_frictions(bench: _Bench, effect: type[Effect], place: str) -> str:
-    """Return where on the way to a place a pushing effect is put: before the frictions there, and the spring behind which they hold."""
-    if effect.site != _PUSHED or _is_friction(effect):
+def _on_its_side(bench: _Bench, effect: type[Effect], place: str, before: str, name: str) -> str:
+    """Return where on the way to a place effect ``name`` is put: ``before`` another one, as behind a spring, else on the host's side of the
+    spring there; before the frictions where it is none. A friction holds what is on its side."""
+    if before:
+        other = bench.parts[before].component
+        if not (issubclass(other, Effect) and other.site == effect.site and "incoming" in other.declared(Input)):
+            raise WiringError(
+                f"{before} does not sit where {effect.__name__} does.", remedy=f"Name the part, as in 'at: {Place.of(place).part}'."
+            )
+        place = f"{before}.incoming"
+        if other.behind:
+            _hold_behind(bench, before, name)
+    if effect.site != _PUSHED or effect.behind:
         return place
-    while (wire := bench.wires.get(place)) is not None and wire.source:
+    if not before and (spring := _spring_before(bench, place)):
+        place, of_spring = f"{spring}.motor_side", bench.parts[spring].component
+        for sensed, output in of_spring.near_side.items() if issubclass(of_spring, Effect) else ():
+            if sensed in effect.declared(Input):
+                bench.feed(f"{spring}.{output}", f"{name}.{sensed}")
+    while not _is_friction(effect) and (wire := bench.wires.get(place)) is not None and wire.source:
         feeding = bench.parts[Place.of(wire.source).part].component
         if not (issubclass(feeding, Effect) and _is_friction(feeding)):
             break
         place = f"{Place.of(wire.source).part}.incoming"
     return place
+
+
+def _spring_before(bench: _Bench, place: str) -> str:
+    """Return the inserted spring that is next on the way to a place, empty where there is none."""
+    while (wire := bench.wires.get(place)) is not None and wire.source:
+        feeding = bench.parts[Place.of(wire.source).part]
+        if not issubclass(feeding.component, Effect):
+            break
+        if feeding.component.behind:
+            return feeding.name
+        place = f"{feeding.name}.incoming"
+    return ""
 
 
 def _is_friction(effect: type[Effect]) -> bool:
@@ -327,26 +361,33 @@ def _refuse_other_side(effect: type[Effect], host: Part) -> None:
         raise WiringError(fact, remedy=f"Put it at a sensor on the {effect.seen_from} side, or change 'side'.")
 
 
-def _hold_behind(bench: _Bench, effect: type[Effect], name: str) -> None:
-    """Let the frictions that come before an effect hold what is behind its spring, and answer to the speed there; behind a further spring
-    that one drives and weighs them still."""
-    before = Place.of(bench.wires[f"{name}.incoming"].source).part
+def _hold_what_comes_before(bench: _Bench, spring: str) -> None:
+    """Let the frictions that come before a spring hold what is behind it."""
+    before = Place.of(bench.wires[f"{spring}.incoming"].source).part
     while before in bench.parts and issubclass(bench.parts[before].component, Effect):
-        if set(effect.behind) <= set(bench.parts[before].component.declared(Input)):
-            for sensed, output in effect.behind.items():
-                target, given = f"{before}.{sensed}", f"{name}.{output}"
-                further = bench.parts.get(Place.of(bench.wires[target].source).part)
-                if sensed != "flow" and further is not None and issubclass(further.component, Effect) and further.component.behind:
-                    continue
-                if sensed == "flow":
-                    adder = f"{name}_behind_{before}"
-                    unit = bench.parts[name].component.declarations[output].unit
-                    bench.add(Part(adder, SeenBeyond.with_units({"signal": unit})))
-                    bench.pass_on(target, f"{adder}.incoming")
-                    bench.feed(given, f"{adder}.beyond")
-                    given = f"{adder}.outgoing"
-                bench.feed(given, target)
+        _hold_behind(bench, spring, before)
         before = Place.of(bench.wires[f"{before}.incoming"].source).part
+
+
+def _hold_behind(bench: _Bench, spring: str, friction: str) -> None:
+    """Let a friction hold what is behind a spring, and answer to the speed there; behind a further spring that one drives and weighs it
+    still. What is no friction senses none of it."""
+    effect = bench.parts[spring].component
+    if not (issubclass(effect, Effect) and set(effect.behind) <= set(bench.parts[friction].component.declared(Input))):
+        return
+    for sensed, output in effect.behind.items():
+        target, given = f"{friction}.{sensed}", f"{spring}.{output}"
+        further = bench.parts.get(Place.of(bench.wires[target].source).part)
+        if sensed != "flow" and further is not None and issubclass(further.component, Effect) and further.component.behind:
+            continue
+        if sensed == "flow":
+            adder = f"{spring}_behind_{friction}"
+            unit = effect.declarations[output].unit
+            bench.add(Part(adder, SeenBeyond.with_units({"signal": unit})))
+            bench.pass_on(target, f"{adder}.incoming")
+            bench.feed(given, f"{adder}.beyond")
+            given = f"{adder}.outgoing"
+        bench.feed(given, target)
 
 
 def _senses(bench: _Bench, target: str) -> bool:

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from lathesim.components.axes import ForceAxis
 from lathesim.components.sensors import LinearEncoder, Tachometer
 from lathesim.components.spindles import TorqueSpindle
+from lathesim.effects.effect import Effect
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.structure import AxialResonance, TorsionalWindUp
@@ -24,15 +25,18 @@ MASS, VISCOUS, PUSH, LOAD = 80.0, 150.0, 300.0, 40.0
 SHARE, FREQUENCY, DAMPING = 0.4, 60.0, 0.05
 
 
-def two_masses(times: np.ndarray, at_motor: float) -> np.ndarray:
-    """Return motor and table position under a constant push and the load, with a share of the viscous friction at the motor: (2, times)."""
+def two_masses(times: np.ndarray, at_motor: float, load: float = LOAD, held: float = 0.0, damping: float = DAMPING) -> np.ndarray:
+    """Return motor and table position under a constant push and the load, with a share of the viscous friction at the motor: (2, times).
+
+    ``held`` is a further force against the motor side.
+    """
     table, motor, angular = SHARE * MASS, (1.0 - SHARE) * MASS, 2.0 * math.pi * FREQUENCY
 
     def rates(_: float, state: np.ndarray) -> list[float]:
         x1, v1, x2, v2 = state
-        spring = table * (angular**2 * (x2 - x1) + 2.0 * DAMPING * angular * (v2 - v1))
-        pushed, held = PUSH - at_motor * VISCOUS * v1, LOAD + (1.0 - at_motor) * VISCOUS * v2
-        return [v1, (pushed + spring) / motor, v2, (-spring - held) / table]
+        spring = table * (angular**2 * (x2 - x1) + 2.0 * damping * angular * (v2 - v1))
+        pushed, against = PUSH - held - at_motor * VISCOUS * v1, load + (1.0 - at_motor) * VISCOUS * v2
+        return [v1, (pushed + spring) / motor, v2, (-spring - against) / table]
 
     solved = solve_ivp(rates, (0.0, times[-1]), [0.0] * 4, t_eval=times, rtol=1e-10, atol=1e-14)
     return np.asarray(solved.y[[0, 2]])
@@ -54,6 +58,30 @@ def test_motor_and_table_move_as_two_masses_do(machine: Assembly, at_motor: floa
     motor, table = two_masses(found.time, at_motor)
     assert found["x_axis.position"] == pytest.approx(motor, abs=1e-8)
     assert found["x_scale.position"] == pytest.approx(table, abs=1e-8)
+
+
+@pytest.mark.parametrize("effect, parameter", [(ForceOffset, "offset"), (CoulombFriction, "level")])
+@pytest.mark.parametrize(("at", "load", "held"), [("x_axis", LOAD, 25.0), ("resonance", LOAD + 25.0, 0.0)])
+def test_what_is_inserted_after_a_spring_acts_on_the_side_that_it_says(
+    machine: Assembly, effect: type[Effect], parameter: str, at: str, load: float, held: float
+) -> None:
+    """Each side soon moves one way, so that its dry friction is a constant force; a table at rest has less of it at first."""
+    loaded = insert_effect(machine, effect, at, parameters={parameter: 25.0})
+    found = run(wire(loaded), overrides={"resonance.damping": 0.9}, duration=0.2)
+    motor, table = two_masses(found.time, 0.0, load, held, damping=0.9)
+    late = found.time > 0.1
+    assert found["x_scale.position"][late] - found["x_axis.position"][late] == pytest.approx((table - motor)[late], abs=2e-8)
+    if effect is ForceOffset or at == "x_axis":
+        assert found["x_axis.position"] == pytest.approx(motor, abs=1e-8)
+
+
+def test_a_friction_of_the_motor_side_holds_the_motor_and_not_the_table(machine: Assembly) -> None:
+    """The motor is pushed less than its friction carries: it stands, and the load swings the table out on the spring."""
+    stiffness = SHARE * MASS * (2.0 * math.pi * FREQUENCY) ** 2
+    held = insert_effect(machine, CoulombFriction, "x_axis", parameters={"level": 2.5 * PUSH})
+    found = run(wire(held), overrides={"resonance.damping": 0.3}, duration=1.0)
+    assert np.max(np.abs(found["x_axis.position"])) < 0.01 * LOAD / stiffness
+    assert found["x_scale.position"][-1] == pytest.approx(-LOAD / stiffness, rel=0.01)
 
 
 def test_a_sensor_that_closes_a_loop_stays_on_the_motor_side() -> None:
