@@ -20,7 +20,7 @@ from lathesim.diagnosis.recording_checks.mapped_elsewhere import against_the_mac
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found
-from lathesim.diagnosis.reporting.summary import headline
+from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, stays_off
 from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
@@ -81,6 +81,9 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
     answer = replace(answer, turned=prepared.turned, validation=prepared.validation_name, untried=_untried(prepared, found))
     answer = replace(answer, sentence=headline(answer, question.method), findings=(*prepared.findings, *prepared.turned))
+    if answer.verdict in OF_VALUES and (off := stays_off(answer, question.method)):
+        # a lesson that explains a part of a recording is no adequate one, though nothing predicts the rest
+        answer = replace(answer, adequate=False, left=(*answer.left, *off))
     return replace(answer, wall_time=spent, complete=complete, judges_itself=question.validation is None)
 
 

@@ -41,7 +41,7 @@ def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
 def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     """Return what is missing, and beside it what stays unexplained."""
     if diagnosis.names:
-        return " ".join([*diagnosis.turned, _named(diagnosis), *_left_over(diagnosis), *_stays_off(diagnosis, method)])
+        return " ".join([*diagnosis.turned, _named(diagnosis), *_left_over(diagnosis), *stays_off(diagnosis, method)])
     if diagnosis.verdict == "recording_fault" or diagnosis.sentence != VERDICTS[diagnosis.verdict]:
         return diagnosis.sentence
     if diagnosis.verdict == "unknown":
@@ -114,10 +114,10 @@ def _in_part(diagnosis: Diagnosis, method: Method) -> str:
         explains = "Other values of the lesson explain a part of the recording."
         explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.far_off else explains
     since = [f"Nothing is new since {diagnosis.before}."] if diagnosis.before else []
-    return " ".join([*since, explains, *_stays_off(diagnosis, method), "No known effect and nothing recorded predicts that."])
+    return " ".join([*since, explains, *stays_off(diagnosis, method), "No known effect and nothing recorded predicts that."])
 
 
-def _stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
+def stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
     """Return which channel stays furthest beyond its noise, and how far; nothing where none does."""
     off = still_off(diagnosis, method)
     if not off:

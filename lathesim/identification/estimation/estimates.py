@@ -26,10 +26,14 @@ from lathesim.record import Record
 
 def replay_bias(experiment: Experiment, fitted: Fitted, *, full_band: bool) -> Mapping[str, float]:
     """Return by name how far off [SI] the second fit is, nothing where noise alone may have made that; a machine of which nothing is fed
-    back is no other in the replay than in its own simulation, and has no bias."""
+    back is no other in the replay than in its own simulation, and has no bias. One whose own simulation grows beyond all bounds has none
+    that could be worked out."""
     if not experiment.feeds_back:
         return {}
-    again = replace(experiment, record=_as_recorded(experiment, fitted))
+    simulated = _as_recorded(experiment, fitted)
+    if any(np.isfinite(experiment.record[name]).all() and not np.isfinite(simulated[name]).all() for name in experiment.machine.compare):
+        return {}
+    again = replace(experiment, record=simulated)
     second = fit(again.sensed, with_start(fitted), fitted.constant, rounds=2, full_band=full_band, coloured=True)
     found = {}
     for name in fitted.names:
