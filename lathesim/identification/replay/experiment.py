@@ -23,7 +23,7 @@ from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
-from lathesim.identification.roles import acting, commands, is_led
+from lathesim.identification.roles import acting, commands, decides, is_led
 from lathesim.identification.signal import ROUNDING, channel_floor
 from lathesim.record import Record
 
@@ -190,7 +190,7 @@ class Experiment:
         """Recorded inputs for every part, recorded motion for the effects."""
         if not self.machine.replay or self.machine.output_error:
             return self.replayed
-        replayed = self._cut(_exact_sensors(self._driven()))
+        replayed = self._cut(self._exact(self._driven()))
         motion = recorded_motion(self.with_candidates, self._whole())
         parts = [(part.name, part.component) for part in self.with_candidates.parts]
         effects = {name for name, item in parts if issubclass(item, Effect) and not item.identification.as_simulated}
@@ -212,7 +212,7 @@ class Experiment:
     @cached_property
     def replayed(self) -> Simulator:
         """Recorded inputs for every part, simulated motion for the effects."""
-        exact = _exact_sensors(self._driven())
+        exact = self._exact(self._driven())
         return self._simulator(self._cut(exact) if self.machine.replay else exact)
 
     def _cut(self, assembly: Assembly) -> Assembly:
@@ -252,6 +252,23 @@ class Experiment:
         floors = np.array([self.floors[name] for name in self.machine.compare])
         return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights, every=self.machine.decisions)
 
+    def _exact(self, assembly: Assembly) -> Assembly:
+        """Return an assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice.
+
+        So does a converter that nobody recorded, behind a controller with an uncertain value: its steps would hide what that value does.
+        """
+        sources = {item.target: item.source for item in assembly.wires}
+        unsure = {Place.of(name).part for name in self.machine.uncertain}
+        parts = []
+        for part in assembly.parts:
+            exact, bits = resolving_everything(part.component), part.component.declared(Parameter).get("bits")
+            recorded = f"{part.name}.{part.component.ports.get('reading', '')}" in self._recorded
+            commands = Place.of(sources.get(f"{part.name}.{part.component.ports.get('measured', '')}", "")).part
+            if bits is not None and decides(part.component) and commands in unsure and not recorded:
+                exact = {**exact, "bits": bits.high}
+            parts.append(replace(part, parameters={**part.parameters, **exact}) if exact else part)
+        return replace(assembly, parts=tuple(parts))
+
     def _step(self, assembly: Assembly) -> float:
         """Return the step of a replay: half a sample period, or less where the lesson declares a lag or a spring that is quicker, but never
         less than the lesson's own."""
@@ -289,15 +306,6 @@ def _quickest(part: Part) -> float:
     lags = [values[name] for name in part.component.neutral if declared[name].unit == "s"]
     swings = [1.0 / (2.0 * math.pi * values[resonance])] if resonance and values[resonance] > 0.0 else []
     return min((one for one in (*lags, *swings) if one > 0.0), default=math.inf)
-
-
-def _exact_sensors(assembly: Assembly) -> Assembly:
-    """Return the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
-    parts = []
-    for part in assembly.parts:
-        exact = resolving_everything(part.component)
-        parts.append(replace(part, parameters={**part.parameters, **exact}) if exact else part)
-    return replace(assembly, parts=tuple(parts))
 
 
 def build_experiments(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Experiment]:
