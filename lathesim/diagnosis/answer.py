@@ -249,7 +249,7 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
 
 def _there_before(found: Found) -> list[str]:
     """Return the effects of the model that a recording from before a change shows too, with their places."""
-    return [f"{one.name} at {one.at}" for one in found.model.candidates if one.part in found.there_before]
+    return [f"{one.name} at {one.place}" for one in found.model.candidates if one.part in found.there_before]
 
 
 def recording_fault(question: Question, faults: Sequence[Finding], findings: tuple[str, ...], began: float) -> Diagnosis:

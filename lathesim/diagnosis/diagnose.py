@@ -161,7 +161,7 @@ def _untried(prepared: PreparedQuestion, found: Found) -> tuple[str, ...]:
         return ()
     fitted = {trial.candidate.part for trial in found.tried} | {candidate.part for candidate in found.model.candidates}
     left = [candidate for candidate in prepared.experiment.candidates if candidate.part not in fitted]
-    return tuple(f"{candidate.name} at {candidate.at}" for candidate in left)
+    return tuple(f"{candidate.name} at {candidate.place}" for candidate in left)
 
 
 def ask(

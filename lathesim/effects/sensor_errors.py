@@ -249,7 +249,7 @@ class EncoderEccentricity(Effect):
         carried=("m", "rad"),
         typical={"amplitude": (0.5e-6, 10e-6), "turn": (0.002, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
         typical_rotary={
-            "amplitude": (1.5e-4, 1.5e-3),
+            "amplitude": (1e-5, 1.5e-3),
             "turn": (2.0 * math.pi, 2.0 * math.pi),
             "phase": (-math.pi, math.pi),
             **SHAPE_RANGES,
@@ -260,7 +260,10 @@ class EncoderEccentricity(Effect):
     fingerprint = "A line once per turn of the encoder, in scale less encoder and in the speed, with its phase tied to the disc."
     confused_with = ("PeriodicPitchError", "TorqueRipple", "Runout")
     experiment = "A second reading head opposite the first, or a direct scale."
-    source = "Heidenhain, Rotary Encoders (technical information: eccentricity); 0.5 to 5 arc minutes. Range assumed."
+    source = (
+        "Heidenhain, Rotary Encoders and Angle Encoders (technical information: eccentricity); 0.5 to 5 arc minutes, of a ring encoder "
+        "with its large drum 2 arc seconds and more. Range assumed."
+    )
 
     incoming = Input("{signal}", doc="true position")
     outgoing = Output("{signal}", doc="position the disc shows")

@@ -19,8 +19,8 @@ from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
 from lathesim.identification.records import MOST_DAMPED, QUARTER_TURNS, Candidate
-from lathesim.identification.roles import decides, further_readings_of, inputs_of_readings, readings_of
-from lathesim.lessons.insertion import beyond_its_spring, insert_effect
+from lathesim.identification.roles import comes_from_effect, decides, further_readings_of, inputs_of_readings, readings_of
+from lathesim.lessons.insertion import beyond_its_spring, host_of, insert_effect
 
 WIDE_RANGE = 3.0
 """Ratio of its ends above which a positive range is walked through in factors."""
@@ -46,7 +46,10 @@ def insert_candidates(
         name = f"try_{host.replace('.', '_')}_{snake(effect.__name__)}{beside}"
         neutral = _neutral_si(effect)
         try:
-            trial = insert_effect(result, effect, host, name=name, parameters=neutral, sources=dict(senses))
+            before, part = host_of(assembly, host)
+            before = before or _first_of_the_drive(assembly, part, effect)
+            host = part.name if before else host
+            trial = insert_effect(result, effect, before or host, name=name, parameters=neutral, sources=dict(senses))
             placed = trial.by_name[name]
             if not _carries(effect, placed.component):
                 continue
@@ -55,7 +58,7 @@ def insert_candidates(
             continue
         result = trial
         of_motion = measured.get(host, "")
-        placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses}
+        placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses, "before": before}
         placing["unsaid_side"] = beyond_its_spring(trial, name, host) if effect.beyond else {}
         candidate = _as_sampled(_candidate(name, effect, placed.component, host), assembly.sample_period)
         candidate = _coarser(candidate, assembly.by_name[Place.of(host).part])
@@ -205,6 +208,18 @@ def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
     return sorted(effects, key=order)
 
 
+def _first_of_the_drive(assembly: Assembly, host: Part, effect: type[Effect]) -> str:
+    """Return the first of the lags and limits that the lesson inserts in a drive, empty where there is none: a command comes late, or finds
+    a dead zone, before they take it."""
+    parts, sources = {part.name: part.component for part in assembly.parts}, {wire.target: wire.source for wire in assembly.wires}
+    first, target = "", f"{host.name}.{host.component.ports.get('drive', '')}"
+    while effect.site == "drive" and comes_from_effect(source := sources.get(target, "")):
+        if not issubclass(parts[Place.of(source).part], Effect):
+            break
+        first, target = Place.of(source).part, f"{Place.of(source).part}.incoming"
+    return first
+
+
 def _has_drive_before_it(assembly: Assembly, part: Part) -> bool:
     """Return whether a part's command comes from a drive of its own (amplifier, motor): what a drive leaves out then belongs there."""
     port = part.component.ports.get("drive")
@@ -240,7 +255,11 @@ def _candidate(part: str, effect: type[Effect], placed: type[Component], host: s
     points = _points(names, effect.identification.starts, ranges)
     values = {**effect.neutral, **({name: declared[name].default for name in extended} if shaped else {})}
     neutral = np.array([values.get(name, _middle(*ranges[name])) for name in names])
-    low, high = (np.array([getattr(declared[name], bound) for name in names]) for bound in ("low", "high"))
+    # a disc on the axis turns once a turn, whatever a recording shows
+    whole = {name: ends for name, ends in ranges.items() if ends[0] == ends[1]}
+    low, high = (
+        np.array([whole[name][0] if name in whole else getattr(declared[name], bound) for name in names]) for bound in ("low", "high")
+    )
     sizes = np.sort(np.abs(np.array([ranges[name] for name in names])).reshape(-1, 2), axis=1)
     least, usual = sizes[:, 0], sizes[:, 1]
     finer = _candidate(part, effect, placed, host, shaped=True) if extended and not shaped else None

@@ -41,6 +41,8 @@ class Candidate:
     least: FloatArray
     usual: FloatArray
     points: FloatArray
+    before: str = ""
+    """The effect of the lesson before which it is put, as behind a spring; empty where it sits next to its host."""
     second: bool = False
     """Whether the host is the second of two sensors of one motion: the one that closes no loop, else the later one."""
     of_motion: str = ""
@@ -57,6 +59,11 @@ class Candidate:
     def name(self) -> str:
         """The effect's name."""
         return self.effect.__name__
+
+    @property
+    def place(self) -> str:
+        """Where a lesson inserts it."""
+        return self.before or self.at
 
     @property
     def otherwise(self) -> dict[str, float]:

@@ -9,13 +9,15 @@ import pytest
 from lathesim.diagnosis.explaining.plausible import resonates
 from lathesim.effects.backlash_and_screw import Backlash
 from lathesim.effects.drive_errors import TorqueRipple
+from lathesim.effects.effect import Effect
 from lathesim.effects.force_law import ChipThicknessExponent, EdgeForce, EntryBuildUp
 from lathesim.effects.friction import CoulombFriction, PreslidingFriction, StribeckFriction
-from lathesim.effects.lag import MotorInductance
+from lathesim.effects.lag import CurrentLoopLag, MotorInductance
 from lathesim.effects.offset_and_gain import ConverterOffset, ConverterResolution, ForceOffset, ScaleFactorError
-from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrift, LostCounts, SensorFilter
+from lathesim.effects.sensor_errors import DynamometerCrosstalk, DynamometerDrift, EncoderEccentricity, LostCounts, SensorFilter
 from lathesim.effects.spindle_error import Runout, Unbalance
 from lathesim.effects.structure import AxialResonance
+from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import Assembly, Place, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
@@ -136,6 +138,37 @@ def test_a_filter_is_told_whether_its_signal_is_held_between_samples(registry: R
     found, _ = insert_candidates(assembly, (ScaleFactorError, SensorFilter), ["x_drive.current", "x_encoder.position"])
     held = {part.name: part.parameters["held"] for part in found.parts if part.component.__name__ == "SensorFilter"}
     assert held == {"try_x_encoder_sensor_filter": 0.0, "try_x_drive_current_sensor_filter": 1.0}
+
+
+def voltage_axis_with(registry: Registry, effect: type[Effect], at: str, values: dict[str, float]) -> Assembly:
+    """Return the axis whose lesson inserts an effect, called ``own``."""
+    assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "voltage_axis"), registry)
+    return insert_effect(assembly, effect, at, name="own", parameters=values)
+
+
+def test_a_command_comes_late_before_the_lag_that_the_lesson_declares(registry: Registry) -> None:
+    """Behind it a delay would take what goes on between samples for held."""
+    assembly = voltage_axis_with(registry, CurrentLoopLag, "x_drive", {"time_constant": 1e-3})
+    found, (delay,) = insert_candidates(assembly, (TransportDelay,), ["x_encoder.position"])
+    feeds = {item.target: item.source for item in found.wires}
+    assert (delay.at, delay.before, delay.place) == ("x_drive", "own", "own")
+    assert feeds["own.incoming"] == f"{delay.part}.outgoing"
+
+
+def test_a_friction_is_tried_on_both_sides_of_a_spring_that_the_lesson_declares(registry: Registry) -> None:
+    values = {"table_share": 0.5, "frequency": 40.0}
+    found, both = insert_candidates(voltage_axis_with(registry, AxialResonance, "x_axis", values), (CoulombFriction,))
+    feeds = {item.target: item.source for item in found.wires}
+    parts = {candidate.before: candidate.part for candidate in both}
+    assert {candidate.at for candidate in both} == {"x_axis"}
+    assert (feeds["own.motor_side"], feeds["own.incoming"]) == (f"{parts['']}.outgoing", f"{parts['own']}.outgoing")
+
+
+def test_a_disc_on_an_axis_that_turns_repeats_once_a_turn(registry: Registry) -> None:
+    assembly = assembly_of(next(path for path in TEMPLATES if path.stem == "rotary_axis"), registry)
+    (candidate,) = [one for one in insert_candidates(assembly, (EncoderEccentricity,))[1] if one.at == "encoder"]
+    (turn,) = [place for place, name in enumerate(candidate.parameters) if name.endswith(".turn")]
+    assert candidate.low[turn] == candidate.high[turn] == pytest.approx(2.0 * np.pi)
 
 
 def test_starting_values_spread_over_the_usual_range_inside_the_bounds() -> None:

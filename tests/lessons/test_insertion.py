@@ -162,3 +162,9 @@ def test_a_neutral_effect_changes_no_bit(effect: type, place: str, tmp_path: Pat
 def test_names_of_inserted_parts() -> None:
     assert effect_part_name("x_axis", "CoulombFriction") == "x_axis_coulomb_friction"
     assert effect_part_name("x_dac.voltage", "DACOffset") == "x_dac_voltage_dac_offset"
+
+
+def test_an_effect_that_is_inserted_at_another_one_comes_before_it(tmp_path: Path) -> None:
+    own = "{effect: Drag, at: table, name: own, level: 2 N}"
+    wires = feeds(machine(tmp_path, f"insert: [{own}, {{effect: Drag, at: own, name: first, level: 1 N}}]"))
+    assert (wires["first.incoming"], wires["own.incoming"], wires["table.disturbance"]) == (0.0, "first.outgoing", "own.outgoing")

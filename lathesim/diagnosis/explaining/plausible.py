@@ -134,7 +134,10 @@ def repeats(study: Study, candidate: Candidate, values: Mapping[str, float]) -> 
 
     A turn repeats by itself, however small a part of it the machine made.
     """
+    known = {name for name, low, high in zip(candidate.parameters, candidate.low, candidate.high, strict=True) if low == high}
     for name in candidate.named(PERIODS):
+        if name in known:
+            continue
         length, declared = values[name], candidate.effect.declarations[Place.of(name).port]
         # one wave more on a way changes a length by its square over the way
         way = length * length / cycle_of(study.estimation, candidate, length)

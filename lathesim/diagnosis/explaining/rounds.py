@@ -63,9 +63,13 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
         all_frequencies = is_full_band(made.model.candidates)
         most[all_frequencies] = max(most.get(all_frequencies, 0.0), made.predicted.nats)
 
+    first = max(good or trials, key=lambda made: made.predicted.nats, default=None)
+    trace = first and (first.candidate.family, first.candidate.at)
+
     def fine(made: Tried) -> Tried:
-        """Return a trial fitted further where it may be the best."""
-        near = study.method.explaining.near * most.get(is_full_band(made.model.candidates), 0.0)
+        """Return a trial fitted further where it may be the best: near it, or alike, where a first fit of a delay stops a sample short."""
+        like = (made.candidate.family, made.candidate.at) == trace
+        near = 0.0 if like else study.method.explaining.near * most.get(is_full_band(made.model.candidates), 0.0)
         if made.predicted.nats > max(near, due(study.method)):
             made = settled_trial(study, model, made)
         text = f"{made.name} gains {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"

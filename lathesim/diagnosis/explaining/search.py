@@ -179,7 +179,7 @@ def _worth(study: Study, model: Model, candidate: Candidate, left: Model) -> Tri
 
 
 def _dropped(study: Study, found: Found, candidate: Candidate, left: Model, why: str = "the others predict as well without it") -> Found:
-    study.progress(f"{candidate.name} at {candidate.at} is not needed: {why}")
+    study.progress(f"{candidate.name} at {candidate.place} is not needed: {why}")
     lost = Tried(candidate, found.model, left, *over(study, left, found.model))
     return found.changed("drop", lost, why, [candidate])
 

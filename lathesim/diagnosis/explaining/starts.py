@@ -68,6 +68,10 @@ def _best(found: Sequence[_Begun], limits: ExplainingSettings) -> list[_Begun]:
     return kept
 
 
+_KNOWN = 1e-6
+"""Share of a value that is known beforehand by which it may be off: far less than a recording shows."""
+
+
 def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> list[Free]:
     """Return the parameters of a candidate as free ones, starting at ``start``.
 
@@ -83,6 +87,7 @@ def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> lis
         replace(one, scale=min(one.scale, cycle_of(study.estimation, candidate, one.start))) if Place.of(one.name).port in PERIODS else one
         for one in free
     ]
+    free = [replace(one, uncertainty=_KNOWN * abs(one.low), given=one.low) if one.low == one.high else one for one in free]
     orders = candidate.named(candidate.effect.identification.orders)
     # an order is a whole number
     deviation = study.method.explaining.whole_order

@@ -63,7 +63,8 @@ class FoundEffect:
     ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes; ``undetermined`` names parameters
     that the recording does not determine, ``left_out`` those of them that the lines to paste do without. ``may_be_zero`` says that the
     intervals of all its sizes hold the value with which it vanishes, and that its gain is not clear in spite of that. ``products`` are
-    those of two parameters that recordings determine where they determine neither of the two.
+    those of two parameters that recordings determine where they determine neither of the two. ``before`` is the effect of the lesson before
+    which it is inserted, as behind a spring; empty where there is none.
     """
 
     effect: str
@@ -79,6 +80,7 @@ class FoundEffect:
     left_out: tuple[str, ...] = ()
     may_be_zero: bool = False
     products: Mapping[str, Interval] = field(default_factory=dict)
+    before: str = ""
 
 
 @dataclass(frozen=True)
@@ -325,6 +327,7 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "share": effect.share,
         "undetermined": effect.undetermined,
         "may_be_zero": effect.may_be_zero,
+        **({"before": effect.before} if effect.before else {}),
     }
 
 

@@ -88,7 +88,7 @@ class Tried:
     @property
     def name(self) -> str:
         """What was tried, and where."""
-        return f"{self.candidate.name} at {self.candidate.at}"
+        return f"{self.candidate.name} at {self.candidate.place}"
 
     @property
     def parameters(self) -> int:
@@ -120,7 +120,7 @@ class Found:
     def changed(self, move: str, one: Tried, why: str, went: Sequence[Candidate] = ()) -> Found:
         """Return the search with the model of a trial, and the step noted."""
         came_in = () if went and one.candidate in went else (one.name,)
-        left = tuple(f"{candidate.name} at {candidate.at}" for candidate in went)
+        left = tuple(f"{candidate.name} at {candidate.place}" for candidate in went)
         step = Step(move, came_in, left, one.fitted.nats, one.predicted.nats, why)
         return replace(self, model=one.model, worth={}, rivals={}, history=(*self.history, step))
 

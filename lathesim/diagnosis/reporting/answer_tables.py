@@ -18,7 +18,8 @@ def effect_rows(diagnosis: Diagnosis) -> Rows:
         sizes = [(name, item_text(item, name in effect.undetermined)) for name, item in effect.parameters.items()]
         sizes += [(name, item_text(item, undetermined=False)) for name, item in effect.products.items()]
         for place, (name, text) in enumerate(sizes or [("", NOTHING)]):
-            first = (effect.effect, effect.at) if place == 0 else ("", "")
+            at = f"{effect.at}, at {effect.before}" if effect.before else effect.at
+            first = (effect.effect, at) if place == 0 else ("", "")
             sure = NOTHING if effect.may_be_zero else probability_text(effect.probability)
             rows.append((*first, f"{name.replace('_', ' ')} {text}".strip(), sure if place == 0 else ""))
     return rows

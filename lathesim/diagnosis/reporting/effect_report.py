@@ -39,7 +39,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         if estimate.error <= 0.0 or estimate.error > 0.5 * max(float(scale), abs(estimate.value)):
             undetermined.append(short)
     others = item.tied
-    tied = tuple(dict.fromkeys(other.name if other.name != candidate.name else f"{other.name} at {other.at}" for other in others))
+    tied = tuple(dict.fromkeys(other.name if other.name != candidate.name else f"{other.name} at {other.place}" for other in others))
     # no experiment is worth its time that tells two forms of one law apart
     advice = for_a_turning_part(candidate.effect.experiment) if _turns(candidate, experiment) else candidate.effect.experiment
     separating = advice if undetermined or not all(_one_law(candidate, other) for other in others) else None
@@ -58,6 +58,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         tuple(undetermined),
         may_be_zero=interval_includes_neutral(candidate, values),
         products=_products(candidate, values, experiment),
+        before=candidate.before,
     )
 
 

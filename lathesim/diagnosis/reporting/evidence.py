@@ -30,7 +30,7 @@ def gather(validation: Experiment, found: Found, own: Compared) -> Evidence:
 def runners_up(found: Found) -> Iterator[tuple[str, str, float]]:
     """Return for each effect the next best of what was tried in its place, beside the same other effects: gains of other rounds, with
     more or less of the error found already, are none to hold it against."""
-    kept = {f"{candidate.name} at {candidate.at}" for candidate in found.model.candidates}
+    kept = {f"{candidate.name} at {candidate.place}" for candidate in found.model.candidates}
     for own in found.worth.values():
         rivals = [one for one in found.tried if _beside(one) == _beside(own) and one.name not in kept]
         best = max((one for one in rivals if np.isfinite(one.predicted.nats)), key=gains, default=None)

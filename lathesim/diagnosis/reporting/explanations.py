@@ -48,7 +48,7 @@ def explanations_of(study: Study, found: Found, moved: Gain, doubted: Sequence[D
     effects = [_effect(study, found, one) for one in best_of_each(found)]
     tried = {one.candidate.part for one in found.tried}
     waiting = [
-        _row((one.name, one.at, "effect"), UNKNOWN, method, kept=False, why=NOT_FITTED if found.complete else NOT_REACHED)
+        _row((one.name, one.place, "effect"), UNKNOWN, method, kept=False, why=NOT_FITTED if found.complete else NOT_REACHED)
         for one in study.estimation.candidates
         if one.part not in tried
     ]
@@ -90,7 +90,7 @@ def _together(study: Study, found: Found) -> list[Explanation]:
     if len(candidates) < 2:
         return []
     _, gained = over(study, found.model, found.values or found.baseline)
-    name = " + ".join(f"{one.name} at {one.at}" for one in candidates)
+    name = " + ".join(f"{one.name} at {one.place}" for one in candidates)
     return [_row((name, "", "effects"), gained, study.method, kept=True, why="all of these together")]
 
 
@@ -109,7 +109,7 @@ def _effect(study: Study, found: Found, one: Tried) -> Explanation:
     kept = any(one.candidate.part == candidate.part for candidate in found.model.candidates)
     judged = one.fitted.nats >= due(study.method)
     why = _why_kept(found, one) if kept else _why_not(study, found, one)
-    what: tuple[str, str, Kind] = (one.candidate.name, one.candidate.at, "effect")
+    what: tuple[str, str, Kind] = (one.candidate.name, one.candidate.place, "effect")
     return _row(what, one.predicted if judged else UNKNOWN, study.method, kept=kept, why=why, parameters=one.parameters)
 
 
@@ -153,7 +153,7 @@ def _why_another(study: Study, found: Found, one: Tried) -> str:
         return f"was dropped, as {dropped[-1]}"
     for candidate in kept:
         if any(one.candidate.part == rival.candidate.part for rival in found.rivals.get(candidate.part, ())):
-            return f"predicts as well as {candidate.name} at {candidate.at}, and may be there in its place"
+            return f"predicts as well as {candidate.name} at {candidate.place}, and may be there in its place"
         if is_finer(one.candidate, [candidate]):
             return f"is a finer form of {candidate.name}, and explains little of what that leaves"
     beside = [other for other in found.tried if other.before is one.before and any(other.candidate.part == of.part for of in kept)]

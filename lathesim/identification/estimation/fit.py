@@ -153,7 +153,9 @@ class Problem:
         steps = np.diag(_STEP * self.scale)
         ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
         found = yield np.vstack([ahead, behind])
+        # a value between bounds that are one has no slope
         width = np.diag(ahead - behind)
+        width = np.where(width > 0.0, width, np.inf)
         return np.array([(found[len(values) + place] - found[place]) / width[place] for place in range(len(values))])
 
     @property
