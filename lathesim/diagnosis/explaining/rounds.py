@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -23,21 +24,24 @@ from lathesim.identification.signal import root_mean_square
 
 @dataclass
 class Rounds:
-    """The rounds of a search; one on top of the same model is not made twice: the same values free, between the same bounds.
+    """The rounds of a search; one on top of the same model is not made twice: the same values free, between the same bounds, and fitted no
+    better.
 
     ``rivals`` are the parts of effects that predicted as well as one that came in: they are fitted in each later round.
     """
 
     study: Study
     rivals: set[str] = field(default_factory=set)
-    _made: dict[frozenset[tuple[str, float, float]], list[Tried]] = field(default_factory=dict)
+    _made: dict[frozenset[tuple[str, float, float]], tuple[float, list[Tried]]] = field(default_factory=dict)
 
     def on(self, model: Model) -> list[Tried]:
         """Return the most promising candidates, each fitted on top of a model, and those that were nothing there."""
         key = frozenset((one.name, one.low, one.high) for one in model.free)
-        if key not in self._made:
-            self._made[key] = _round(self.study, model, self.rivals)
-        return self._made[key]
+        score, made = self._made.get(key, (-math.inf, []))
+        if model.fitted.score > score + due(self.study.method):
+            made = _round(self.study, model, self.rivals)
+            self._made[key] = model.fitted.score, made
+        return made
 
 
 def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:

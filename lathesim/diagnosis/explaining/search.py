@@ -62,7 +62,7 @@ def _states(study: Study, found: Found) -> Iterator[Found]:
     yield found
     for found in _grown(study, found, rounds):  # noqa: B020
         yield found
-    while True:
+    for _ in range(study.method.most_effects):
         for found in _refined(study, found):  # noqa: B020
             yield found
         refined = len(found.model.candidates)
@@ -70,7 +70,9 @@ def _states(study: Study, found: Found) -> Iterator[Found]:
             yield found
         if len(found.model.candidates) == refined:
             return
-        # what went may have stood for what a finer form of another one does
+        # what went may have stood for what a finer form of another one does, or for values that were not reached before
+        for found in _grown(study, found, rounds):  # noqa: B020
+            yield found
 
 
 def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -15,6 +16,7 @@ from lathesim.diagnosis.method.settings import ExplainingSettings
 from lathesim.diagnosis.records.found import Screened
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Candidate, Fitted, Free, Model, with_start
+from lathesim.identification.signal import ROUNDING
 
 
 def starts(study: Study, model: Model, item: Screened, points: FloatArray | None) -> list[list[Free]]:
@@ -68,10 +70,6 @@ def _best(found: Sequence[_Begun], limits: ExplainingSettings) -> list[_Begun]:
     return kept
 
 
-_KNOWN = 1e-6
-"""Share of a value that is known beforehand by which it may be off: far less than a recording shows."""
-
-
 def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> list[Free]:
     """Return the parameters of a candidate as free ones, starting at ``start``.
 
@@ -87,7 +85,9 @@ def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> lis
         replace(one, scale=min(one.scale, cycle_of(study.estimation, candidate, one.start))) if Place.of(one.name).port in PERIODS else one
         for one in free
     ]
-    free = [replace(one, uncertainty=_KNOWN * abs(one.low), given=one.low) if one.low == one.high else one for one in free]
+    # what is known beforehand is free by far less than a recording shows
+    known = math.sqrt(ROUNDING)
+    free = [replace(one, uncertainty=known * abs(one.low), given=one.low) if one.low == one.high else one for one in free]
     orders = candidate.named(candidate.effect.identification.orders)
     # an order is a whole number
     deviation = study.method.explaining.whole_order
