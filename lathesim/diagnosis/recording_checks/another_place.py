@@ -1,8 +1,9 @@
 """Columns of another place of the machine: the other side of a transmission, or another axis.
 
 What a controller makes of a reading is arithmetic. Where its command follows from a column times a factor, the controller was given that,
-and the column was recorded before a gear or a screw, or in another unit. Beside no controller the machine tells: a column that is what it
-makes times one of its own transmissions was recorded on the other side of that.
+and the column was recorded before a gear or a screw, or in another unit. A factor on the command itself is as well another gain of the
+controller: of the two the machine behind it tells. Beside no controller the machine tells: a column that is what it makes times one of its
+own transmissions was recorded on the other side of that.
 Left out: a transmission that the lesson does not know and no command shows; it stays a factor on the reading.
 """
 
@@ -131,9 +132,20 @@ def _given_to_controller(experiment: Experiment, values: Mapping[str, float], na
         left, moved = (np.nan_to_num(one.sensed.one(values)[row])[begin:] for one in (first, second))
         slope = (moved - left) / step
         found = factor - float(slope @ left) / max(float(slope @ slope), 1e-300)
-        if commands(found)[1][row] < method.little * share:
+        scaled, left_of = commands(found)
+        own = experiment.machine.compare[row] == name
+        if left_of[row] < method.little * share and not (own and _is_a_gain(experiment, scaled, name, values, method)):
             return found
     return None
+
+
+def _is_a_gain(experiment: Experiment, scaled: Experiment, name: str, values: Mapping[str, float], method: Method) -> bool:
+    """Return whether a factor on a command, the column ``name`` itself, is rather another gain of its controller: the machine behind it
+    follows hardly better from the ``scaled`` command than from the recorded one."""
+    others = [row for row, other in enumerate(experiment.machine.compare) if other != name]
+    before, after = (np.nan_to_num(one.sensed.one(values)[others]) for one in (experiment, scaled))
+    ratios = [root_mean_square(one) / max(root_mean_square(other), 1e-300) for one, other in zip(after, before, strict=True)]
+    return math.prod(ratios) > 1.0 / method.alike
 
 
 def _transmission(experiment: Experiment, name: str, factor: float, method: Method) -> str:

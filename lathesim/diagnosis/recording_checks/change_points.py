@@ -34,7 +34,8 @@ def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STAN
         recorded = np.nan_to_num(experiment.sensed.recorded[row])
         lags = range(-limits.change_of_delay, limits.change_of_delay + 1)
         step = _step(np.array([_power(recorded - _late(recorded - residual, lag), method) for lag in lags]), method=method)
-        if step is not None:
+        # from one end of the delays that are looked for to the other nothing is found: what was left out runs beside the motion
+        if step is not None and abs(lags[step[1][1]] - lags[step[1][0]]) <= limits.change_of_delay:
             place, (before, after) = step
             late = lags[after] - lags[before]
             milliseconds = abs(late) * experiment.sensed.period * 1e3

@@ -73,7 +73,7 @@ def controller_value(
         command = experiment.machine.compare[row]
         if share < method.within_laws:
             continue
-        for name, given in _values_of(experiment, Place.of(command).part):
+        for name, given in _values_of(experiment, row):
 
             def left(logarithm: float, row: int = row, name: str = name, given: float = given, of: Experiment = experiment) -> float:
                 return dict(unexplained_share(of, {**values, name: given * math.exp(logarithm)}))[row]
@@ -83,14 +83,15 @@ def controller_value(
             better = found.fun < method.little * share and (best is None or found.fun < best[0])
             if better and left(found.x, of=validation) < method.little * left(0.0, of=validation):
                 unit = experiment.sensed.plan.unit(name)
-                best = float(found.fun), ControllerValue(name, unit, given, given * math.exp(found.x), command, share)
+                best = float(found.fun), ControllerValue(name, unit, given, given * math.exp(found.x), command, left(0.0))
     return _settled(best[1], (experiment, validation), values, method=method) if best else None
 
 
 def with_commands_followed(experiment: Experiment, values: Mapping[str, float]) -> dict[str, float]:
     """Return ``values`` with those of controllers that are uncertain fitted, so that their commands follow best: what an integral adds up
     makes much of little."""
-    controllers = {Place.of(name).part for _, name in controller_commands(experiment)} if experiment.machine.replay else set()
+    rows = {row for row, _ in controller_commands(experiment)} if experiment.machine.replay else set()
+    controllers = {name for name, row in shown_commands(experiment) if row in rows}
     free = [item for item in baseline_free(experiment.machine) if Place.of(item.name).part in controllers]
     if not free:
         return dict(values)
@@ -116,12 +117,14 @@ def _settled(
     return replace(found, value=value, error=float(1.0 / np.sqrt(weights.sum())))
 
 
-def _values_of(experiment: Experiment, controller: str) -> Iterator[tuple[str, float]]:
-    """Return name and value of a controller's parameters that are more than nothing."""
-    for item in experiment.machine.assembly.by_name[controller].component.declared(Parameter):
-        name = f"{controller}.{item}"
-        if name in experiment.sensed.plan.parameters and experiment.sensed.given(name) > 0.0:
-            yield name, experiment.sensed.given(name)
+def _values_of(experiment: Experiment, row: int) -> Iterator[tuple[str, float]]:
+    """Return name and value of the parameters that are more than nothing, of each controller whose command a channel (row) shows: behind a
+    converter that is the controller's too."""
+    for controller in (name for name, shown in shown_commands(experiment) if shown == row):
+        for item in experiment.machine.assembly.by_name[controller].component.declared(Parameter):
+            name = f"{controller}.{item}"
+            if name in experiment.sensed.plan.parameters and experiment.sensed.given(name) > 0.0:
+                yield name, experiment.sensed.given(name)
 
 
 _RIDGE = 1e-6

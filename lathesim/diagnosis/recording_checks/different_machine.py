@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,10 @@ def another_machine(model: Model, experiment: Experiment, validation: Experiment
     """Return in a sentence that the validation recording is of another machine than the fitted one; empty where it may be of the same.
 
     With values of its own it is explained nearly, with those of the other recording it is not, and the values lie further apart than the
-    lesson's uncertainties allow. Where its own values explain little, something else is wrong, and nothing is said here.
+    lesson's uncertainties allow. Where its own values explain little, something else is wrong, and nothing is said here. A value counts
+    as another one where the recording is explained worse with it held at that of the other: an angle a turn on is the same, and so is any
+    value of a weight that weighs nothing. Source: Venzon, Moolgavkar, A method for computing profile-likelihood-based confidence
+    intervals, Applied Statistics 37 (1988), 87-94.
     """
     if not np.any(_sizes(model.validation_fit) > method.alike * _sizes(model.fitted)):
         return ""
@@ -29,18 +33,21 @@ def another_machine(model: Model, experiment: Experiment, validation: Experiment
     for name, deviation in validation.machine.uncertain.items():
         here, there = first.by_name[name], own.by_name[name]
         error = np.hypot(first.error(name), own.error(name))
-        if abs(here - there) > max(POSSIBLE * deviation, method.errors * error):
+        apart = abs(here - there) > max(POSSIBLE * deviation, method.errors * error)
+        if apart and np.any(_sizes(_by_itself(model, validation, {name: here})) > method.alike * _sizes(own)):
             unit = validation.sensed.plan.unit(name)
             return f"{validation.name} is of another machine: {name} is {there:.4g} {unit} there and {here:.4g} {unit} in the fitted one."
     return ""
 
 
-def _by_itself(model: Model, experiment: Experiment) -> Fitted:
-    """Fit a model to a recording with nothing held by what the lesson says: what the recording says by itself."""
+def _by_itself(model: Model, experiment: Experiment, kept: Mapping[str, float] | None = None) -> Fitted:
+    """Fit a model to a recording with nothing held by what the lesson says, but values that are ``kept``: what the recording says by
+    itself."""
     starts = experiment.start_states(experiment.sensed.plan)
-    states = {item.name for item in starts}
-    unheld = [_unheld(item, experiment) for item in with_start(model.fitted) if item.name not in states]
-    return fit(experiment.sensed, [*starts, *unheld], model.fitted.constant, rounds=4, full_band=is_full_band(model.candidates))
+    constant = {**model.fitted.constant, **(kept or {})}
+    apart = {item.name for item in starts} | set(constant)
+    unheld = [_unheld(item, experiment) for item in with_start(model.fitted) if item.name not in apart]
+    return fit(experiment.sensed, [*starts, *unheld], constant, rounds=4, full_band=is_full_band(model.candidates))
 
 
 def _unheld(item: Free, experiment: Experiment) -> Free:

@@ -64,8 +64,16 @@ def test_a_scale_that_changes_is_told() -> None:
         lambda seen: np.r_[np.full(7, seen[0]), seen[:-7]],
         lambda seen: seen * np.linspace(1.0, 1.03, len(seen)),
         lambda seen: from_half_on(seen + 1e-3, seen),
+        lambda seen: from_half_on(np.r_[np.full(25, seen[0]), seen[:-25]], np.r_[seen[25:], np.full(25, seen[-1])]),
     ],
-    ids=["sound", "another scale all along", "late all along", "a scale that drifts", "another zero"],
+    ids=[
+        "sound",
+        "another scale all along",
+        "late all along",
+        "a scale that drifts",
+        "another zero",
+        "from end to end of what is looked for",
+    ],
 )
 def test_what_stays_or_changes_slowly_is_none(column: Callable[[FloatArray], FloatArray]) -> None:
     assert told(column) == ""
