@@ -78,7 +78,8 @@ def conversion(given: str, wanted: str) -> float:
     """Return the factor from ``given`` to SI for a quantity that is wanted in ``wanted``.
 
     The wanted unit decides what an angle means. For a lead in m/rad, 1 mm/rev is 1e-3/(2 pi). For a feed in m it is 1e-3, the travel of one
-    turn. Hz are turns a second, so that 1 Hz is 2 pi rad/s. ``g`` is 9.80665 m/s^2 where an acceleration is wanted, and a gram elsewhere.
+    turn. Hz are turns a second and 1/min turns a minute: 1 Hz is 2 pi rad/s. ``g`` is 9.80665 m/s^2 where an acceleration is wanted, and a
+    gram elsewhere.
     Raises :class:`UnitError` where the two are of different kinds, or where a lead is given without an angle.
     """
     factor, dimension = si_factor(given)
@@ -124,11 +125,11 @@ _ACCELERATION = "[length] / [time] ** 2"
 
 
 def _is_hertz(unit: str) -> bool:
-    return unit.strip() in ("Hz", "kHz", "mHz", "MHz", "hertz")
+    return unit.strip() in ("Hz", "kHz", "mHz", "MHz", "hertz", "1/min", "min^-1")
 
 
 def _turning_power(unit: str) -> int:
-    """Return the power of the angle, where Hz are turns a second."""
+    """Return the power of the angle, where Hz are turns a second and 1/min turns a minute."""
     return 1 if _is_hertz(unit) else angle_power(unit)
 
 

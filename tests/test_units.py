@@ -26,6 +26,8 @@ TURN = 2.0 * math.pi
         ("1500 rev/min", "rad/s", 50 * math.pi),
         ("1500 rpm", "Hz", 25.0),
         ("25 Hz", "rad/s", 50 * math.pi),
+        ("1500 1/min", "rad/s", 50 * math.pi),
+        ("6 1/min", "1/s", 0.1),
         ("20 1/s", "rad/s", 20.0),
         ("50 Hz", "Hz", 50.0),
         ("90 deg", "rad", math.pi / 2),

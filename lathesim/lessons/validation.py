@@ -39,6 +39,8 @@ def _fault(model: type[BaseModel], source: YamlFile, details: Any) -> LessonErro
     if kind == "extra_forbidden":
         names = _keys(model, location[:-1])
         remedy = nearest(str(last), names) or f"Known here: {', '.join(names)}."
+        if " " in str(last):
+            remedy = "Put a text that holds a comma or a colon in quotes."
         return LessonError(f"there is no key '{last}' here.", place=source.place(location, key=True), remedy=remedy)
     if kind == "missing":
         return LessonError(f"the key '{last}' is missing.", place=source.place(location[:-1]), remedy=f"Write '{last}: ...'.")

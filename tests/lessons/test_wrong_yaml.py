@@ -15,6 +15,10 @@ WRONG = {
         "goals: [{metric: a, at_most: 1 mm, because: x}]",
         "4:36: there is no key 'because' here. Known here: metric, at_most, at_least, hint.",
     ),
+    "a comma in a text without quotes": (
+        "questions: [{ask: Where, and when?, answer: x}]",
+        "4:26: there is no key 'and when?' here. Put a text that holds a comma or a colon in quotes.",
+    ),
     "unknown key of a variant": ("variants:\n  I: {sett: {}}", "5:7: there is no key 'sett' here. Did you mean 'set'?"),
     "key given twice": (
         "seed: 1\nset: {}\nseed: 2",

@@ -13,6 +13,7 @@ from textual.widgets import Input, Label, Markdown, OptionList, RichLog, Static,
 from lathesim.tui.model.student_book import suggestion
 from lathesim.tui.screens.help import KeysView
 from lathesim.tui.widgets.controls import ReadOuts
+from lathesim.tui.widgets.time_plot import TimePlot
 from tests.tui.driving import opened, run_to_end, told, until
 from tests.tui.screen_words import words_of
 
@@ -110,13 +111,25 @@ async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it()
     )
     Path("lesson_configs").mkdir()
     Path("mine.yaml").rename("lesson_configs/99_mine.yaml")
-    async with opened("99_mine") as (app, pilot):
+    other = "lesson: Other\nmachine: turning_with_chatter\nduration: 2 ms\nplot: [cut.thickness]\nread_outs: [cut.force]\n"
+    Path("lesson_configs/98_other.yaml").write_text(other, encoding="utf-8")
+    async with opened("98_other") as (app, pilot):
+        await run_to_end(app, pilot)
+        await pilot.press("f6", "f3")
+        await pilot.pause()
+        assert "cut thickness" in str(app.screen.query_one(TimePlot).border_title)
+        app.workbench.open_lesson("99_mine")
+        await pilot.press("f2")
+        await pilot.pause()
         await pilot.press("f6", "a")
         await until(pilot, lambda: "Run the lesson first" in told(app), "the sentence")
         await run_to_end(app, pilot)
         assert "2 questions about this run: press F6, then a." in told(app)
         assert "cut force" in str(app.screen.query_one("#plot").border_title)
         assert app.screen.query_one(ReadOuts).readings[1].title == "Force"
+        await pilot.press("f3")
+        await pilot.pause()
+        assert "cut force" in str(app.screen.query_one(TimePlot).border_title)
         await pilot.press("f6", "a", "question_mark")
         await until(pilot, lambda: isinstance(app.screen, KeysView), "the keys")
         assert "This dialog" in "\n".join(str(widget.content) for widget in app.screen.query(Static))

@@ -65,6 +65,9 @@ def test_the_feed_is_read_as_in_the_program() -> None:
     moving = record(**{name: ("m/s", np.full(2, speed)) for name, speed in speeds.items()})
     feed = next(line for line in readings(moving, 0) if line.title == "Feed")
     assert (feed.actual, feed.wanted) == ("180 mm/min", "0 mm/min")
+    assert readings(moving, 0, first=["interpolator.feed_speed"])[1].actual == "0 mm/min"
+    titles = [line.title for line in readings(moving, 0, first=["x_axis.velocity", "z_axis.velocity"])]
+    assert titles[1:3] == ["X axis", "Z axis"]
     assert str(Measured("max_feed_speed", 0.003, "m/s")) == "180 mm/min"
     assert Cursors().at(0.0).value_words(moving, "interpolator.feed_speed") == ": 0 mm/min"
     ((_, drawn),) = scaled([Curve(moving, "interpolator.feed_speed")], fit_to_feed=False)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from lathesim.analysis.display_unit import plain_number, shown_with_unit, text_table
+from lathesim.analysis.display_unit import plain_number, read_as, shown_with_unit, text_table
 from lathesim.analysis.metric import NO_VALUE, Measured
 from lathesim.lessons.grading import GoalResult
 from lathesim.units import from_si, split_quantity
@@ -110,7 +110,7 @@ def _like(measured: Measured, text: str) -> str:
     """Return a value in the unit of a quantity as it was written, else in a unit of handy size."""
     unit = split_quantity(text)[1] if text else ""
     if not unit:
-        return shown_with_unit(measured.value, measured.unit, 5)
+        return shown_with_unit(measured.value, read_as(measured.name, measured.unit), 5)
     return f"{plain_number(from_si(measured.value, unit), 5)} {unit}"
 
 

@@ -76,6 +76,8 @@ class BenchScreen(WorkbenchScreen):
         self._motion: ToolMotion | None = None
         self._sample = 0
         self._channels: tuple[str, ...] = ()
+        self._about = ""
+        """The lesson of the run, which says what is plotted at first."""
         self._playing = 0
         self._played_at = 0.0
         self._rate = RATES[0]
@@ -140,7 +142,6 @@ class BenchScreen(WorkbenchScreen):
         if text == self._lesson_text:
             return
         self._lesson_text = text
-        self._channels = ()
         lesson = self.query_one("#lesson", VerticalScroll)
         lesson.remove_children()
         lesson.mount(Markdown(text, open_links=False))
@@ -170,7 +171,8 @@ class BenchScreen(WorkbenchScreen):
         self._record = record if record.status != "running" or self.workbench.live is not None else record.with_meta(status="not kept")
         self._motion = ToolMotion.of(record)
         self._sample = len(record)
-        if not self._channels or not any(name in record for name in self._channels):
+        about, self._about = self._about, str(record.meta.get("lesson_name", ""))
+        if about != self._about or not any(name in record for name in self._channels):
             first = find_channel(record, *_FIRST_CHANNELS) or next(iter(record), None)
             own = tuple(name for name in self._lesson_keys("plot") if name in record)
             self._channels = own or ((first,) if first else ())
@@ -262,8 +264,7 @@ class BenchScreen(WorkbenchScreen):
         end = self._expected_end() if is_live else float(record.time[-1])
         cursor = None if sample >= len(record) - 1 else float(record.time[sample])
         curves = [Curve(record, name) for name in self._channels]
-        about = str(record.meta.get("lesson_name", ""))
-        plot.show(curves, span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True, about=about)
+        plot.show(curves, span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True, about=self._about)
         self.query_one(ReadOuts).show(readings(record, sample, as_diameter=lathe.view.as_diameter, first=self._lesson_keys("read_outs")))
         self.query_one(ProgramListing).mark(program_line(record, sample))
         with self.prevent(Slider.Moved):

@@ -63,6 +63,8 @@ class LessonsScreen(WorkbenchScreen):
         self._rows: list[int | None] = []
         """The place of the lesson in each row of the list; None for the heading of a unit."""
         self._suggestions: list[Suggestion] = []
+        self._here: int | None = None
+        """The place of the lesson that was on the bench; a run, or another lesson there, moves the cursor to it."""
 
     def compose_body(self) -> Iterable[Widget]:
         """Return the list and the page."""
@@ -104,9 +106,10 @@ class LessonsScreen(WorkbenchScreen):
             return
         listed = self.query_one("#lessons", OptionList)
         chosen = self._place(listed.highlighted)
-        if chosen is None:
-            here = [place for place, (_, lesson, _) in enumerate(self._lessons) if lesson is not None and self._is_on_bench(lesson)]
-            chosen = here[0] if here else 0
+        here = next((place for place, (_, lesson, _) in enumerate(self._lessons) if lesson is not None and self._is_on_bench(lesson)), None)
+        if chosen is None or (here is not None and (RUNS in changed or here != self._here)):
+            chosen = here or 0
+        self._here = here
         units, following = iter(zip(self._units, self._counts(), strict=True)), self._next()
         with self.prevent(OptionList.OptionHighlighted):
             listed.clear_options()

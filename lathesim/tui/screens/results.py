@@ -88,6 +88,8 @@ class ResultsScreen(WorkbenchScreen):
         self._ticked: list[Path] = []
         self._older: list[BenchRun] = []
         self._cursors = Cursors()
+        self._lesson: Path | None = None
+        """The lesson of the newest run, which says what is plotted at first."""
         self._peaks: list[str] = []
         self._command = ""
 
@@ -121,6 +123,9 @@ class ResultsScreen(WorkbenchScreen):
         shown = self.workbench.shown
         if shown is not None and shown.path not in self._ticked:
             self._ticked = [shown.path]
+            lesson = shown.setup.lesson.path if shown.setup is not None else None
+            if lesson != self._lesson:
+                self._lesson, self._view, self._channels = lesson, ERROR, []
         self._fill_runs()
         self._show_all()
 

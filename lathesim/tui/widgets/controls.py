@@ -17,7 +17,7 @@ from textual.widget import Widget
 from textual.widgets import DataTable, OptionList, SelectionList
 from textual.widgets.option_list import OptionDoesNotExist
 
-from lathesim.analysis.display_unit import plain_name, pretty_quantities, pretty_unit, shown_with_unit
+from lathesim.analysis.display_unit import plain_name, pretty_quantities, pretty_unit, read_as, shown_with_unit
 from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, Measurements, Metric, find_channel, measure
 from lathesim.record import Place, Record
 
@@ -172,7 +172,12 @@ def readings(record: Record, sample: int, *, as_diameter: bool = False, first: S
     if not own:
         return lines
     values = _At(record, sample)
-    shown = [ReadOutLine(Place.of(name).port.replace("_", " ").capitalize(), values.shown(record.unit(name), name)) for name in own]
+    ports = [Place.of(name).port for name in own]
+    titles = [
+        port.replace("_", " ").capitalize() if ports.count(port) == 1 else plain_name(Place.of(name).part)
+        for name, port in zip(own, ports, strict=True)
+    ]
+    shown = [ReadOutLine(title, values.shown(read_as(name, record.unit(name)), name)) for title, name in zip(titles, own, strict=True)]
     return [lines[0], *shown, *(line for line in lines[1:] if line.actual != NONE)][: len(lines)]
 
 
@@ -241,7 +246,7 @@ def channel_words(name: str, unit: str, doc: str) -> Text:
     return Text.assemble(*words, no_wrap=True, overflow="ellipsis")
 
 
-_TITLE = 10
+_TITLE = 12
 
 
 class ReadOuts(Widget):
