@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lathesim.errors import LessonError
-from lathesim.identification.estimation.multistart import FreeParameter, free_parameters
+from lathesim.identification.estimation.multistart import free_parameters
 from lathesim.identification.estimation.replay_misfit import Misfit, replay_misfit
+from lathesim.identification.records import Free
 from lathesim.identification.replay.controller_rate import decisions_for_each
 from lathesim.identification.replay.loading import at_period, coarser_than_decided, read_mapped, refuse_endless, refuse_still
 from lathesim.lessons.lesson import Lesson
@@ -24,7 +25,7 @@ class FitQuestion:
     """What is to be fitted to what, and what was found in the recording on the way."""
 
     misfit: Misfit
-    free: tuple[FreeParameter, ...]
+    free: tuple[Free, ...]
     findings: tuple[Finding, ...]
 
 

@@ -25,6 +25,7 @@ from lathesim.errors import LessonError, listed, nearest
 from lathesim.identification.estimation.covariance import BLOCKS, SIGNIFICANT
 from lathesim.identification.estimation.replay_misfit import Misfit
 from lathesim.identification.noise import Whitening, no_whitening, whitening_of
+from lathesim.identification.records import Free
 from lathesim.identification.signal import LARGER_PART, SLOPE_ROUNDING
 
 _STEP, _SHORTEST, _LONGEST = 2e-3, 1e-6, 0.05
@@ -45,18 +46,6 @@ _PART = 0.01
 """A value that makes up this much of an undetermined direction (square of its share) is not determined by itself."""
 _SAME = 3e-3
 """Starts agree whose values differ less than this, or less than three standard errors."""
-
-
-@dataclass(frozen=True)
-class FreeParameter:
-    """A parameter or start of a state to be fitted [SI]: its given value, bounds and scale."""
-
-    name: str
-    unit: str
-    given: float
-    low: float
-    high: float
-    scale: float
 
 
 @dataclass(frozen=True)
@@ -101,7 +90,7 @@ class ParameterFit:
         return {item.name: item.value for item in self.parameters}
 
 
-def free_parameters(plan: Plan, names: Sequence[str]) -> list[FreeParameter]:
+def free_parameters(plan: Plan, names: Sequence[str]) -> list[Free]:
     """Return what is to be fitted; :class:`LessonError` with the nearest name for what the machine does not have or nothing depends on."""
     found = []
     for name in dict.fromkeys(names):
@@ -113,7 +102,7 @@ def free_parameters(plan: Plan, names: Sequence[str]) -> list[FreeParameter]:
             raise LessonError(_why_not(plan, name), place="--free", remedy=nearest(name, [*plan.parameters, *plan.states]))
         declared = plan.declaration(name)
         low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-np.inf, np.inf)
-        found.append(FreeParameter(name, plan.unit(name), given, low, high, abs(given)))
+        found.append(Free(name, given, abs(given), low, high, given=given))
     return found
 
 
@@ -128,7 +117,7 @@ def _why_not(plan: Plan, name: str) -> str:
 
 
 def fit_parameters(
-    misfit: Misfit, free: Sequence[FreeParameter], *, starts: int = 4, seed: int = 1, tell: Callable[[int, int], None] | None = None
+    misfit: Misfit, free: Sequence[Free], *, starts: int = 4, seed: int = 1, tell: Callable[[int, int], None] | None = None
 ) -> ParameterFit:
     """Fit from the given values and from further starts spread evenly within 50 % around them; ``tell`` is told of starts done.
 
@@ -181,7 +170,7 @@ class _End:
 class _Problem:
     """The misfit as scipy's least squares wants it: a vector of numbers near one for a vector of numbers near one."""
 
-    def __init__(self, misfit: Misfit, free: Sequence[FreeParameter]) -> None:
+    def __init__(self, misfit: Misfit, free: Sequence[Free]) -> None:
         self.misfit = misfit
         self.free = tuple(free)
         self.count = len(self.free)
@@ -366,9 +355,11 @@ def _outcome(
     starts: int,
     wall_time: float,
 ) -> ParameterFit:
-    named = {name for names in blurred for name in names}
+    named, misfit = {name for names in blurred for name in names}, problem.misfit
     parameters = tuple(
-        FittedParameter(item.name, item.unit, float(best[place]), float(errors[place]), item.given, item.name not in named)
+        FittedParameter(
+            item.name, misfit.plan.unit(item.name), float(best[place]), float(errors[place]), item.given, item.name not in named
+        )
         for place, item in enumerate(problem.free)
     )
     pairs = []
@@ -380,7 +371,6 @@ def _outcome(
             if abs(rho) > CORRELATED and named.isdisjoint(names):
                 pairs.append((*names, rho))
     after = problem.rms(best)
-    misfit = problem.misfit
     channels = tuple(
         ChannelMisfit(name, misfit.plan.unit(channel), float(floor), float(old * floor), float(new * floor))
         for name, channel, floor, old, new in zip(misfit.compare, misfit.channels, misfit.floors, before, after, strict=True)
