@@ -15,7 +15,7 @@ from lathesim.compensation.laps import CONTOUR, finest
 from lathesim.component import Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
-from lathesim.engine.assembly import FloatArray, Place, of_part
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
@@ -161,11 +161,7 @@ class Diagnosed:
                 given[f"{part.name}.share"] = line.share if line else 1.0
             else:
                 sound |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
-        parts = tuple(
-            dataclasses.replace(part, parameters={**part.parameters, **own}) if (own := of_part(part.name, given)) else part
-            for part in machinery.parts
-        )
-        machinery = with_sensor_noise(dataclasses.replace(machinery, parts=parts), noise or {})
+        machinery = with_sensor_noise(machinery.with_parameters(given), noise or {})
         plan = wire(dataclasses.replace(machinery, finish="", record=wanted))
         batch = Batch(plan, samples, seed=prepared.case.seed)
         return Bench(machinery, batch, loops, {**sound, **shares}, shares, machinery.sample_period)

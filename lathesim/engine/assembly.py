@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -100,6 +100,12 @@ class Assembly:
         """Return the ports by role of the part of a place; none where the machine has no such part."""
         part = self.by_name.get(Place.of(place).part)
         return part.component.ports if part is not None else {}
+
+    def with_parameters(self, values: Mapping[str, float]) -> Self:
+        """Return the assembly with other values [SI] of parameters, by ``part.parameter``."""
+        given = {part.name: of_part(part.name, values) for part in self.parts}
+        parts = (replace(part, parameters={**part.parameters, **given[part.name]}) if given[part.name] else part for part in self.parts)
+        return replace(self, parts=tuple(parts))
 
 
 Wired = TypeVar("Wired", bound=Assembly)

@@ -12,13 +12,13 @@ import dataclasses
 import functools
 import math
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD
-from lathesim.engine.assembly import Assembly, FloatArray, Place, of_part
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan, wire
 from lathesim.experiments.candidate_programs import Laid, lay_candidate
@@ -161,15 +161,6 @@ _STEADY = 0.1
 """Share of a floor by which all readings of a channel may be off together: what no model follows; assumed."""
 
 
-def _unrounded(assembly: Assembly, counts: Mapping[str, tuple[float, float]]) -> Assembly:
-    """Return the machine with sensors and converters that are exact: a count more or less tells no rival from another."""
-    parts = []
-    for part in assembly.parts:
-        own = {name: exact for name, (_, exact) in of_part(part.name, counts).items()}
-        parts.append(dataclasses.replace(part, parameters={**part.parameters, **own}) if own else part)
-    return dataclasses.replace(assembly, parts=tuple(parts))
-
-
 class Scene:
     """The machine with all rivals and its uncertain values, and the channels of a recording. Its sensors and converters do not count.
 
@@ -184,7 +175,9 @@ class Scene:
         self.rivals, self.channels, self.room, self.stop = tuple(rivals), tuple(channels), room, stop
         self.path_name = f"{room.interpolator.name}.path"
         self.rounding = counts_of(assembly)
-        machine = dataclasses.replace(_unrounded(assembly, self.rounding), finish="", record=self.channels)
+        # a count more or less tells no rival from another
+        unrounded = assembly.with_parameters({name: exact for name, (_, exact) in self.rounding.items()})
+        machine = dataclasses.replace(unrounded, finish="", record=self.channels)
         self.period = machine.sample_period
         self.plan = wire(machine)
         self.batch = Batch(self.plan, math.ceil(longest / self.period) + 1, noisy=False)

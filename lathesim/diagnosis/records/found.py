@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import with_unit
-from lathesim.engine.assembly import FloatArray, Place
+from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import POSSIBLE, Machine
 
@@ -54,11 +54,7 @@ class ControllerValue:
 
     def in_machine(self, machine: Machine) -> Machine:
         """Return the machine with the value that was found."""
-        part, item = Place.of(self.name)
-        parts = tuple(
-            replace(one, parameters={**one.parameters, item: self.value}) if one.name == part else one for one in machine.assembly.parts
-        )
-        return replace(machine, assembly=replace(machine.assembly, parts=parts))
+        return replace(machine, assembly=machine.assembly.with_parameters({self.name: self.value}))
 
 
 @dataclass(frozen=True)

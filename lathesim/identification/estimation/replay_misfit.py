@@ -139,7 +139,8 @@ def _measures(assembly: Assembly, target: str) -> bool:
 
 def _exact_sensors(assembly: Assembly) -> Assembly:
     """Return the assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice."""
-    return replace(assembly, parts=tuple(replace(part, parameters={**part.parameters, **_exactly(part)}) for part in assembly.parts))
+    exact = {part.name: _exactly(part) for part in assembly.parts}
+    return assembly.with_parameters({f"{part}.{name}": value for part, own in exact.items() for name, value in own.items()})
 
 
 def _exactly(part: Part) -> dict[str, float]:
