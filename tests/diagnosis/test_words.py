@@ -183,6 +183,14 @@ def test_where_recordings_determine_a_product_alone_that_is_the_size() -> None:
     )
 
 
+def test_the_size_that_is_surely_not_zero_stands_for_the_effect() -> None:
+    parameters = {"level": Interval(0.0, "N", -np.inf, 11.6), "viscous_difference": Interval(-1106.0, "N/(m/s)", -1245.0, -967.0)}
+    unequal = replace(COULOMB, effect="AsymmetricFriction", parameters=parameters)
+    assert lines(replace(NAMED, effects=(unequal,)))["Size"].startswith(
+        "AsymmetricFriction viscous difference -1106 N/(m/s) (95 % interval -1245 to -967 N/(m/s))."
+    )
+
+
 def test_effects_at_one_place_name_it_once_and_a_fault_of_the_recording_is_no_physics() -> None:
     late = replace(COULOMB, effect="ChannelTimeShift", at="x_scale", family="recording")
     cogging = replace(COULOMB, effect="Cogging", tied_with=("TorqueRipple",))

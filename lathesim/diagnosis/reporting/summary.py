@@ -178,8 +178,13 @@ def _unnamed_text(left: Unnamed, diagnosis: Diagnosis) -> str:
 
 
 def _size_text(effect: FoundEffect) -> str:
-    """Return the first size of an effect that the recording determines, with its interval; of a product which one it is."""
-    sizes = [("", item) for name, item in effect.parameters.items() if name not in effect.undetermined]
+    """Return a size of an effect with its interval: the first that is surely not zero, else the first that the recording determines; of a
+    product, and of one that is not the effect's first, which one it is."""
+    named = [
+        ("" if place == 0 else f"{name.replace('_', ' ')} ", name, item) for place, (name, item) in enumerate(effect.parameters.items())
+    ]
+    sizes = [(label, item) for label, name, item in named if name not in effect.undetermined]
+    sizes.sort(key=lambda one: not (math.isfinite(one[1].high - one[1].low) and one[1].low * one[1].high > 0.0))
     products = [(f"{name.replace('_', ' ')} ", item) for name, item in effect.products.items()]
     if not (products or sizes):
         return "is not determined" + (", may be zero" if effect.may_be_zero else "")
