@@ -135,6 +135,13 @@ def test_what_predicts_the_judging_recording_worse_is_said_so(name: str, after: 
     assert told["Sure"].startswith(doubt) == (word == "WORSE" and name in ("named", "tied"))
 
 
+def test_a_lesson_whose_fitted_values_predict_worse_is_not_said_to_explain() -> None:
+    channel, item = next(iter(CLEAN.fit.items()))
+    worse = replace(CLEAN, fit={channel: replace(item, before=1.5 * item.floor, after=2.5 * item.floor)})
+    assert headline(worse) == f"No effect that is missing shows, and the fitted values predict {channel} worse than the given ones."
+    assert "Size" not in lines(worse)
+
+
 def test_what_is_certain_is_named_also_where_something_is_left() -> None:
     rest = Unnamed("x_axis.disturbance", 0.62, "N", ("depends on position of x_axis",))
     left = replace(NAMED, adequate=False, unnamed=(rest,))

@@ -51,7 +51,7 @@ def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
 
 
 def _next(diagnosis: Diagnosis, method: Method) -> str:
-    worse = [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name)]
+    worse = _worse(diagnosis)
     values = [name for name, _ in shown_values(diagnosis)]
     return next_step(diagnosis, worse, values, needed=needs_other_values(diagnosis, method), off=bool(still_off(diagnosis, method)))
 
@@ -99,8 +99,14 @@ def _nothing_missing(diagnosis: Diagnosis, method: Method) -> str:
     since = f"Nothing is new since {diagnosis.before}" if diagnosis.before else "No physics is missing"
     if diagnosis.verdict == "parameters_only":
         return f"{since}, but {_far_off(diagnosis)}" if diagnosis.far_off else f"{since}: other values of the lesson explain the recording."
+    if worse := _worse(diagnosis):
+        return f"No effect that is missing shows, and the fitted values predict {listed(worse)} worse than the given ones."
     others = ", with other values than the given ones" if needs_other_values(diagnosis, method) else ""
     return f"{since}: the lesson explains the recording{others}."
+
+
+def _worse(diagnosis: Diagnosis) -> list[str]:
+    return [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name)]
 
 
 def _far_off(diagnosis: Diagnosis) -> str:
@@ -162,7 +168,7 @@ def _size(diagnosis: Diagnosis) -> str:
             sentences.append(f"{listed(doubtful)} help{'' if len(doubtful) > 1 else 's'} to predict too, of a size that may be zero.")
         if diagnosis.removed_share > 0.0:
             sentences.append(f"Where each part gets its recorded inputs, this explains {percent(diagnosis.removed_share)} of the error.")
-    elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)):
+    elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
         most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in values[:most]]
         together = [] if moved_values(diagnosis) else ["only together other values explain more, and none of them alone"]
@@ -241,7 +247,7 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     said = [f"{probable} among all that was compared."]
     if diagnosis.is_one_stroke:
         said = ["Less than the gains say: one stroke cannot judge itself, and there is no second one."]
-    elif worse := [name for name in diagnosis.fit if is_clearly_worse(diagnosis, name)]:
+    elif worse := _worse(diagnosis):
         said = [f"Less than the gains say: {listed(worse)} {'are' if len(worse) > 1 else 'is'} further off than with the lesson alone."]
     tied = [f"{effect.effect} from {listed(list(effect.tied_with))}" for effect in finds if effect.tied_with]
     if tied:
