@@ -142,14 +142,15 @@ def test_a_tableau_has_the_order_of_its_method(tableau: Tableau, order: float) -
 
 
 class Decay(Component):
-    """dx/dt = -x."""
+    """dx/dt = -x, computed in a variable that has the name of one of the engine."""
 
     size = State("m", doc="what is left")
     shown = Output("m", doc="what is left")
 
     @staticmethod
     def derivative(size: float) -> float:
-        return -size
+        share = -1.0
+        return share * size
 
     @staticmethod
     def output(size: float) -> float:
