@@ -25,7 +25,7 @@ from lathesim.plugins import Registry
 from lathesim.record import load
 from lathesim.shipped import shipped_folder
 from lathesim.tui.model.machine_tree import proposed_place
-from lathesim.tui.screens.workbench_screen import Dialog
+from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.tui.widgets.controls import BrowseList, TickList, channel_words
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
 
@@ -37,7 +37,6 @@ class PartChoice(Dialog[tuple[str, str] | None]):
     one for the class that is looked at.
     """
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     PartChoice .dialog { width: 96%; max-width: 130; height: 90%; padding: 0 1; }
     PartChoice #found { width: 36; height: 1fr; }
@@ -71,9 +70,7 @@ class PartChoice(Dialog[tuple[str, str] | None]):
             if self._place is not None:
                 yield Label("Place: a part, or part.name")
                 yield Input(self._place, id="place", compact=True)
-            with Horizontal(classes="buttons"):
-                yield Button("Use", variant="primary", id="take", compact=True)
-                yield Button("Cancel", id="leave", compact=True)
+            yield dialog_buttons("Use", "Cancel")
 
     def on_mount(self) -> None:
         """Fill the list and look at it."""
@@ -115,10 +112,6 @@ class PartChoice(Dialog[tuple[str, str] | None]):
         at = self.query_one("#place", Input).value.strip() if self._place is not None else ""
         self.dismiss((self._listed[place], at))
 
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
-
 
 def effect_choice(case: Prepared, registry: Registry, part: str) -> PartChoice:
     """Return the choice of an effect with its page, and of its place: at a part, or at the first that has the ports it sits on."""
@@ -129,7 +122,6 @@ def effect_choice(case: Prepared, registry: Registry, part: str) -> PartChoice:
 class FileChoice(Dialog[Path | None]):
     """Gives the file chosen, or the path typed, which need not exist; None where the dialog was left. ``show`` gives a file's lines."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     FileChoice .dialog { width: 96%; max-width: 130; height: 90%; padding: 0 1; }
     FileChoice .columns { height: 1fr; }
@@ -152,9 +144,7 @@ class FileChoice(Dialog[Path | None]):
                 yield ProgramListing()
             yield Label("or a path")
             yield Input(placeholder=self._placeholder, id="path", compact=True)
-            with Horizontal(classes="buttons"):
-                yield Button("Use", variant="primary", id="take", compact=True)
-                yield Button("Cancel", id="leave", compact=True)
+            yield dialog_buttons("Use", "Cancel")
 
     def on_mount(self) -> None:
         """Begin in the field where the list is empty."""
@@ -175,10 +165,6 @@ class FileChoice(Dialog[Path | None]):
             self.dismiss(Path(typed).expanduser())
         elif place is not None:
             self.dismiss(self._paths[place])
-
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
 
 
 _PROGRAM_ENDINGS = {".nc", ".ngc", ".tap", ".cnc", ".gcode", ".mpf", ".iso", ".txt"}
@@ -230,7 +216,7 @@ def _record_lines(path: Path) -> list[str]:
 class ChannelChoice(Dialog[tuple[str, ...] | None]):
     """Gives the names chosen, or None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel"), Binding("ctrl+s", "take", "Use")]
+    BINDINGS = [Binding("ctrl+s", "take", "Use")]
 
     def __init__(self, known: Mapping[str, tuple[str, str]], chosen: Sequence[str]) -> None:
         super().__init__()
@@ -242,9 +228,7 @@ class ChannelChoice(Dialog[tuple[str, ...] | None]):
         with Vertical(classes="dialog"):
             yield Input(placeholder="Type to find a channel", id="wanted", compact=True)
             yield TickList[str](id="channels")
-            with Horizontal(classes="buttons"):
-                yield Button("Use", variant="primary", id="take", compact=True)
-                yield Button("Cancel", id="leave", compact=True)
+            yield dialog_buttons("Use", "Cancel")
 
     def on_mount(self) -> None:
         """Fill the list."""
@@ -278,7 +262,3 @@ class ChannelChoice(Dialog[tuple[str, ...] | None]):
     def action_take(self) -> None:
         """Close the dialog with the names chosen."""
         self.dismiss(tuple(self._chosen))
-
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)

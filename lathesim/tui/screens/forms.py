@@ -8,7 +8,6 @@ from pathlib import Path
 
 from textual import on
 from textual.app import ComposeResult
-from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.suggester import SuggestFromList
@@ -17,15 +16,13 @@ from textual.widgets import Button, Checkbox, Input, Label, OptionList, Select, 
 from lathesim.errors import LatheSimError
 from lathesim.program.program_file import straight_from_form, taper_from_form
 from lathesim.tui.model.case_file import COMPARE, DRIVE, IGNORE, TIME, ColumnMeaning, recordings_entry
-from lathesim.tui.screens.workbench_screen import Dialog
+from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.units import split_quantity
 from lathesim.whole_file import make_folder, write_new
 
 
 class TextQuestion(Dialog[str | None]):
     """Gives the text, or None where the dialog was left."""
-
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
 
     def __init__(self, question: str, text: str = "", placeholder: str = "") -> None:
         super().__init__()
@@ -36,9 +33,7 @@ class TextQuestion(Dialog[str | None]):
         with Vertical(classes="dialog -short"):
             yield Label(self._question, markup=False)
             yield Input(self._text, placeholder=self._placeholder, id="answer", compact=True)
-            with Horizontal(classes="buttons"):
-                yield Button("OK", variant="primary", id="take", compact=True)
-                yield Button("Cancel", id="leave", compact=True)
+            yield dialog_buttons("OK", "Cancel")
 
     @on(Input.Submitted, "#answer")
     @on(Button.Pressed, "#take")
@@ -46,15 +41,9 @@ class TextQuestion(Dialog[str | None]):
         text = self.query_one(Input).value.strip()
         self.dismiss(text or None)
 
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
-
 
 class ChoiceQuestion(Dialog[str | None]):
     """Gives the choice, or None where the dialog was left."""
-
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
 
     def __init__(self, question: str, choices: Sequence[str]) -> None:
         super().__init__()
@@ -83,7 +72,6 @@ class Order:
 class ConcealForm(Dialog[Order | None]):
     """Gives the order, or None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     ConcealForm #fault { color: $error; height: auto; }
     ConcealForm Input, ConcealForm #choose { margin-bottom: 1; }
@@ -107,9 +95,7 @@ class ConcealForm(Dialog[Order | None]):
             yield Input("1", id="count", compact=True, type="integer")
             yield Checkbox("a second recording to judge on", value=True, id="validate", compact=True)
             yield Static("", id="fault", markup=False)
-            with Horizontal(classes="buttons"):
-                yield Button("Make it", variant="primary", id="take", compact=True)
-                yield Button("Cancel", id="leave", compact=True)
+            yield dialog_buttons("Make it", "Cancel")
 
     @on(Button.Pressed, "#choose")
     def _choose(self) -> None:
@@ -130,15 +116,10 @@ class ConcealForm(Dialog[Order | None]):
         folders = (Path(folder),) if int(count) == 1 else tuple(Path(f"{folder}_{number + 1}") for number in range(int(count)))
         self.dismiss(Order(folders, self.query_one("#hidden", Input).value.strip(), self.query_one("#validate", Checkbox).value))
 
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
-
 
 class MappingForm(Dialog[list[ColumnMeaning] | None]):
     """Gives the meaning of each column, or None where the dialog was left; guesses stand in the fields at first."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     MappingForm .dialog { width: 98%; max-width: 130; height: 95%; padding: 0 1; }
     MappingForm .column { height: 1; }
@@ -173,9 +154,7 @@ class MappingForm(Dialog[list[ColumnMeaning] | None]):
                         yield Input(item.unit, classes="unit", compact=True, id=f"unit-{place}")
                         yield Input(f"{item.scale:g}", classes="scale", compact=True, id=f"scale-{place}", type="number")
             yield Static("", id="fault", markup=False)
-            with Horizontal(classes="buttons"):
-                yield Button("Use", variant="primary", id="take", compact=True)
-                yield Button("Cancel", id="leave", compact=True)
+            yield dialog_buttons("Use", "Cancel")
 
     def _meanings(self) -> list[ColumnMeaning]:
         found = []
@@ -204,10 +183,6 @@ class MappingForm(Dialog[list[ColumnMeaning] | None]):
         else:
             self.dismiss(meanings)
 
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
-
 
 FIELDS = (
     ("diameter", "Diameter", "30 mm"),
@@ -228,7 +203,6 @@ _STRAIGHT, _TAPER = "straight cut", "taper cut"
 class CutForm(Dialog[Path | None]):
     """Writes the part program and gives its file; None where the dialog was left."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Cancel")]
     DEFAULT_CSS = """
     CutForm .dialog { height: 95%; padding: 0 1; }
     CutForm .field { height: 1; }
@@ -249,9 +223,7 @@ class CutForm(Dialog[Path | None]):
                         yield Label(title)
                         yield Input(text, id=name, compact=True)
             yield Static("", id="fault", markup=False)
-            with Horizontal(classes="buttons"):
-                yield Button("Write it", variant="primary", id="take", compact=True)
-                yield Button("Cancel", id="leave", compact=True)
+            yield dialog_buttons("Write it", "Cancel")
 
     @on(Select.Changed, "#kind")
     def _choose_kind(self) -> None:
@@ -307,7 +279,3 @@ class CutForm(Dialog[Path | None]):
             self._tell(str(error))
         else:
             self.dismiss(path)
-
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)

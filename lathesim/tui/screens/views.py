@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from textual import on
 from textual.app import ComposeResult
-from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Button, Input, Label, RichLog, Static
 
@@ -28,7 +27,7 @@ from lathesim.stability.lesson_settings import cut_of, tap_lesson
 from lathesim.stability.lobes import stability_map
 from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.tui.drawing.curves import MICROMETRES, PlotLine
-from lathesim.tui.screens.workbench_screen import Dialog
+from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.tui.widgets.time_plot import TimePlot
 from lathesim.units import from_si, in_unit
 
@@ -126,7 +125,6 @@ class LobesView(Dialog[None]):
     """Shows the limit of the chip width over the spindle speed; raises :class:`LessonError` where the lesson has no tool point,
     or an interrupted cut."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Close")]
     DEFAULT_CSS = """
     LobesView .dialog { width: 96%; max-width: 140; height: 90%; }
     LobesView TimePlot { height: 1fr; }
@@ -146,8 +144,7 @@ class LobesView(Dialog[None]):
             yield Label(f"Stability lobes: {self._title}", markup=False)
             yield TimePlot(id="lobes")
             yield Static(self._words(), markup=False)
-            with Horizontal(classes="buttons"):
-                yield Button("Close", id="leave", compact=True, variant="primary")
+            yield dialog_buttons("", "Close")
 
     def on_mount(self) -> None:
         """Draw the limit; widths far above the smallest are left out."""
@@ -167,15 +164,10 @@ class LobesView(Dialog[None]):
         best = ", ".join(f"{speed:.0f}" for speed in speeds_of(self._smallest, 6))
         return f"Stable at every speed below {in_unit(self._smallest.width, 'mm')}. The line comes down to it at {best} rpm ..."
 
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
-
 
 class ToolPointView(Dialog[None]):
     """Shows the real part of the response with the fitted modes; raises :class:`LessonError` where the lesson has no tool point."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Close")]
     DEFAULT_CSS = """
     ToolPointView .dialog { width: 96%; max-width: 140; height: 90%; }
     ToolPointView TimePlot { height: 1fr; }
@@ -194,8 +186,7 @@ class ToolPointView(Dialog[None]):
             yield Label(f"Tool point: {self._lesson.title}", markup=False)
             yield TimePlot(id="response")
             yield Static("Tapping the tool and fitting its modes ...", id="modes", markup=False)
-            with Horizontal(classes="buttons"):
-                yield Button("Close", id="leave", compact=True, variant="primary")
+            yield dialog_buttons("", "Close")
 
     def on_mount(self) -> None:
         """Find the response beside the app, which goes on."""
@@ -225,10 +216,6 @@ class ToolPointView(Dialog[None]):
         self.query_one(TimePlot).show_lines(lines, "frequency / Hz", "real part / (µm/N)")
         words.update(f"{found.words}\nThe same: {found.command}")
 
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
-
 
 @dataclass(frozen=True)
 class CommandField:
@@ -243,7 +230,6 @@ class CommandField:
 class CommandForm(Dialog[None]):
     """Fills in a command of ``lathesim``, runs it beside the app, and shows what it prints. Closing the form ends the command."""
 
-    BINDINGS = [Binding("escape", "dismiss(None)", "Close")]
     DEFAULT_CSS = """
     CommandForm .dialog { width: 96%; max-width: 140; height: 92%; }
     CommandForm .field { height: 1; }
@@ -271,9 +257,7 @@ class CommandForm(Dialog[None]):
                     yield Input(field.text, placeholder=field.example, id=f"field-{place}", compact=True)
             yield Static("", id="line", markup=False)
             yield RichLog(wrap=True, min_width=20)
-            with Horizontal(classes="buttons"):
-                yield Button("Run", variant="primary", id="take", compact=True)
-                yield Button("Close", id="leave", compact=True)
+            yield dialog_buttons("Run", "Close")
 
     def _options_of_bench(self) -> str:
         setup = cast("LathesimApp", self.app).workbench.setup
@@ -345,10 +329,6 @@ class CommandForm(Dialog[None]):
         """End the command."""
         if self._process is not None:
             self._process.terminate()
-
-    @on(Button.Pressed, "#leave")
-    def _leave(self) -> None:
-        self.dismiss(None)
 
 
 def sweep_form(lesson: Lesson) -> CommandForm:

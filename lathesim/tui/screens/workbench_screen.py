@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, cast
 
 from rich.text import Text
+from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.screen import ModalScreen, Screen, ScreenResultType
 from textual.widget import Widget
-from textual.widgets import Footer, Static
+from textual.widgets import Button, Footer, Static
 
 from lathesim.errors import LatheSimError
 from lathesim.tui.model.workbench import REGISTRY, RUN, RUNS, SETUP, Workbench
@@ -22,9 +23,24 @@ if TYPE_CHECKING:
 
 
 class Dialog(ModalScreen[ScreenResultType]):
-    """Lies over a screen and gives an answer; ``?`` shows its keys, unless a field takes the letter."""
+    """Lies over a screen and gives an answer, none where it is left; ``?`` shows its keys, unless a field takes the letter."""
 
-    BINDINGS = [Binding("question_mark", "app.keys", "Keys of this dialog", show=False)]
+    BINDINGS = [
+        Binding("escape", "dismiss(None)", "Leave the dialog"),
+        Binding("question_mark", "app.keys", "Keys of this dialog", show=False),
+    ]
+
+    @on(Button.Pressed, "#leave")
+    def _leave(self) -> None:
+        self.dismiss(None)
+
+
+def dialog_buttons(take: str, leave: str) -> Horizontal:
+    """Return the buttons of a dialog by their words: the one that takes what was chosen, if there is any, and the one that leaves it."""
+    buttons = [Button(take, id="take", compact=True)] if take else []
+    buttons.append(Button(leave, id="leave", compact=True))
+    buttons[0].variant = "primary"
+    return Horizontal(*buttons, classes="buttons")
 
 
 class CommandLine(Static):
