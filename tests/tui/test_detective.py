@@ -69,7 +69,7 @@ async def test_a_detective_guesses_is_told_inserts_the_effect_and_sees_the_resid
         await until_long(pilot, lambda: "CoulombFriction at x_axis" in text(screen, "standing"))
         assert case.diagnosis is None, "it stands there while the search goes on"
         await until_long(pilot, lambda: case.diagnosis is not None and not screen.busy)
-        assert "✓ Right: CoulombFriction at x_axis. ✓ level is 20.2 N, you said 19 N." in text(screen, "judged")
+        assert "✓ Right: CoulombFriction at x_axis. ✓ level is 20.21 N, you said 19 N." in text(screen, "judged")
         await pilot.press("i")
         await until_long(pilot, lambda: not screen.busy and screen.case is not None and app.workbench.live is None)
         assert app.workbench.setup is not None
