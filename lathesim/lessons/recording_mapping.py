@@ -55,7 +55,7 @@ def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
     place = lesson.source.place(("recordings", "time", "column" if time.column is not None else "rate"))
     if rate is not None and rate <= 0.0:
         raise LessonError(f"the rate is {time.rate}.", place=place, remedy="Write a rate above 0 Hz.")
-    return RecordingMapping(time.column, time.unit, rate, tuple(signals), place, time.mean_of)
+    return RecordingMapping(time.column, time.unit, rate, tuple(signals), place, time.mean_of, assembly.sample_period)
 
 
 def _signal(
@@ -95,13 +95,14 @@ def _between_rows(signal: SignalMapping, entry: DrivingSignal, assembly: Assembl
     commanded, and so was the input of a controller or a converter.
     """
     if entry.held is not None or signal.threshold is not None:
-        return replace(signal, moves=entry.held is False)
+        return replace(signal, moves=entry.held is False, held=entry.held is True)
     ports = assembly.ports(signal.target)
     pushes = Place.of(signal.target).port in (ports.get("effort"), ports.get("drive")) and "measured" not in ports
     given = any(not wire(assembly).moves_between_samples(source) for source in signal.also)
     if not pushes or given or signal.si_unit not in (*_MEASURED, "V"):
         return signal
-    return replace(signal, moves="flow" in ports and signal.si_unit in _MEASURED, assumed=True)
+    moves = "flow" in ports and signal.si_unit in _MEASURED
+    return replace(signal, moves=moves, assumed=True, held=not moves)
 
 
 def _steps(assembly: Assembly) -> dict[str, float]:

@@ -5,8 +5,8 @@ Nothing is mended in silence: each thing found and what was done about it is a :
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -14,9 +14,18 @@ import numpy.typing as npt
 
 from lathesim.errors import RecordingError
 from lathesim.record import Channel, FloatArray, Meta, Record, stretches
-from lathesim.recordings.raw_table import Finding, RawTable, counted, is_unit
+from lathesim.recordings.raw_table import Finding, RawTable, counted, is_unit, too_short
 from lathesim.recordings.recording_thresholds import EQUAL, SPIKES
-from lathesim.recordings.sample_grid import SHORT_GAP, SampleGrid, Threshold, even_grid, regular_grid, switched
+from lathesim.recordings.sample_grid import (
+    SHORT_GAP,
+    SampleGrid,
+    Threshold,
+    bridge_short_runs,
+    even_grid,
+    regular_grid,
+    switched,
+    with_gaps_bridged,
+)
 from lathesim.units import conversion, convertible, same_dimension, si_factor
 
 __all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
@@ -62,6 +71,8 @@ class SignalMapping:
     """Whether a driven input is interpolated between rows, as a measured one; otherwise it is held, as a commanded one."""
     assumed: bool = False
     """Whether that was assumed."""
+    held: bool = False
+    """Whether a sample without a row repeats the one before; a place that was asked for is interpolated, unless the lesson says so."""
 
     @property
     def kind(self) -> str:
@@ -79,6 +90,8 @@ class RecordingMapping:
     signals: tuple[SignalMapping, ...]
     time_place: str = ""
     mean_of: int = 1
+    period: float = 0.0
+    """The lesson's sample period [s]; 0 where it has none."""
 
     def targets(self, role: Literal["drive", "compare"]) -> tuple[str, ...]:
         """Return the names of the channels of one role."""
@@ -92,18 +105,25 @@ class RecordingMapping:
 
 @dataclass(frozen=True, eq=False)
 class MappedRecording:
-    """The recording as a record, what was found on the way, and the resolution [SI] of the channels whose lesson tells it."""
+    """The recording as a record, what was found on the way, and the resolution [SI] of the channels whose lesson tells it.
+
+    Where samples lie between rows, ``taken`` are the compared channels as their rows have them [SI], and ``marks`` where these lie
+    [periods]: what is interpolated has less noise than what was read.
+    """
 
     record: Record
     findings: tuple[Finding, ...]
     resolution: dict[str, float]
+    taken: Mapping[str, FloatArray] = field(default_factory=dict)
+    marks: FloatArray | None = None
 
 
 def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording:
     """Return the recording in SI on an even clock that begins at 0; ``meta`` keeps the start and the period.
 
-    Short gaps and short runs without a number are interpolated linearly; of a recording with longer ones the longest whole stretch
-    is kept. Raises :class:`RecordingError` where a column is missing or what is left has fewer than 20 samples.
+    Short gaps, short runs without a number, and long gaps in which no motion turns are interpolated linearly; of a recording with other
+    gaps the longest whole stretch is kept. Raises :class:`RecordingError` where a column is missing or what is left has fewer than 20
+    samples.
     """
     findings = [Finding("reading", "", note, "") for note in table.notes if not note.startswith("left out")]
     columns = {signal.target: _column(table, signal, findings) for signal in mapping.signals}
@@ -112,16 +132,18 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     _same_length(table, mapping, columns, time)
     count = len(next(iter(columns.values())))
     _enough(table, count)
-    grid = regular_grid(count, 1.0 / mapping.rate) if mapping.rate is not None else even_grid(time, findings)
+    grid = regular_grid(count, 1.0 / mapping.rate) if mapping.rate is not None else even_grid(time, findings, mapping.period)
     if grid.length >= LEAST_SAMPLES and not _SHORTEST_PERIOD <= grid.period <= _LONGEST_PERIOD:
         fact = f"the rows are {grid.period:.3g} s apart, outside 10 ns to 1e6 s."
         raise RecordingError(fact, place=mapping.time_place or str(table.source), remedy="Check the column and the unit of the time.")
     channels = {signal.target: _in_si(columns[signal.target], signal) for signal in mapping.signals}
     empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
     present = {name: values for name, values in channels.items() if name not in empty}
+    held = {signal.target for signal in mapping.signals if signal.held}
+    grid = with_gaps_bridged(grid, [values for name, values in present.items() if name not in held], findings)
     # a column that switches an input is what a sensor shows, and no command
     commanded = [signal.target for signal in mapping.signals if signal.role == "drive" and signal.threshold is None]
-    values = _bridged(grid, present, commanded, findings)
+    values = _bridged(grid, present, commanded, held, findings)
     _enough(table, grid.length)
     length, period = grid.length // mapping.mean_of, grid.period * mapping.mean_of
     if length < LEAST_SAMPLES:
@@ -130,7 +152,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     if mapping.mean_of > 1:
         values = {name: column[: length * mapping.mean_of].reshape(length, -1).mean(axis=1) for name, column in values.items()}
     begin, end = _whole_stretch(values, length, period, findings)
-    _enough(table, end - begin)
+    _enough(table, end - begin, findings)
     for signal in mapping.signals:
         if signal.threshold is not None and signal.target in values:
             values[signal.target] = _switch(values[signal.target], signal, signal.threshold, period, begin, findings)
@@ -145,7 +167,11 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
         "source": str(table.source),
         "status": "complete",
     }
-    return MappedRecording(Record(np.arange(end - begin, dtype=np.float64) * np.float64(period), kept, meta), tuple(findings), resolution)
+    record = Record(np.arange(end - begin, dtype=np.float64) * np.float64(period), kept, meta)
+    if grid.marks is None or mapping.mean_of > 1:
+        return MappedRecording(record, tuple(findings), resolution)
+    taken = {name: present[name][grid.rows] for name in mapping.targets("compare") if name in present}
+    return MappedRecording(record, tuple(findings), resolution, taken, grid.marks)
 
 
 def _as_assumed(signal: SignalMapping) -> Finding:
@@ -259,10 +285,11 @@ def _same_length(table: RawTable, mapping: RecordingMapping, columns: dict[str, 
         raise RecordingError(f"the columns differ in length: {told}.", place=str(table.source), remedy="Map columns of one measurement.")
 
 
-def _enough(table: RawTable, count: int) -> None:
+def _enough(table: RawTable, count: int, findings: Sequence[Finding] = ()) -> None:
     if count < LEAST_SAMPLES:
-        fact = f"the recording has {count} usable samples; at least {LEAST_SAMPLES} are needed."
-        raise RecordingError(fact, place=str(table.source), remedy="Record longer, or map other columns.")
+        raise too_short(
+            str(table.source), count, f"; at least {LEAST_SAMPLES} are needed", findings, "Record longer, or map other columns."
+        )
 
 
 def _switch(
@@ -293,7 +320,7 @@ def _mostly_missing(name: str, values: FloatArray, findings: list[Finding]) -> b
 
 
 def _bridged(
-    grid: SampleGrid, channels: dict[str, FloatArray], commanded: Collection[str], findings: list[Finding]
+    grid: SampleGrid, channels: dict[str, FloatArray], commanded: Collection[str], held: Collection[str], findings: list[Finding]
 ) -> dict[str, FloatArray]:
     """Put channels on the grid; runs of up to four samples without a number are bridged, longer ones stay NaN.
 
@@ -301,12 +328,12 @@ def _bridged(
     what is measured beside a kick answers to it.
     """
     on_grid = {}
-    placed_at = {name: grid.place(values) for name, values in channels.items()}
+    placed_at = {name: grid.place(values, held=name in held) for name, values in channels.items()}
     kicks = np.concatenate([np.zeros(0, dtype=np.int64), *[_spikes(placed_at[name]) for name in placed_at if name in commanded]])
     for name, values in channels.items():
         placed = placed_at[name]
         cleaned = _without_spikes(name, placed, kicks, grid.period, findings, is_command=name in commanded)
-        bridged = _bridge_short_runs(cleaned)
+        bridged = bridge_short_runs(cleaned, held=name in held)
         count = int(np.count_nonzero(np.isnan(placed) & ~np.isnan(bridged))) - grid.missing
         if count > 0 and np.isnan(values).any():
             fact = f"{counted(count, 'value', 'is', 'are')} missing, in runs of fewer than {SHORT_GAP}"
@@ -357,21 +384,6 @@ def _spikes(values: FloatArray) -> Samples:
     return none if len(spikes) > max(SPIKES.most, int(SPIKES.share * len(values))) or regular else spikes
 
 
-def _bridge_short_runs(values: FloatArray) -> FloatArray:
-    missing = np.isnan(values)
-    if not missing.any() or missing.all():
-        return values
-    begins, ends = stretches(missing)
-    inside = (ends - begins < SHORT_GAP) & (begins > 0) & (ends < len(values))
-    filled = values.copy()
-    present = np.flatnonzero(~missing)
-    for begin, end in zip(begins[inside], ends[inside], strict=True):
-        filled[begin:end] = (
-            np.interp(np.arange(begin, end), present, values[present]) if end - begin > 1 else 0.5 * (values[begin - 1] + values[end])
-        )
-    return filled
-
-
 def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, findings: list[Finding]) -> tuple[int, int]:
     """Return the longest stretch of samples in which every channel has a number."""
     whole = np.ones(length, dtype=bool)
@@ -388,7 +400,10 @@ def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, fi
     blamed = [name for name, column in values.items() if np.isnan(column).any()]
     channel = "" if len(blamed) == len(values) else ", ".join(blamed)
     gaps = f"{len(begins) - 1} gaps" if len(begins) > 2 else "a gap" if len(begins) == 2 else "missing values at an end"
-    fact = f"the recording has {gaps} too long to bridge"
+    apart = (begins[1:] - ends[:-1] + 1) * period
+    longest = int(np.argmax(apart)) if len(apart) else 0
+    where = f", the longest of up to {apart[longest]:.3g} s from {(ends[longest] - 1) * period:.4g} s on" if len(apart) else ""
+    fact = f"the recording has {gaps} too long to interpolate{where}"
     kept = f"kept is the longest whole stretch, {begin * period:.6g} to {(end - 1) * period:.6g} s"
     done = f"{kept}; {counted(left, 'sample', 'is', 'are')} left out"
     findings.append(Finding("gap", channel, fact, done))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -226,3 +226,13 @@ def _check_place(path: Path) -> None:
         raise RecordingError(f"the file cannot be read: {error.strerror or error}.", place=str(path)) from error
     if empty:
         raise RecordingError("the file is empty.", place=str(path), remedy="Record again, or give another file.")
+
+
+def too_short(place: str, count: int, needed: str, findings: Sequence[Finding], remedy: str) -> RecordingError:
+    """Return the error of a recording with fewer samples than are needed: with its gaps, where these are why, or with a ``remedy``."""
+    gap = next((finding for finding in findings if finding.kind == "gap" and "too long" in finding.fact), None)
+    if gap is None:
+        return RecordingError(f"the recording has {count} usable samples{needed}.", place=place, remedy=remedy)
+    fact = f"{gap.fact}. The longest stretch between them has {count} samples{needed}."
+    fill = "Record without gaps. Where it is known how the machine moved in them, fill them with rows at an even period (numpy.interp)."
+    return RecordingError(fact, place=place, remedy=fill)

@@ -6,14 +6,15 @@ When something was on, told from a column: a tool in the cut from its force, a s
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import Finding, counted
-from lathesim.recordings.recording_thresholds import CLOCK
+from lathesim.recordings.recording_thresholds import CLOCK, FROZEN
 from lathesim.units import in_unit
 
 
@@ -59,6 +60,10 @@ def _next(samples: npt.NDArray[np.int64], after: int) -> int | None:
 
 SHORT_GAP = 5
 """Fewer missing samples than this are bridged by a straight line."""
+_LONG_GAP = SHORT_GAP + 0.5
+"""Periods between two rows above which a gap is a long one."""
+_NODES = 5
+"""Rows of a fourth divided difference."""
 _ON_GRID = 0.05
 """Times this close to the even clock [periods] count as on it: loggers round their time stamps."""
 _NEARLY_WHOLE = 0.2
@@ -73,40 +78,106 @@ _LONGEST = 40_000_000
 class SampleGrid:
     """An even clock: ``start`` and ``period`` [s], ``length`` samples, and where the rows of the file belong on it.
 
-    ``rows`` are the rows that are used. With ``times`` (in periods) the values between them are found by straight lines; without it
-    each row lies on the sample ``slots``, and samples without a row stay NaN. ``missing`` counts the short gaps' samples.
+    ``rows`` are the rows that are used, and ``marks`` where they lie [periods]; without these each row is a sample. On an ``even`` clock
+    samples without a row stay NaN, and ``missing`` counts those of short gaps. On an uneven one the values between rows are found by
+    straight lines, or held. ``bridged`` are the rows (places among those used) before a long gap that is bridged as well.
     """
 
     start: float
     period: float
     length: int
     rows: npt.NDArray[np.int64] | slice
-    slots: npt.NDArray[np.int64] | None = None
-    times: FloatArray | None = None
+    marks: FloatArray | None = None
+    even: bool = True
     missing: int = 0
+    bridged: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
-    def place(self, values: FloatArray) -> FloatArray:
-        """Return a column (rows of the file,) on the grid (``length``,)."""
+    def place(self, values: FloatArray, *, held: bool = False) -> FloatArray:
+        """Return a column (rows of the file,) on the grid (``length``,); what is held acts from the sample nearest to its row."""
         used = values[self.rows]
-        if self.times is not None:
-            return self._between(used)
-        if self.slots is None:
+        if self.marks is None:
             return used.copy()
+        if not self.even:
+            return self._between(used, self.marks, held)
         placed = np.full(self.length, np.nan)
-        placed[self.slots] = used
+        placed[self.marks.astype(np.int64)] = used
+        for before in self.bridged:
+            begin, end = (int(mark) for mark in self.marks[before : before + 2])
+            placed[begin:end] = used[before] if held else np.linspace(used[before], used[before + 1], end - begin, endpoint=False)
         return placed
 
-    def _between(self, used: FloatArray) -> FloatArray:
-        times = self.times if self.times is not None else np.zeros(0)
+    def _between(self, used: FloatArray, marks: FloatArray, held: bool) -> FloatArray:
+        known = np.flatnonzero(~np.isnan(used))
+        if not len(known):
+            return np.full(self.length, np.nan)
         grid = np.arange(self.length, dtype=np.float64)
-        known = ~np.isnan(used)
-        placed: FloatArray = np.interp(grid, times[known], used[known]) if known.any() else np.full(self.length, np.nan)
-        after = np.searchsorted(times[known], grid)
-        if known.any():
-            marks = times[known]
-            width = marks[np.minimum(after, len(marks) - 1)] - marks[np.maximum(after - 1, 0)]
-            placed[(width > SHORT_GAP + 0.5) & (np.abs(grid - marks[np.minimum(after, len(marks) - 1)]) > _ON_GRID)] = np.nan
+        after = np.minimum(np.searchsorted(marks[known], grid), len(known) - 1)
+        first, last = known[np.maximum(after - 1, 0)], known[after]
+        if held:
+            placed = used[known[np.maximum(np.searchsorted(marks[known], grid + 0.5, side="right") - 1, 0)]]
+        else:
+            placed = np.interp(grid, marks[known], used[known])
+        wide = (marks[last] - marks[first] > _LONG_GAP) & (np.abs(grid - marks[last]) > _ON_GRID)
+        placed[wide & ~(np.isin(first, self.bridged) & (last == first + 1))] = np.nan
         return placed
+
+
+def with_gaps_bridged(grid: SampleGrid, moving: Collection[FloatArray], findings: list[Finding]) -> SampleGrid:
+    """Return a clock whose long gaps are bridged where nothing that moves, the columns ``moving`` (rows of the file,), turns within them.
+
+    Of an even clock only where no stretch between gaps is half of the recording: there a gap is a loss, and not the way of the clock. As
+    long as half of the samples have a row. A straight line is off by at most half of that by which the motion on one side, continued,
+    misses the row at the other end (a step in the middle; a quarter of it for a parabola).
+    """
+    if grid.marks is None:
+        return grid
+    marks = grid.marks
+    edges = np.flatnonzero(np.diff(marks) > _LONG_GAP)
+    stretches = np.diff(np.concatenate([[0], edges + 1, [len(marks)]]))
+    if not len(edges) or (grid.even and 2 * stretches.max() >= grid.length):
+        return grid
+    straight = np.ones(len(edges), dtype=bool)
+    for column in moving:
+        used = column[grid.rows]
+        moves = max(FROZEN.moves * float(np.nanmax(used) - np.nanmin(used)), FROZEN.moves_noise * row_noise(marks, used))
+        straight &= [not 0.5 * _missed(marks, used, int(before)) > moves for before in edges]
+    bridged = edges[straight]
+    samples = int(np.sum(np.round(np.diff(marks)[bridged]) - 1.0))
+    if not len(bridged) or 2 * samples > grid.length:
+        return grid
+    longest = bridged[np.argmax(np.diff(marks)[bridged])]
+    where = f"{in_unit((marks[longest + 1] - marks[longest]) * grid.period, 'ms', '.3g')} from {marks[longest] * grid.period:.4g} s on"
+    left = f"{counted(len(bridged), 'long gap', 'leaves', 'leave')} {samples} of {grid.length} samples without a row"
+    findings.append(Finding("jitter", "time", f"{left}, the longest of {where}", "no motion turns there, so they are interpolated as well"))
+    return replace(grid, bridged=bridged)
+
+
+def _missed(marks: FloatArray, used: FloatArray, before: int) -> float:
+    """Return by how much the motion on one side of a gap, continued as a straight line over it, misses the row at the other end: the
+    smaller of both sides. Each line goes through the rows that are no further off than the gap is long, and through two at least."""
+    width = marks[before + 1] - marks[before]
+    first = min(int(np.searchsorted(marks, marks[before] - width)), max(before - 1, 0))
+    last = max(int(np.searchsorted(marks, marks[before + 1] + width, side="right")), before + 3)
+    missed = []
+    for side, other in ((slice(first, before + 1), before + 1), (slice(before + 1, last), before)):
+        at, there = marks[side] - marks[other], used[side]
+        known = ~np.isnan(there)
+        if np.count_nonzero(known) > 1 and not np.isnan(used[other]):
+            missed.append(abs(float(np.polyfit(at[known], there[known], 1)[1]) - float(used[other])))
+    return min(missed, default=0.0)
+
+
+def row_noise(marks: FloatArray, values: FloatArray) -> float:
+    """Return the white noise of a column at uneven times (one standard deviation): fourth divided differences, in which a cubic vanishes,
+    each over the norm of its weights. Of even times these are the fourth differences. Source: Newton's divided differences."""
+    known = ~np.isnan(values)
+    if np.count_nonzero(known) <= _NODES:
+        return 0.0
+    times, there = (np.lib.stride_tricks.sliding_window_view(column[known], _NODES) for column in (marks, values))
+    apart = (times[:, :, None] - times[:, None, :]) / (times[:, -1] - times[:, 0])[:, None, None]
+    weights = 1.0 / np.prod(apart + np.eye(_NODES), axis=2)
+    differences = np.sum(weights * there, axis=1) / np.linalg.norm(weights, axis=1)
+    return 1.4826 * float(np.median(np.abs(differences)))
 
 
 def regular_grid(count: int, period: float) -> SampleGrid:
@@ -114,8 +185,9 @@ def regular_grid(count: int, period: float) -> SampleGrid:
     return SampleGrid(0.0, period, count, slice(None))
 
 
-def even_grid(time: FloatArray, findings: list[Finding]) -> SampleGrid:
-    """Return the even clock nearest to the times of the rows [s], and note in ``findings`` where they are not even."""
+def even_grid(time: FloatArray, findings: list[Finding], lesson_period: float = 0.0) -> SampleGrid:
+    """Return the even clock nearest to the times of the rows [s], and note in ``findings`` where they are not even. Where no even clock is
+    behind them, that of the lesson is taken (``lesson_period`` [s], or the nearest multiple) if it is about as fast."""
     rows = np.flatnonzero(np.abs(time) < _LATEST)
     if len(rows) < len(time):
         findings.append(Finding("time", "time", f"{len(time) - len(rows)} rows have no time", "they are left out"))
@@ -131,7 +203,7 @@ def even_grid(time: FloatArray, findings: list[Finding]) -> SampleGrid:
     rows = _without_repeats(time, rows, findings)
     if len(rows) < 2:
         return SampleGrid(0.0, 1.0, len(rows), rows)
-    return _fitted(time[rows], rows, findings)
+    return _fitted(time[rows], rows, findings, lesson_period)
 
 
 def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> npt.NDArray[np.int64]:
@@ -214,7 +286,7 @@ def _without_repeats(time: FloatArray, rows: npt.NDArray[np.int64], findings: li
     return kept
 
 
-def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> SampleGrid:
+def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding], lesson_period: float) -> SampleGrid:
     start = float(time[0])
     usual = float(np.median(np.diff(time)))
     if float(time[-1]) - start > _LONGEST * usual:
@@ -240,12 +312,21 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
                     "interpolated linearly",
                 )
             )
-        return SampleGrid(start, period, length, rows, slots if length > len(rows) else None, missing=short)
-    spread = float(np.sqrt(np.mean(np.square(np.diff(time) / period - np.maximum(np.round(np.diff(time) / period), 1.0)))))
-    fact = f"the times are uneven by {in_unit(spread, '%', '.2g')} of the period of {period:.6g} s (root mean square)"
-    findings.append(Finding("jitter", "time", fact, "the channels are interpolated onto an even clock"))
+        return SampleGrid(start, period, length, rows, slots.astype(np.float64) if length > len(rows) else None, missing=short)
+    steps = np.diff(time)
+    if len(np.unique(slots)) < len(slots):
+        period = beside(period, lesson_period)
+    fact = f"the rows come unevenly, {in_unit(steps.min(), 'ms', '.3g')} to {in_unit(steps.max(), 'ms', '.3g')} apart"
+    done = f"the {len(rows)} rows are interpolated onto an even clock of {in_unit(period, 'ms', '.6g')}"
+    findings.append(Finding("jitter", "time", fact, f"{done}; what is held stays held"))
     moments = (time - start) / period
-    return SampleGrid(start, period, int(moments[-1] + 1e-9) + 1, rows, times=moments)
+    return SampleGrid(start, period, int(moments[-1] + 1e-9) + 1, rows, moments, even=False)
+
+
+def beside(period: float, other: float) -> float:
+    """Return the nearest multiple of another period where one is as near to it as no clock is regular [s]: controllers decide on that."""
+    number = round(period / other) if other > 0.0 else 0
+    return number * other if number and abs(period / other - number) < _NEARLY_WHOLE else period
 
 
 def _first_period(steps: FloatArray) -> float:
@@ -276,3 +357,22 @@ def _rounded(period: float, room: float) -> float:
         if abs(round_one - period) <= room:
             return round_one
     return period
+
+
+def bridge_short_runs(values: FloatArray, *, held: bool) -> FloatArray:
+    """Return values (samples,) with short runs without a number interpolated linearly, or held."""
+    missing = np.isnan(values)
+    if not missing.any() or missing.all():
+        return values
+    begins, ends = stretches(missing)
+    inside = (ends - begins < SHORT_GAP) & (begins > 0) & (ends < len(values))
+    filled = values.copy()
+    present = np.flatnonzero(~missing)
+    for begin, end in zip(begins[inside], ends[inside], strict=True):
+        if held:
+            filled[begin:end] = values[begin - 1]
+        elif end - begin > 1:
+            filled[begin:end] = np.interp(np.arange(begin, end), present, values[present])
+        else:
+            filled[begin] = 0.5 * (values[begin - 1] + values[end])
+    return filled

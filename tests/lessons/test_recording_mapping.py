@@ -52,6 +52,7 @@ def test_units_come_from_the_machine(tmp_path: Path) -> None:
             SignalMapping("ruler.reading", "q", "mm", 1.0, 1e-6, "compare", "m", place=f"{path}:9:29"),
         ),
         f"{path}:5:18",
+        period=5e-3,
     )
 
 

@@ -1,14 +1,16 @@
 """Columns become channels in SI on an even clock, and everything that was mended is said."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from lathesim.errors import LatheSimError, RecordingError
+from lathesim.identification.replay.loading import noise_of_rows
 from lathesim.recordings.mapping import Finding, MappedRecording, RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
-from lathesim.recordings.sample_grid import Threshold
+from lathesim.recordings.sample_grid import Threshold, row_noise
 
 TIME = np.arange(1000) * 1e-3
 PLACE = 50.0 + 10.0 * np.sin(7.0 * TIME)
@@ -93,6 +95,66 @@ def test_uneven_times_are_interpolated() -> None:
     assert "interpolated onto an even clock" in found.findings[0].done
 
 
+def uneven(seed: int = 3, rows: int = 104) -> np.ndarray:
+    """Return times of rows 5 to 7 ms apart, of which every tenth comes 45 ms late [s]."""
+    steps = np.random.default_rng(seed).uniform(5e-3, 7e-3, rows)
+    steps[9::10] = 45e-3
+    return np.cumsum(steps) - steps[0]
+
+
+HELD = SignalMapping("x_dac.command", "u", "V", 1.0, None, "drive", "V", held=True)
+
+
+def test_an_uneven_log_with_long_gaps_is_used_whole_on_the_lessons_clock() -> None:
+    """What moves goes on straight lines, and what is held acts from the sample nearest to its row."""
+    time = uneven()
+    mapping = RecordingMapping("t", "s", None, (ENCODER, HELD), period=3e-3)
+    found = map_recording(table(t=time, q=100.0 * time + 5.0 * time**2, u=np.floor(time / 0.1)), mapping)
+    there, record = found.record.time, found.record
+    assert record.sample_period == 6e-3  # about as fast as the rows come, and each second decision of the lesson's controllers
+    assert len(record) == int(time[-1] / 6e-3) + 1
+    assert np.abs(record["x_encoder.position"] - 1e-3 * (100.0 * there + 5.0 * there**2)).max() < 1e-5
+    rows = np.searchsorted(time, there + 3e-3, side="right") - 1
+    assert np.array_equal(record["x_dac.command"], np.floor(time / 0.1)[rows])
+    assert re.match(
+        r"time: the rows come unevenly, 5 ms to 45 ms apart; the 104 rows are interpolated onto an even clock of 6 ms; .*"
+        r"time: 10 long gaps leave \d+ of \d+ samples without a row, the longest of 45 ms from 0\.\d+ s on; no motion turns there,",
+        " ".join(map(str, found.findings)),
+    )
+
+
+def test_a_log_in_whose_gaps_the_motion_turns_is_refused_with_them() -> None:
+    time = uneven()
+    turning = np.where(np.arange(1, 105) // 10 % 2 == 0, 0.0, 10.0) + time
+    with pytest.raises(RecordingError) as refused:
+        mapped(table(t=time, q=turning))
+    assert re.fullmatch(
+        r"run\.csv: the recording has 10 gaps too long to interpolate, the longest of up to 0\.05\d+ s from [\d.]+ s on\. "
+        r"The longest stretch between them has \d+ samples; at least 20 are needed\. Record without gaps\. .*\(numpy\.interp\)\.",
+        str(refused.value),
+    )
+
+
+def test_a_blink_of_an_even_clock_is_the_way_of_the_clock_where_it_comes_again_and_again() -> None:
+    kept = np.arange(1000) % 13 < 7
+    found = mapped(table(t=TIME[kept], q=PLACE[kept], u=np.floor(TIME * 20.0)[kept]), ENCODER, HELD)
+    assert len(found.record) >= 994
+    assert np.abs(found.record["x_encoder.position"] - 1e-3 * PLACE[: len(found.record)]).max() < 1e-5
+    assert set(np.unique(found.record["x_dac.command"])) == set(range(20))
+
+
+def test_interpolated_readings_have_the_noise_of_their_rows() -> None:
+    """Between two readings it is smaller, and a count is no longer to be seen."""
+    rng = np.random.default_rng(4)
+    time = uneven(rows=2000)
+    found = mapped(table(t=time, q=50.0 + 10.0 * np.sin(time) + 0.2 * rng.standard_normal(2000)))
+    assert found.marks is not None
+    assert row_noise(found.marks, found.taken["x_encoder.position"]) == pytest.approx(0.2e-3, rel=0.1)
+    assert row_noise(np.arange(2000.0), np.arange(2000.0) ** 3) == pytest.approx(0.0, abs=1e-3)
+    counted = noise_of_rows(mapped(table(t=time, q=np.round(time))))
+    assert counted == {"x_encoder.position": pytest.approx(1e-3 / np.sqrt(12.0))}
+
+
 def test_several_rows_make_a_sample() -> None:
     mapping = RecordingMapping("t", "s", None, (ENCODER,), mean_of=4)
     found = map_recording(table(t=TIME[:999], q=PLACE[:999]), mapping)
@@ -139,7 +201,7 @@ def test_of_a_recording_with_a_long_gap_the_longest_stretch_is_kept() -> None:
     assert len(found.record) == 680
     assert found.record.meta["original_start"] == pytest.approx(0.32)
     assert np.allclose(found.record["x_encoder.position"], 1e-3 * PLACE[320:])
-    assert found.findings[0].fact == "the recording has a gap too long to bridge"
+    assert found.findings[0].fact == "the recording has a gap too long to interpolate, the longest of up to 0.021 s from 0.299 s on"
     assert found.findings[0].done == "kept is the longest whole stretch, 0.32 to 0.999 s; 320 samples are left out"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -51,6 +51,8 @@ class Machine:
     """Driven inputs that were measured and are interpolated between rows; commanded ones are held."""
     output_error: bool = False
     """Whether errors are weighed alike at all frequencies of the motion, rather than by what forces that nobody measured make of it."""
+    noise: Mapping[str, float] = field(default_factory=dict)
+    """What the rows of a recorded channel cannot resolve [SI], where samples were interpolated between them: these have less noise."""
 
     def driven_by(self, assembly: Assembly, record: Record) -> Assembly:
         """Return an assembly of this machine whose driven inputs take their recorded values."""
@@ -86,7 +88,9 @@ class Experiment:
     @cached_property
     def floors(self) -> dict[str, float]:
         """What the recording cannot resolve in each compared channel, one standard deviation [SI]."""
-        return {name: channel_floor(self.record[name], self.machine.resolution.get(name, 0.0)) for name in self.machine.compare}
+        machine = self.machine
+        floors = {name: channel_floor(self.record[name], machine.resolution.get(name, 0.0)) for name in machine.compare}
+        return {name: max(floor, machine.noise.get(name, 0.0)) for name, floor in floors.items()}
 
     @cached_property
     def _recorded(self) -> dict[str, FloatArray]:

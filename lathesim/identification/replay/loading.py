@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from lathesim.identification.replay.controller_rate import clock_beside, decisio
 from lathesim.identification.replay.experiment import Machine
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import closes_a_loop, is_led
+from lathesim.identification.signal import grid_spacing, smallest_step
 from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
@@ -25,8 +27,9 @@ from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.record import Channel, Record
 from lathesim.recordings.mapping import MappedRecording, RecordingMapping, map_recording
-from lathesim.recordings.raw_table import MOST_COMPARED, MOST_STEPS, SHORTER, Finding, read_recording
+from lathesim.recordings.raw_table import MOST_COMPARED, MOST_STEPS, SHORTER, Finding, read_recording, too_short
 from lathesim.recordings.recording_faults import recording_faults
+from lathesim.recordings.sample_grid import row_noise
 from lathesim.units import split_quantity
 
 MOST_SAMPLES = 300_000
@@ -75,14 +78,13 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     mapping = mapping_of(lesson, prepared.machinery)
     recordings = []
     resolution: dict[str, float] = {}
+    noise: dict[str, float] = {}
     period = prepared.machinery.sample_period
     for file in files:
         mapped = with_rates(read_mapped(file, registry, mapping, MOST_SAMPLES), prepared.machinery)
         found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
         if len(mapped.record) < LEAST_SAMPLES:
-            raise RecordingError(
-                f"the recording has {len(mapped.record)} usable samples, and {LEAST_SAMPLES} are needed.", place=str(file), remedy=MORE
-            )
+            raise too_short(str(file), len(mapped.record), f", and {LEAST_SAMPLES} are needed", mapped.findings, MORE)
         if not any(finding.serious for finding in found):
             refuse_still(file, mapped.record, mapping.targets("compare"))
         _refuse_without_overlap(file, mapped, prepared)
@@ -91,6 +93,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         found += coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
+        noise |= {name: max(size, noise.get(name, 0.0)) for name, size in noise_of_rows(mapped).items()}
     machine = Machine(
         at_period(prepared.machinery, period),
         driven_of(mapping, recordings[0].record),
@@ -100,6 +103,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         decisions=decisions_for_each(period, prepared.machinery),
         clock=clock_beside(period, prepared.machinery),
         moving=mapping.moving,
+        noise=noise,
     )
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
 
@@ -109,8 +113,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     mapping = mapping_of(prepared.case.lesson, prepared.machinery)
     mapped = with_rates(read_mapped(file, registry, mapping, MOST_COMPARED), prepared.machinery)
     if len(mapped.record) < LEAST_SAMPLES:
-        fact = f"the recording has {len(mapped.record)} usable samples, and {LEAST_SAMPLES} are needed."
-        raise RecordingError(fact, place=str(file), remedy=MORE)
+        raise too_short(str(file), len(mapped.record), f", and {LEAST_SAMPLES} are needed", mapped.findings, MORE)
     _refuse_empty(file, mapped, mapping)
     refuse_endless(file, mapped, prepared, mapping)
     coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
@@ -125,6 +128,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
         decisions=decisions_for_each(period, prepared.machinery),
         clock=clock_beside(period, prepared.machinery),
         moving=mapping.moving,
+        noise=noise_of_rows(mapped),
     )
     return machine, Recorded(file.name, mapped.record, tuple(findings))
 
@@ -153,6 +157,14 @@ def with_rates(mapped: MappedRecording, assembly: Assembly) -> MappedRecording:
             channels[rate] = Channel(rate, unit, velocity_of(channels[place].values, mapped.record.sample_period))
             findings.append(Finding("derived", rate, "not recorded", f"taken as the derivative of {place}"))
     return replace(mapped, record=replace(mapped.record, channels=channels), findings=tuple(findings))
+
+
+def noise_of_rows(mapped: MappedRecording) -> dict[str, float]:
+    """Return what the rows of each compared channel cannot resolve [SI], where samples lie between rows; else nothing."""
+    if mapped.marks is None:
+        return {}
+    steps = {name: smallest_step(known := values[np.isfinite(values)]) or grid_spacing(known) for name, values in mapped.taken.items()}
+    return {name: max(steps[name] / math.sqrt(12.0), row_noise(mapped.marks, values)) for name, values in mapped.taken.items()}
 
 
 def driven_of(mapping: RecordingMapping, record: Record) -> tuple[str, ...]:
