@@ -27,7 +27,7 @@ class Dialog(ModalScreen[ScreenResultType]):
 
     BINDINGS = [
         Binding("escape", "dismiss(None)", "Leave the dialog"),
-        Binding("question_mark", "app.keys", "Keys of this dialog", show=False),
+        Binding("question_mark", "app.keys", "Keys of this dialog", key_display="?", show=False),
     ]
 
     @on(Button.Pressed, "#leave")
