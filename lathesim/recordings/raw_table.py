@@ -180,6 +180,8 @@ class Reader:
     rows: Callable[[Path], int] | None = None
 
 
+ENOUGH_SAMPLES = 100
+"""Fewer samples than this say nothing about a machine."""
 MOST_COMPARED = 1_000_000
 """Largest number of samples of a comparison or a fit: a few runs take 20 s and 0.7 GB."""
 MOST_STEPS = 1e9

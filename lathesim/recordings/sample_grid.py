@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.record import FloatArray, stretches
-from lathesim.recordings.raw_table import Finding, counted
+from lathesim.recordings.raw_table import ENOUGH_SAMPLES, Finding, counted
 from lathesim.recordings.recording_thresholds import CLOCK, FROZEN
 from lathesim.units import in_unit
 
@@ -125,16 +125,17 @@ class SampleGrid:
 def with_gaps_bridged(grid: SampleGrid, moving: Collection[FloatArray], findings: list[Finding]) -> SampleGrid:
     """Return a clock whose long gaps are bridged where nothing that moves, the columns ``moving`` (rows of the file,), turns within them.
 
-    Of an even clock only where no stretch between gaps is half of the recording: there a gap is a loss, and not the way of the clock. As
-    long as half of the samples have a row. A straight line is off by at most half of that by which the motion on one side, continued,
-    misses the row at the other end (a step in the middle; a quarter of it for a parabola).
+    Only where no stretch between gaps is half of the recording, and enough by itself where the clock is uneven: else a gap is a loss, and
+    not the way of the clock. As long as half of the samples have a row. A straight line is off by at most half of that by which the motion
+    on one side, continued, misses the row at the other end (a step in the middle; a quarter of it for a parabola).
     """
     if grid.marks is None:
         return grid
     marks = grid.marks
     edges = np.flatnonzero(np.diff(marks) > _LONG_GAP)
-    stretches = np.diff(np.concatenate([[0], edges + 1, [len(marks)]]))
-    if not len(edges) or (grid.even and 2 * stretches.max() >= grid.length):
+    counts = np.diff(np.concatenate([[0], edges + 1, [len(marks)]]))
+    longest_stretch = int(counts.max())
+    if not len(edges) or (2 * longest_stretch >= grid.length and (grid.even or longest_stretch >= ENOUGH_SAMPLES)):
         return grid
     straight = np.ones(len(edges), dtype=bool)
     for column in moving:

@@ -27,7 +27,7 @@ from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.plugins import Registry
 from lathesim.record import Channel, Record
 from lathesim.recordings.mapping import MappedRecording, RecordingMapping, map_recording
-from lathesim.recordings.raw_table import MOST_COMPARED, MOST_STEPS, SHORTER, Finding, read_recording, too_short
+from lathesim.recordings.raw_table import ENOUGH_SAMPLES, MOST_COMPARED, MOST_STEPS, SHORTER, Finding, read_recording, too_short
 from lathesim.recordings.recording_faults import recording_faults
 from lathesim.recordings.sample_grid import row_noise
 from lathesim.units import split_quantity
@@ -38,8 +38,6 @@ _RATES = ("reference", "reference_rate", "reference_acceleration")
 """Roles of the reference of a led part and of its derivatives."""
 _COARSER = 1.5
 """Ratio of two sample periods above which the one is coarser."""
-LEAST_SAMPLES = 100
-"""Fewer samples than this say nothing about a machine."""
 MORE = "Record longer, or more often; a file that was cut in two is given whole, and its second half judges."
 """The remedy where there are fewer."""
 
@@ -83,8 +81,8 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     for file in files:
         mapped = with_rates(read_mapped(file, registry, mapping, MOST_SAMPLES), prepared.machinery)
         found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
-        if len(mapped.record) < LEAST_SAMPLES:
-            raise too_short(str(file), len(mapped.record), f", and {LEAST_SAMPLES} are needed", mapped.findings, MORE)
+        if len(mapped.record) < ENOUGH_SAMPLES:
+            raise too_short(str(file), len(mapped.record), f", and {ENOUGH_SAMPLES} are needed", mapped.findings, MORE)
         if not any(finding.serious for finding in found):
             refuse_still(file, mapped.record, mapping.targets("compare"))
         _refuse_without_overlap(file, mapped, prepared)
@@ -112,8 +110,8 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     """Return the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
     mapping = mapping_of(prepared.case.lesson, prepared.machinery)
     mapped = with_rates(read_mapped(file, registry, mapping, MOST_COMPARED), prepared.machinery)
-    if len(mapped.record) < LEAST_SAMPLES:
-        raise too_short(str(file), len(mapped.record), f", and {LEAST_SAMPLES} are needed", mapped.findings, MORE)
+    if len(mapped.record) < ENOUGH_SAMPLES:
+        raise too_short(str(file), len(mapped.record), f", and {ENOUGH_SAMPLES} are needed", mapped.findings, MORE)
     _refuse_empty(file, mapped, mapping)
     refuse_endless(file, mapped, prepared, mapping)
     coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
