@@ -34,14 +34,19 @@ class Rounds:
     rivals: set[str] = field(default_factory=set)
     _made: dict[frozenset[tuple[str, float, float]], tuple[float, list[Tried]]] = field(default_factory=dict)
 
+    def is_new(self, model: Model) -> bool:
+        """Return whether no round was made on top of a model that is fitted as well, with the same values free."""
+        return model.fitted.score > self._made.get(_key(model), (-math.inf, []))[0] + due(self.study.method)
+
     def on(self, model: Model) -> list[Tried]:
         """Return the most promising candidates, each fitted on top of a model, and those that were nothing there."""
-        key = frozenset((one.name, one.low, one.high) for one in model.free)
-        score, made = self._made.get(key, (-math.inf, []))
-        if model.fitted.score > score + due(self.study.method):
-            made = _round(self.study, model, self.rivals)
-            self._made[key] = model.fitted.score, made
-        return made
+        if self.is_new(model):
+            self._made[_key(model)] = model.fitted.score, _round(self.study, model, self.rivals)
+        return self._made[_key(model)][1]
+
+
+def _key(model: Model) -> frozenset[tuple[str, float, float]]:
+    return frozenset((one.name, one.low, one.high) for one in model.free)
 
 
 def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:

@@ -62,7 +62,7 @@ def _states(study: Study, found: Found) -> Iterator[Found]:
     yield found
     for found in _grown(study, found, rounds):  # noqa: B020
         yield found
-    for _ in range(study.method.most_effects):
+    while True:
         for found in _refined(study, found):  # noqa: B020
             yield found
         refined = len(found.model.candidates)
@@ -71,8 +71,9 @@ def _states(study: Study, found: Found) -> Iterator[Found]:
         if len(found.model.candidates) == refined:
             return
         # what went may have stood for what a finer form of another one does, or for values that were not reached before
-        for found in _grown(study, found, rounds):  # noqa: B020
-            yield found
+        if rounds.is_new(found.model):
+            for found in _grown(study, found, rounds):  # noqa: B020
+                yield found
 
 
 def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:
