@@ -160,12 +160,12 @@ def test_physics_outside_the_catalogue_gets_no_name(rig: str, key: str, tmp_path
 
 @pytest.mark.slow
 def test_margins_of_a_case_are_noted_without_a_change_of_its_answer(tmp_path: Path) -> None:
-    folder = write_case(case_of("screw_cascade_1k", "fault", SEED, number=1), tmp_path)[-1]
+    folder = write_case(case_of("screw_tacho_1k", "outside", SEED, number=1), tmp_path)[-1]
     found = near([folder])
     assert any(one.below[True] or one.above[True] for one in found.values())
     assert "| largest_size |" in "\n".join(table(found))
     told = json.loads((folder / "margins.json").read_text(encoding="utf-8"))["told"]
-    assert in_words(told) == in_words(stored()["rig screw_cascade_1k fault"])
+    assert in_words(told) == in_words(stored()["rig screw_tacho_1k outside"])
 
 
 @pytest.mark.slow
