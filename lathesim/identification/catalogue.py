@@ -211,10 +211,9 @@ def _in_acting_order(effects: Iterable[type[Effect]]) -> list[type[Effect]]:
 def _first_of_the_drive(assembly: Assembly, host: Part, effect: type[Effect]) -> str:
     """Return the first of the lags and limits that the lesson inserts in a drive, empty where there is none: a command comes late, or finds
     a dead zone, before they take it."""
-    parts, sources = {part.name: part.component for part in assembly.parts}, {wire.target: wire.source for wire in assembly.wires}
     first, target = "", f"{host.name}.{host.component.ports.get('drive', '')}"
-    while effect.site == "drive" and comes_from_effect(source := sources.get(target, "")):
-        if not issubclass(parts[Place.of(source).part], Effect):
+    while effect.site == "drive" and comes_from_effect(source := assembly.sources.get(target, "")):
+        if not issubclass(assembly.by_name[Place.of(source).part].component, Effect):
             break
         first, target = Place.of(source).part, f"{Place.of(source).part}.incoming"
     return first

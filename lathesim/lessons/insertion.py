@@ -145,9 +145,9 @@ def effect_part_name(at: str, effect: str) -> str:
 
 def host_of(assembly: Assembly, at: str) -> tuple[str, Part]:
     """Return the inserted effect before which another one is put, empty where ``at`` names none, and the part on which both sit."""
-    parts = {part.name: part for part in assembly.parts}
-    before, name = "", Place.of(at).part
-    while name in parts and issubclass(parts[name].component, Effect):
+    parts, (before, name) = assembly.by_name, ("", Place.of(at).part)
+    # a port that is named is a place of its own, also of an effect
+    while not Place.of(at).port and name in parts and issubclass(parts[name].component, Effect):
         before = before or name
         fed = next((wire.target for wire in assembly.wires if wire.source == f"{name}.outgoing"), "")
         name = Place.of(fed).part

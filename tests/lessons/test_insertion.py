@@ -168,3 +168,9 @@ def test_an_effect_that_is_inserted_at_another_one_comes_before_it(tmp_path: Pat
     own = "{effect: Drag, at: table, name: own, level: 2 N}"
     wires = feeds(machine(tmp_path, f"insert: [{own}, {{effect: Drag, at: own, name: first, level: 1 N}}]"))
     assert (wires["first.incoming"], wires["own.incoming"], wires["table.disturbance"]) == (0.0, "first.outgoing", "own.outgoing")
+
+
+def test_an_effect_may_sit_on_a_port_of_another_one(tmp_path: Path) -> None:
+    own = "{effect: Drag, at: table, name: own, level: 2 N}"
+    wires = feeds(machine(tmp_path, f"insert: [{own}, {{effect: Drag, at: own.incoming, name: first, flow: table.velocity}}]"))
+    assert wires["own.incoming"] == "first.outgoing"

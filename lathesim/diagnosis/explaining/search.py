@@ -113,12 +113,10 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             if found.model is model:
                 break
             continue
-        finer = _finer_instead(study, found, best)
-        if finer.model is not model:
-            found = finer
+        found = _finer_instead(study, found, best)
+        if found.model is not model:
             yield found
             continue
-        found = finer
         rounds.rivals |= {one.candidate.part for one in trials if significant(one, study) and as_good(one.model, best, study)}
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
