@@ -64,7 +64,8 @@ class InsertedRemedy:
 class Bench:
     """A machine with effects and remedies, made ready for many runs of one length.
 
-    ``sound`` are the values with which neither acts, ``bare`` those with which only the remedies do not.
+    ``sound`` are the values with which neither acts, ``bare`` those with which only the remedies do not. ``target`` are those of what
+    the remedied machine is held against: sound, with what reshapes the path of both.
     """
 
     machinery: Machinery
@@ -72,6 +73,7 @@ class Bench:
     loops: tuple[Loop, ...]
     sound: Mapping[str, float]
     bare: Mapping[str, float]
+    target: Mapping[str, float]
     period: float
 
     def runs(
@@ -148,6 +150,7 @@ class Diagnosed:
         wanted = self._channels(machinery, loops)
         sound: dict[str, float] = {}
         shares: dict[str, float] = {}
+        quiet: dict[str, float] = {}
         given: dict[str, float] = {}
         names = {line.name: line for line in lines}
         already = {part.name for part in self._plain().parts}
@@ -156,6 +159,8 @@ class Diagnosed:
                 continue
             if issubclass(part.component, Remedy):
                 shares[f"{part.name}.share"] = 0.0
+                if not part.component.reshapes:
+                    quiet[f"{part.name}.share"] = 0.0
                 line = names.get(part.name)
                 given |= {f"{part.name}.{name}": value for name, value in line.values.items()} if line else {}
                 given[f"{part.name}.share"] = line.share if line else 1.0
@@ -164,7 +169,7 @@ class Diagnosed:
         machinery = with_sensor_noise(machinery.with_parameters(given), noise or {})
         plan = wire(dataclasses.replace(machinery, finish="", record=wanted))
         batch = Batch(plan, samples, seed=prepared.case.seed)
-        return Bench(machinery, batch, loops, {**sound, **shares}, shares, machinery.sample_period)
+        return Bench(machinery, batch, loops, {**sound, **shares}, shares, {**sound, **quiet}, machinery.sample_period)
 
     def _plain(self) -> Machinery:
         return prepare(self.lesson, self.registry, self.variant).machinery

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.compensation.control_lines import Control
 from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy, NamedEffect
 from lathesim.component import Parameter
 from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy
@@ -18,7 +19,7 @@ from lathesim.plugins import Registry
 
 _PROBE_VOLTAGE, _PROBE_FORCE = 1e-3, 0.1
 """Sizes of the two small disturbances [V, N] by which a force is told as a voltage."""
-TIMES = ("lead", "spread")
+TIMES = ("lead", "spread", "fade")
 """What is tuned by steps of one size."""
 FIRST_CHANGES = {
     "velocity_gain": 1e-2, "acceleration_gain": 1e-3, "jerk_gain": 1e-5, "per_speed": 1e-6, "per_acceleration": 1e-7, "drag": 0.2,
@@ -114,15 +115,17 @@ def sized_effects(bench: Bench, effects: Sequence[NamedEffect], axes: tuple[Loop
     return found
 
 
-def remedies_for(sized: Sized, registry: Registry) -> list[InsertedRemedy]:
+def remedies_for(sized: Sized, registry: Registry, control: Control | None = None) -> list[InsertedRemedy]:
     """Return the remedies that answer to an effect and can be sized, those made for the fewest effects first; none where none does.
 
+    With a ``control``, those that it holds, with the values that it fixes.
     Raises :class:`PluginError` where a plug-in sizes values that its remedy does not have.
     """
     effect = sized.named.effect
-    answering = sorted((kind for kind in _remedies(registry) if effect in kind.answers), key=lambda kind: len(kind.answers))
-    found = [_line(sized, kind) for kind in answering]
-    return [line for line in found if line is not None]
+    answering = [kind for kind in _remedies(registry) if effect in kind.answers and (control is not None or not kind.typed_in)]
+    found = [_line(sized, kind) for kind in sorted(answering, key=lambda kind: len(kind.answers))]
+    lines = [line for line in found if line is not None]
+    return lines if control is None else [held for line in lines if (held := control.fitted(line, registry)) is not None]
 
 
 def answered(registry: Registry) -> set[str]:

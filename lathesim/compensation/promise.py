@@ -112,9 +112,9 @@ def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, seed: int 
     """
     nominal = bench.runs([bench.sound])[0]
     firsts, lasts = [], []
-    for sound, before, after in _triples(bench, ({}, *members), seed):
+    for sound, before, after, target in _runs(bench, ({}, *members), seed):
         firsts.append(sizes(bench, before, sound) | _recorded(bench, before, nominal))
-        lasts.append(sizes(bench, after, sound) | _recorded(bench, after, nominal))
+        lasts.append(sizes(bench, after, target) | _recorded(bench, after, nominal))
     found = []
     off = np.exp(float(FORM_ERROR) * np.random.default_rng([seed, 9]).standard_normal((len(lasts[0]), len(lasts))))
     for (name, (value, unit)), shares in zip(lasts[0].items(), off, strict=True):
@@ -124,14 +124,18 @@ def promised(bench: Bench, members: Sequence[Mapping[str, float]], *, seed: int 
     return found, float(np.mean(better))
 
 
-def _triples(bench: Bench, members: Sequence[Mapping[str, float]], seed: int) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Yield the records of each machine: sound, with its effects, and with the remedies too, all with the same noise."""
+def _runs(bench: Bench, members: Sequence[Mapping[str, float]], seed: int) -> Iterator[tuple[FloatArray, ...]]:
+    """Yield the records of each machine, all with the same noise: sound, with effects, with remedies too, and what that is held against."""
     acts: tuple[Mapping[str, float], ...] = (bench.sound, bench.bare, {})
+    if bench.target != bench.sound:
+        acts = (*acts, bench.target)
     for first in range(0, len(members), _AT_ONCE):
         group = list(enumerate(members[first : first + _AT_ONCE], seed + first))
         runs = [{**member, **act} for _, member in group for act in acts]
         records = bench.runs(runs, seeds=[own for own, _ in group for _ in acts], finer=_FINER)
-        yield from zip(records[::3], records[1::3], records[2::3], strict=True)
+        for place in range(0, len(records), len(acts)):
+            own_records = records[place : place + len(acts)]
+            yield *own_records[:3], own_records[3] if bench.target != bench.sound else own_records[0]
 
 
 def _recorded(bench: Bench, record: FloatArray, sound: FloatArray) -> dict[str, tuple[float, str]]:

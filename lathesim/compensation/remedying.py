@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lathesim.compensation.control_lines import Axis, Control, letter_of
 from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, DiagnosedMachine, InsertedRemedy, NamedEffect, bounds, draws_of
 from lathesim.compensation.lap_response import LoopGain, loop_gains
 from lathesim.compensation.planning import FIRST_CHANGES, TIMES, LoopToSize, Sized, axes_of, remedies_for, repair_of, sized_effects
@@ -64,6 +65,8 @@ class Answer:
     cautions: tuple[str, ...]
     nothing: str = ""
     gains: tuple[LoopGain, ...] = ()
+    texts: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    """What is to be pasted into a control: file -> text."""
 
 
 def remedy(
@@ -76,9 +79,11 @@ def remedy(
     margin: bool = True,
     seed: int = 1,
     tell: Tell = lambda text: None,
+    control: Control | None = None,
 ) -> Answer:
     """Return the remedies for a diagnosis, tried on the diagnosed machine; files of the trials go to ``folder``.
 
+    With a ``control`` they are those that it holds, with the numbers that its text holds.
     Raises :class:`LessonError` where the diagnosis is of another machine, where the lesson has such a remedy already, or cannot be run.
     """
     entries = tuple(dict(item.entry) for item in found.effects)
@@ -92,10 +97,16 @@ def remedy(
     forces = any(getattr(registry.effect(item.effect), "site", "") in _FORCES for item in found.effects)
     axes = axes_of(diagnosed, bench, with_force=forces)
     _not_twice(diagnosed, bench, found, axes)
-    lines, not_mended = _chosen(diagnosed, bench, found, axes, tell)
+    lines, not_mended = _chosen(diagnosed, bench, found, axes, tell, control)
     lines, late = _kept(diagnosed, lines, found, tell) if lines else ([], [])
     if margin:
         lines = [_with_margin(line, found) for line in lines]
+    texts: dict[str, str] = {}
+    if control is not None:
+        named = [Axis(letter_of(item.loop.controller), n, item.loop.axis, item.loop.controller) for n, item in enumerate(axes)]
+        held, texts = control.held(lines, registry, named)
+        lines = [item.line for item in held if item.texts]
+        late += [NotMended(name, item.line.at, _ROUNDED) for item in held if not item.texts for name in item.line.answers]
     gains = loop_gains(diagnosed)
     if not lines:
         return Answer(diagnosed, bench, (), axes, (*not_mended, *late), (), 0.0, found.cautions, gains=gains)
@@ -105,7 +116,7 @@ def remedy(
     prior = uncertainties(lesson, mended.batch.plan) if lesson.settings.uncertain else {}
     sizes, better = promised(mended, draws_of(mended, intervals, prior, _free(mended, lines), DRAWS, seed), seed=seed)
     unmended = (*not_mended, *late, *_limits(mended, lines))
-    return Answer(diagnosed, mended, tuple(lines), axes, unmended, tuple(sizes), better, found.cautions, gains=gains)
+    return Answer(diagnosed, mended, tuple(lines), axes, unmended, tuple(sizes), better, found.cautions, gains=gains, texts=texts)
 
 
 def _refitted(lesson: Lesson, registry: Registry, found: DiagnosedMachine, variant: str | None) -> dict[str, str]:
@@ -136,19 +147,27 @@ def _same_machine(diagnosed: Diagnosed, found: DiagnosedMachine) -> None:
 
 
 def _chosen(
-    diagnosed: Diagnosed, bench: Bench, found: DiagnosedMachine, axes: tuple[LoopToSize, ...], tell: Tell
+    diagnosed: Diagnosed, bench: Bench, found: DiagnosedMachine, axes: tuple[LoopToSize, ...], tell: Tell, control: Control | None
 ) -> tuple[list[InsertedRemedy], list[NotMended]]:
-    """Return for each effect the alternative that leaves least, put together, and what has none."""
+    """Return for each effect the alternative that leaves least, put together, and what has none.
+
+    Raises :class:`LessonError` where a remedy would help, and the control holds none.
+    """
     lines: list[InsertedRemedy] = []
+    refused: list[str] = []
     without: list[NotMended] = []
     for item in sized_effects(bench, found.effects, axes):
         if isinstance(item, NamedEffect):
             family = str(getattr(diagnosed.registry.effect(item.effect), "family", ""))
             without.append(NotMended(item.effect, item.at, repair_of(item.effect, family)))
             continue
-        choices = remedies_for(item, diagnosed.registry)
-        if not choices:
+        choices = remedies_for(item, diagnosed.registry, control)
+        if not choices and control is not None and remedies_for(item, diagnosed.registry):
+            refused.append(item.named.effect)
+            without.append(NotMended(item.named.effect, item.named.at, f"{control.lacks}. {_NEAREST}"))
+        elif not choices:
             without.append(NotMended(item.named.effect, item.named.at, _why_none(diagnosed, item)))
+        if not choices:
             continue
         if len(choices) > 1:
             tell(f"choosing among remedies for {item.named.effect}")
@@ -159,7 +178,21 @@ def _chosen(
                 costs.append((_left(diagnosed.bench([best])), best))
             choices = [min(costs, key=lambda pair: pair[0])[1]]
         lines.append(choices[0])
-    return merged(lines), without
+    if refused and not lines and control is not None:
+        fact = f"{control.lacks}: it holds no remedy against {', '.join(refused)}."
+        raise LessonError(fact, place=str(diagnosed.lesson.path), remedy=_NEAREST)
+    together = merged(lines)
+    if control is None:
+        return together, without
+    # a setting stands once for an axis
+    first = {(line.remedy, line.at): line for line in reversed(together)}
+    without += [NotMended(name, line.at, _ONCE) for line in together if line is not first[line.remedy, line.at] for name in line.answers]
+    return [line for line in together if line is first[line.remedy, line.at]], without
+
+
+_ROUNDED = "it is finer than the last digit that the control writes"
+_ONCE = "the control has this setting once for an axis, and another effect takes it"
+_NEAREST = "The nearest is '--as program', which takes it up in the part program, or '--for table', which holds all numbers."
 
 
 def _why_none(diagnosed: Diagnosed, item: Sized) -> str:
@@ -171,9 +204,9 @@ def _why_none(diagnosed: Diagnosed, item: Sized) -> str:
 
 def _left(bench: Bench) -> float:
     """Return the share of the tables' deviation that the remedies leave."""
-    sound, bare, mended = bench.runs([bench.sound, bench.bare, {}])
-    place = bench.table(sound)
-    before, after = (float(np.mean(deviation(bench, record, place) ** 2)) for record in (bare, mended))
+    sound, bare, target, mended = bench.runs([bench.sound, bench.bare, bench.target, {}])
+    pairs = ((bare, sound), (mended, target))
+    before, after = (float(np.mean(deviation(bench, record, bench.table(held)) ** 2)) for record, held in pairs)
     if not np.isfinite(after):
         return np.inf
     return float(np.sqrt(after / before)) if before > 0.0 else 1.0
@@ -203,7 +236,7 @@ def _no_help(line: InsertedRemedy, level: float) -> str:
     size = _voltage(line)
     if 0.0 < size < level:
         return f"{_under(size, level)}: take a converter of more bits first"
-    return f"{line.remedy} was tried in the simulation and does not make it better: the loop takes most of it away already"
+    return f"{line.remedy} was tried in the simulation and does not make it better"
 
 
 def _under(size: float, level: float) -> str:
@@ -233,7 +266,7 @@ def _with_margin(line: InsertedRemedy, found: DiagnosedMachine) -> InsertedRemed
         if item.effect not in line.answers:
             continue
         for name in ("level", "width", "half_width", "excess"):
-            if name in item.parameters and name in line.one_sided:
+            if name in item.parameters and line.one_sided:
                 value, low, _ = item.parameters[name]
                 if value > 0.0:
                     share = min(share, 1.0 - MARGIN * (value - max(low, 0.0)) / value)
@@ -346,7 +379,7 @@ def tuned(bench: Bench, lines: Sequence[InsertedRemedy], free: Mapping[str, tupl
         return {}
     values = np.array([{f"{line.name}.{n}": v for line in lines for n, v in line.values.items()}.get(name, 0.0) for name in names])
     low, high = bounds(bench, names)
-    sound = bench.table(bench.runs([bench.sound], exact=True)[0])
+    sound = bench.table(bench.runs([bench.target], exact=True)[0])
     for line in lines:
         for short, begins in line.begins.items():
             place = names.index(f"{line.name}.{short}")

@@ -104,14 +104,15 @@ ANSWER_FILE = "remedy.json"
 
 
 def write_lesson(answer: Answer, folder: Path) -> list[Path]:
-    """Write the lesson with its remedies (and without the effects, which the machine has by itself), its tables, and the answer."""
+    """Write the lesson with its remedies (and without the effects, which the machine has by itself), its tables, and what is pasted."""
     make_folder(folder)
     bench = answer.bench
     units = {line.name: bench.units(line.name) for line in answer.lines} if bench is not None else {}
     text = answer.diagnosed.text(answer.lines, units, folder, with_effects=False)
     lesson = folder / "lesson.yaml"
     write_text(lesson, text)
-    return [lesson, *[folder / f"{line.name}_{name}.csv" for line in answer.lines for name in line.tables]]
+    tables = [folder / f"{line.name}_{name}.csv" for line in answer.lines for name in line.tables]
+    return [lesson, *tables, *(write_text(folder / name, pasted) for name, pasted in answer.texts.items())]
 
 
 def as_json(answer: Answer, lesson: str, files: list[str], wall_time: float) -> dict[str, Any]:
@@ -134,6 +135,7 @@ def as_json(answer: Answer, lesson: str, files: list[str], wall_time: float) -> 
             for line in answer.lines
             if answer.bench is not None
         ],
+        "pasted": answer.texts,
         "not_mended": [{"effect": item.effect, "at": item.at, "why": item.why} for item in answer.not_mended],
         "loop_gains_per_s": [
             {

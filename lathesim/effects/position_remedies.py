@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.component import DiscreteState, Input, Output, Parameter, Table
-from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed
+from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed
 
 
 def interpolated(table: Any, at: float, column: int) -> float:
@@ -316,6 +316,57 @@ class BacklashShift(ModelledRemedy):
     def output(incoming: float, share: float, added: float) -> float:
         """Shift the reference."""
         return incoming if share == 0.0 else incoming + share * added
+
+
+class ReversalPulse(ModelledRemedy):
+    """Adds a pulse to the speed setpoint where that setpoint turns:  out = in + share lag d speed exp(-t/fade).
+
+    d is the new direction and t the time since. A speed on top of the setpoint (r - m)/T is the T-fold of it on top of r, so it is added to
+    the reference. Source: Siemens, SINUMERIK Function Manual K3, friction compensation. Assumed: the pulse begins where the setpoint
+    without feedforward crosses zero.
+    """
+
+    site = "drive"
+    answers = ("CoulombFriction", "StribeckFriction", "AsymmetricFriction", "PositionDependentFriction", "PreslidingFriction")
+    typed_in = True
+    limits = ("bandwidth",)
+    cannot = "Friction that stays after the pulse is left to the integrator of the loop."
+    follows = {"speed": "the level of the friction, as a speed"}
+
+    speed = Parameter("({drive})/s", 0.0, doc="what is added to the speed setpoint")
+    fade = Parameter("s", 0.015, low=1e-4, high=10.0, doc="time in which it falls to 1/e")
+    still = Parameter("({drive})/s", 1e-6, low=1e-12, doc="setpoint below which the axis stands")
+    side = DiscreteState("1", doc="sign of the setpoint now or last; 0 before the first motion")
+    since = DiscreteState("s", 1e9, doc="time since it turned")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return a pulse that the simulation finds; none for a loop that is not behind, of which the setpoint is not known."""
+        if effect.lag < SHORTEST:
+            return None
+        begins = {"speed": (1e-4, 3e-4, 1e-3, 3e-3, 1e-2), "fade": tuple(times * effect.lag for times in (1.0, 3.0, 10.0, 30.0))}
+        return Sizes({"speed": 1e-3, "fade": 3.0 * effect.lag}, tuned=("speed", "fade"), one_sided=("speed",), begins=begins)
+
+    @staticmethod
+    def update(
+        drive: float, lag: float, inner: float, model_position: float, model_rate: float, still: float, side: float, since: float,
+        sample_period: float, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
+        """Find where the setpoint of the model turns."""
+        if time <= 0.0 or lag <= 0.0:
+            return drive, 0.0, 0.0, 1e9
+        setpoint = (drive - model_position) / lag
+        position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)
+        since = since + sample_period
+        if abs(setpoint) > still and setpoint * side <= 0.0:
+            since = 0.0 if side != 0.0 else since
+            side = 1.0 if setpoint > 0.0 else -1.0
+        return position, rate, side, since
+
+    @staticmethod
+    def output(incoming: float, share: float, lag: float, speed: float, fade: float, side: float, since: float) -> float:
+        """Shift the reference by the pulse."""
+        return incoming if share == 0.0 else incoming + share * lag * side * speed * math.exp(-since / fade)
 
 
 class PlayReading(ModelledRemedy):

@@ -39,7 +39,8 @@ REMEDIES = {
     "LearnedCorrection": "position_remedies", "BacklashShift": "position_remedies", "PlayReading": "position_remedies",
     "PitchTable": "position_remedies", "ReadingTable": "position_remedies", "AcrossTable": "position_remedies",
     "GrowthModel": "structure_remedies", "SpindleGrowthModel": "structure_remedies", "ComplianceShift": "structure_remedies",
-    "SwingModel": "structure_remedies", "InputShaper": "structure_remedies",
+    "SwingModel": "structure_remedies", "InputShaper": "structure_remedies", "CommandNotch": "structure_remedies",
+    "ReversalPulse": "position_remedies",
 }  # fmt: skip
 """Remedy -> the file it stands in."""
 

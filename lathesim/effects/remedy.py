@@ -84,6 +84,10 @@ class Remedy(Effect):
     """What it cannot do, in one sentence."""
     follows: ClassVar[dict[str, str]] = {}
     """Own parameter -> the value of a diagnosis that it follows from, in words."""
+    typed_in: ClassVar[bool] = False
+    """Whether it is tried only for a control that has it: there are better ones."""
+    reshapes: ClassVar[bool] = False
+    """Whether it changes how a machine without the effect follows too, from which the rest of the effect is then counted."""
 
     incoming = Input("{signal}", doc="what the control would send")
     outgoing = Output("{signal}", doc="what it sends instead")

@@ -135,6 +135,7 @@ class InputShaper(Remedy):
 
     site = "drive"
     answers = ("AxialResonance", "BaseRocking")
+    typed_in = reshapes = True
     limits = ("time",)
     cannot = "Corners are rounded by what it is late, and cutting forces excite the structure too."
     follows = {"frequency": "the natural frequency", "damping": "its damping"}
@@ -145,6 +146,11 @@ class InputShaper(Remedy):
     history = Memory("{signal}", 4096, doc="the last references", holds=_lateness)
     newest = DiscreteState("1", doc="place of the newest value in the history")
     shaped = DiscreteState("{signal}", doc="shaped reference of this sample")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the resonance, for the shaper that is late the least."""
+        return Sizes({**{name: effect.values[name] for name in ("frequency", "damping")}, "kind": 1.0})
 
     @staticmethod
     def update(
@@ -189,6 +195,55 @@ def _back(history: list[float], newest: int, samples: float) -> float:
     if second < 0:
         second += length
     return history[first] + (samples - whole) * (history[second] - history[first])
+
+
+class CommandNotch(Remedy):
+    """Takes a band of frequencies out of the command:
+
+        out = in + share (H in - in),   H = (s^2 + 2 numerator w s + w^2)/(s^2 + 2 denominator w s + w^2),   w = 2 pi frequency
+
+    H is made discrete by the bilinear transformation, true at w. Source: Siemens, SINAMICS S120 Function Manual, current setpoint filter.
+    """
+
+    answers = ("AxialResonance", "BaseRocking")
+    typed_in = True
+    limits = ("bandwidth",)
+    cannot = "What shakes the structure from outside is not taken away, and the loop gets later below the band."
+    follows = {"frequency": "the natural frequency", "numerator": "its damping"}
+
+    frequency = Parameter("Hz", 20.0, low=0.1, high=2000.0, doc="middle of the band")
+    numerator = Parameter("1", 0.0, low=0.0, high=10.0, doc="damping ratio of the numerator: its share of the denominator's is left")
+    denominator = Parameter("1", 0.5, low=1e-3, high=10.0, doc="damping ratio of the denominator: half the width of the band")
+    first = DiscreteState("{signal}", doc="command a sample ago")
+    second = DiscreteState("{signal}", doc="command two samples ago")
+    kept = DiscreteState("{signal}", doc="filtered command of this sample")
+    before = DiscreteState("{signal}", doc="filtered command a sample ago")
+
+    @classmethod
+    def sized_for(cls, effect: EffectAtLoop) -> Sizes | None:
+        """Return the resonance, with the motor held and with it free, and a band that the simulation finds."""
+        frequency, free = effect.values["frequency"], math.sqrt(1.0 - effect.values.get("table_share", 0.0))
+        values = {"frequency": frequency, "numerator": effect.values["damping"], "denominator": 0.5}
+        return Sizes(values, tuned=("frequency", "denominator"), begins={"frequency": (frequency, frequency / free)})
+
+    @staticmethod
+    def update(
+        incoming: float, frequency: float, numerator: float, denominator: float, first: float, second: float, kept: float, before: float,
+        sample_period: float, time: float,
+    ) -> tuple[float, float, float, float]:  # fmt: skip
+        """Filter the command; what no sample can hold passes."""
+        if time <= 0.0 or frequency * sample_period >= 0.5:
+            return incoming, incoming, incoming, incoming
+        k = math.tan(math.pi * frequency * sample_period)
+        middle = 2.0 * (k * k - 1.0)
+        passed = (1.0 + 2.0 * numerator * k + k * k) * incoming + middle * first + (1.0 - 2.0 * numerator * k + k * k) * second
+        held = middle * kept + (1.0 - 2.0 * denominator * k + k * k) * before
+        return incoming, first, (passed - held) / (1.0 + 2.0 * denominator * k + k * k), kept
+
+    @staticmethod
+    def output(incoming: float, share: float, kept: float) -> float:
+        """Send the filtered command."""
+        return incoming if share == 0.0 else incoming + share * (kept - incoming)
 
 
 class GrowthModel(Remedy):

@@ -157,7 +157,7 @@ def test_every_effect_has_a_remedy_or_a_repair_and_none_has_both() -> None:
     assert answered(registry) <= set(registry.effects)
     assert set(REPAIRS) <= set(registry.effects)
     assert not answered(registry) & set(REPAIRS)
-    assert {name for name, kind in registry.remedies.items() if "sized_for" not in vars(kind)} == {"InputShaper", "LearnedCorrection"}
+    assert {name for name, kind in registry.remedies.items() if "sized_for" not in vars(kind)} == {"LearnedCorrection"}
 
 
 GUEST = '''

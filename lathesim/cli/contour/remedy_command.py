@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from lathesim.compensation.remedying import Answer
 
 
+_MOST_SHOWN = 12
+"""Lines of a text for a control that are printed too."""
 _SIZES = (
     Heading("", -40),
     Heading("before", 12),
@@ -35,6 +37,10 @@ _SIZES = (
     "--as", "form", type=click.Choice(("lesson", "program", "table")), default="lesson", show_default=True,
     help="The lesson with its remedies; for a closed control a changed part program; or the table to type in.",
 )  # fmt: skip
+@click.option(
+    "--for", "control", type=click.Choice(("linuxcnc", "grblhal", "smoothieware", "klipper", "sinumerik", "table")),
+    help="Write the lines of this control too, with the numbers that its text holds; table: the numbers for any other one.",
+)  # fmt: skip
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where the files go.")
 @json_option("lathesim-remedy/1", "the answer")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Draw what is uncertain in the same way again.")
@@ -42,34 +48,38 @@ _SIZES = (
 @variant_option
 @plugins_option
 @grouped(chosen=ChosenLesson)
-def remedy(chosen: ChosenLesson, diagnosis: Path, form: str, out: Path, as_json: bool, seed: int, without_margin: bool) -> int:
+def remedy(
+    chosen: ChosenLesson, diagnosis: Path, form: str, control: str | None, out: Path, as_json: bool, seed: int, without_margin: bool
+) -> int:
     """Choose, size and try what compensates the effects that DIAGNOSIS.json names in the machine of LESSON.
 
     The remedies are tried on the diagnosed machine, before and after, over draws of what the diagnosis leaves uncertain. What is promised
     stands in DIR/remedy.json with its intervals, and so does what no remedy of a control can mend, and why. 'lathesim conceal --again'
     records a concealed machine anew with the remedies in, and 'lathesim compare' holds the promise against the result.
     """
+    from lathesim.compensation.control_lines import CONTROLS
     from lathesim.compensation.diagnosed_machine import read_diagnosis
     from lathesim.compensation.remedying import remedy as compensate
     from lathesim.compensation.written_remedy import as_json as as_json_of
     from lathesim.compensation.written_remedy import write_answer, write_lesson
     from lathesim.lessons.lesson import keep_read_lesson
 
+    if control is not None and form == "program":
+        raise click.UsageError("--as program changes the part program, and no setting of a control: give it without --for.")
     found = read_diagnosis(diagnosis)
     keep_read_lesson(chosen.loaded, out)
     registry = chosen.registry
     began = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="lathesim_remedy_") as trials, working(shown=not as_json) as tell:
-        answer = compensate(
-            chosen.loaded, registry, found, Path(trials), variant=chosen.variant, margin=not without_margin, seed=seed, tell=tell
-        )
+        how = {"variant": chosen.variant, "margin": not without_margin, "seed": seed, "control": CONTROLS.get(control or "")}
+        answer = compensate(chosen.loaded, registry, found, Path(trials), tell=tell, **how)  # type: ignore[arg-type]
         files = write_lesson(answer, out)
         if form == "program":
             from lathesim.compensation.written_remedy import write_program
 
             tell("mirroring the path")
             files += write_program(answer, out)
-        if form == "table":
+        if "table" in (form, control):
             from lathesim.compensation.written_remedy import write_control_table
 
             files.append(write_control_table(answer, out))
@@ -94,6 +104,10 @@ def _lines(answer: Answer, files: list[Path], lasted: float) -> Iterator[str]:
     yield from (f"{item.effect} at {item.at}: {item.why}." for item in answer.not_mended)
     yield from (f"{loop.controller}: {_room(loop)}" for loop in answer.gains)
     yield from answer.cautions
+    for file, text in answer.texts.items():
+        written = text.splitlines()
+        more = [f"({len(written) - _MOST_SHOWN} more lines)"] if len(written) > _MOST_SHOWN else []
+        yield from ("", f"To paste, {file}:", *(f"  {line}" for line in [*written[:_MOST_SHOWN], *more]))
     if answer.promise:
         rows = []
         for size in (item for item in answer.promise if not item.name.startswith(RECORDED)):
