@@ -105,6 +105,10 @@ class RowFormat:
     width: int
     stamps: int | None = None
     """The cell that holds date and time, read as seconds since the first row."""
+    ends: frozenset[int] = frozenset()
+    """Numbers of cells to which rows may shrink for good, as faster channels go on alone; the cells behind count as missing."""
+    end_mark: bytes = b""
+    """A line that ends the table and is no row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +182,14 @@ class RowParser:
         return self._mended(text)
 
     def _mended(self, text: bytes) -> tuple[FloatArray, np.ndarray[Any, Any], list[int], bool]:
-        lines = [line for line in text.split(b"\n") if line.strip() and line[:1] not in b"#%"]
+        lines = [line for line in text.split(b"\n") if line.strip() and line[:1] not in b"#%" and line.strip() != self.form.end_mark]
         counts = [len(line.split()) for line in lines] if not self._mark else [line.count(self._mark) + 1 for line in lines]
         width = self.form.width
+        if self.form.ends:
+            longest = np.maximum.accumulate(counts[::-1])[::-1]
+            for row in np.flatnonzero(np.isin(counts, list(self.form.ends)) & (longest == counts)).tolist():
+                lines[row] += (self._mark or b" nan") * (width - counts[row])
+                counts[row] = width
         odd = [row for row, count in enumerate(counts) if count != width]
         empty = (self._mark or b" ").join([b"nan"] * width)
         cut = bool(odd) and odd[-1] == len(lines) - 1 and counts[-1] < width

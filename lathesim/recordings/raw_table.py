@@ -163,6 +163,40 @@ def as_table(
     return RawTable(columns, {name: units.get(name, "") for name in columns}, path, notes, dict(constants))
 
 
+@dataclass(frozen=True, eq=False)
+class TimedChannel:
+    """A channel with its own times [s]: name, unit as the file writes it, and values of the same length."""
+
+    name: str
+    unit: str
+    times: FloatArray
+    values: FloatArray
+
+
+def timed_table(path: Path, series: Sequence[TimedChannel], notes: tuple[str, ...] = ()) -> RawTable:
+    """Return the table of channels that have times of their own. Those with equal times share a column of them.
+
+    It is called ``time`` for the times of the most channels, and ``time of NAME``, after the first of its channels, for others.
+    """
+    clocks: dict[bytes, list[TimedChannel]] = {}
+    for item in series:
+        clocks.setdefault(np.ascontiguousarray(item.times, dtype=np.float64).tobytes(), []).append(item)
+    columns: dict[str, FloatArray] = {}
+    units: dict[str, str] = {}
+    for number, group in enumerate(sorted(clocks.values(), key=len, reverse=True)):
+        refuse_size(path, len(group[0].values), len(series))
+        clock = "time" if number == 0 else f"time of {group[0].name}"
+        found = unique_names([*columns, clock, *(item.name for item in group)])[len(columns) :]
+        columns |= dict(zip(found, [group[0].times, *(item.values for item in group)], strict=True))
+        units |= dict(zip(found, ["s", *(plain_unit(item.unit) for item in group)], strict=True))
+    if len(clocks) > 1:
+        notes = (*notes, f"the channels have {len(clocks)} clocks; map those of one")
+    notes += tuple(
+        f"{name}: {missing} of {len(v)} values are no numbers" for name, v in columns.items() if (missing := int(np.isnan(v).sum()))
+    )
+    return as_table(path, columns, units, notes, {})
+
+
 @dataclass(frozen=True)
 class Reader:
     """Reads one kind of file.

@@ -44,7 +44,7 @@ def test_an_index_page_has_no_link_that_leads_nowhere() -> None:
 def test_an_extra_holds_what_code_imports() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     code = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "lathesim").rglob("*.py"))
-    names = {"scikit-learn": "sklearn", "textual-serve": "textual_serve"}
+    names = {"scikit-learn": "sklearn", "textual-serve": "textual_serve", "npTDMS": "nptdms"}
     for extra, items in project["optional-dependencies"].items():
         for item in items if extra != "test" else ():
             name = re.split(r"[<>=\[]", item)[0]

@@ -9,7 +9,10 @@ from lathesim.plugins import load_registry
 from lathesim.recordings.raw_table import read_recording
 from lathesim.recordings.stock_readers import stock_readers
 
-SUFFIXES = ".h5, .mat, .hdf5, .hdf, .lvm, .csv, .txt, .log, .hal, .halsampler, .sampler, .tsv, .dat, .asc"
+SUFFIXES = (
+    ".h5, .mat, .hdf5, .hdf, .lvm, .mcap, .mf4, .mdf, .dat, .tdms, .xml, .json, .svdx, .log, .csv, .txt, .hal, .halsampler, .sampler, "
+    ".tsv, .asc"
+)
 
 
 def test_the_content_counts_where_the_ending_misleads(tmp_path: Path) -> None:
