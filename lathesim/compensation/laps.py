@@ -174,9 +174,11 @@ def course_of(prepared: Prepared, what: str) -> Course:
         raise LessonError(f"the lap has {samples} samples, too few to learn from.", place=place)
     tables = []
     for loop in loops:
-        port = machinery.ports(loop.controller)["reading" if what == "voltage" else "drive"]
-        name = _free_name(f"{loop.controller}_learned", set(machinery.by_name))
-        machinery = insert_effect(machinery, LearnedCorrection, f"{loop.controller}.{port}", name=name)
+        seat = loop.controller
+        if loop.sensor:
+            seat = f"{seat}.{machinery.ports(seat)['reading' if what == 'voltage' else 'drive']}"
+        name = _free_name(f"{loop.controller.replace('.', '_')}_learned", set(machinery.by_name))
+        machinery = insert_effect(machinery, LearnedCorrection, seat, name=name)
         tables.append(f"{name}.samples")
     parts = tuple(
         replace(part, tables={**part.tables, "samples": np.zeros((samples, 1))}) if f"{part.name}.samples" in tables else part

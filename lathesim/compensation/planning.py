@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.compensation.control_lines import Control
 from lathesim.compensation.diagnosed_machine import Bench, Diagnosed, InsertedRemedy, NamedEffect
-from lathesim.component import Parameter
+from lathesim.component import Input, Parameter
 from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.errors import PluginError
@@ -140,6 +140,9 @@ def _remedies(registry: Registry) -> list[type[Remedy]]:
 def _line(sized: Sized, kind: type[Remedy]) -> InsertedRemedy | None:
     """Return a remedy with the sizes that its class declares."""
     axis, loop, effect = sized.axis, sized.axis.loop, sized.named.effect
+    is_led = not loop.sensor
+    if is_led and kind.site != "drive":
+        return None
     across = next((other for other in sized.axes if other.loop.axis != loop.axis), None)
     other = (across.loop.reference, (across.low, across.high)) if across is not None else ("", (0.0, 0.0))
     travel = (axis.low, axis.high)
@@ -152,9 +155,10 @@ def _line(sized: Sized, kind: type[Remedy]) -> InsertedRemedy | None:
     if not all(sizes.values.get(name) or name in FIRST_CHANGES or name in TIMES for name in sizes.tuned):
         raise PluginError(f"the remedy '{kind.__name__}' tunes a value that starts at zero.", remedy="Start it at another value.")
     model = {"lag": axis.lag, "inner": axis.inner} if issubclass(kind, ModelledRemedy) else {}
+    asked = {"drive": loop.reference} if is_led and "drive" in kind.declared(Input) else {}
     return InsertedRemedy(
-        kind.__name__, loop.controller, f"{loop.controller}_{effect_part_name('', kind.__name__).strip('_')}", {**model, **sizes.values},
-        sizes.sources, sizes.tables, (effect,), sizes.tuned, sizes.one_sided, sizes.begins,
+        kind.__name__, loop.controller, f"{loop.controller.replace('.', '_')}_{effect_part_name('', kind.__name__).strip('_')}",
+        {**model, **sizes.values}, {**asked, **sizes.sources}, sizes.tables, (effect,), sizes.tuned, sizes.one_sided, sizes.begins,
         {f"{sized.part}.{name}": ends for name, ends in sizes.free.items()}, sizes.share,
     )  # fmt: skip
 

@@ -38,7 +38,11 @@ class Loop:
 
 
 def loops_of(assembly: Assembly) -> tuple[Loop, ...]:
-    """Return the position loops of a machine: every part that compares a position asked for with a measured one and drives an axis."""
+    """Return the position loops of a machine: every part that compares a position asked for with a measured one and drives an axis.
+
+    Where there is none, they are the axes that follow what a part asks of them by themselves, as those with steppers do. Such a loop is
+    never behind, has no sensor, and its ``controller`` is the input of the axis.
+    """
     found = []
     for part in assembly.parts:
         ports = part.component.ports
@@ -50,7 +54,7 @@ def loops_of(assembly: Assembly) -> tuple[Loop, ...]:
         loop = _loop(assembly, part)
         if loop is not None:
             found.append(loop)
-    return tuple(found)
+    return tuple(found) or _led_axes(assembly)
 
 
 def one_or_more(assembly: Assembly, place: str) -> tuple[Loop, ...]:
@@ -71,13 +75,8 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
     axis = Place.of(seen).part
     if axis not in parts or "effort" not in parts[axis].component.ports:
         return None
-    beyond = reading if sensor in parts and parts[sensor].side == "load" else ""
-    for part in assembly.parts:
-        seated = {"reading", "measured"} <= set(part.component.ports) and part.side != "motor"
-        if seated and part.name != sensor and parts[sensor].side != "load":
-            other = _fed(assembly, f"{part.name}.{part.component.ports['measured']}")
-            if Place.of(other).part == axis and part.component.declarations[part.component.ports["reading"]].unit == "m":
-                beyond = f"{part.name}.{part.component.ports['reading']}"
+    at_load = sensor in parts and parts[sensor].side == "load"
+    beyond = reading if at_load else _scale(assembly, axis, without=sensor)
     converter = _after(assembly, controller.name)
     own = {controller.name, axis, sensor, converter, Place.of(beyond).part} - {""}
     return Loop(
@@ -90,6 +89,30 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
         beyond,
         frozenset(own | _on_the_way(assembly.sources, controller.name, axis)),
     )
+
+
+def _led_axes(assembly: Assembly) -> tuple[Loop, ...]:
+    found = []
+    for part in assembly.parts:
+        ports = part.component.ports
+        if {"reference", "displacement", "effort"} <= set(ports) and part.component.declarations[ports["reference"]].unit == "m":
+            place, scale = f"{part.name}.{ports['reference']}", _scale(assembly, part.name)
+            if asked := _fed(assembly, place):
+                reading = scale or f"{part.name}.{ports['displacement']}"
+                found.append(Loop(place, asked, reading, part.name, "", "", scale, frozenset({part.name, Place.of(scale).part} - {""})))
+    return tuple(found)
+
+
+def _scale(assembly: Assembly, axis: str, without: str = "") -> str:
+    """Return the reading of a sensor at the table of an axis, the last one where there are several; empty where there is none."""
+    beyond = ""
+    for part in assembly.parts:
+        ports = part.component.ports
+        if {"reading", "measured"} <= set(ports) and part.side != "motor" and part.name != without:
+            other = _fed(assembly, f"{part.name}.{ports['measured']}")
+            if Place.of(other).part == axis and part.component.declarations[ports["reading"]].unit == "m":
+                beyond = f"{part.name}.{ports['reading']}"
+    return beyond
 
 
 def _fed(assembly: Assembly, target: str) -> str:

@@ -15,8 +15,8 @@ from lathesim.errors import LatheSimError, nearest
 GROUPS = {
     "Tutorials": ("first_hour", "writing_lessons", "your_recording", "plugins"),
     "How to, on one screen": (
-        "sweeps", "exporting", "grading", "goals", "classes", "sheets", "comparing", "diagnosing", "remedies", "circular_test", "lobes",
-        "recording_live", "speed",
+        "sweeps", "exporting", "grading", "goals", "classes", "sheets", "comparing", "diagnosing", "remedies", "backlash",
+        "circular_test", "lobes", "recording_live", "speed",
     ),
     "Reference": ("app", "commands", "lessons", "programs", "python", "real_machines", "glossary"),
     "Explanations": ("diagnosis", "reliability", "experiments", "contour", "stability", "live", "house"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from lathesim.compensation.control_lines import CONTROLS, Axis
 from lathesim.compensation.diagnosed_machine import Diagnosed, InsertedRemedy
 from lathesim.compensation.promise import promised
 from lathesim.lessons.lesson import load_lesson
+from lathesim.manual.chapters import chapter
 from lathesim.plugins import load_registry
 from tests.compensation.test_remedies import AXIS, GUEST, diagnosis, remedied
 
@@ -296,3 +298,29 @@ def read_back(item: dict[str, Any], control: str, out: Path) -> InsertedRemedy:
 def test_every_control_of_the_command_line_is_known(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command_line(["remedy", "--help"]) == 0
     assert f"[{'|'.join([*CONTROLS, 'table'])}]" in capsys.readouterr().out.replace("\n", "").replace(" ", "")
+
+
+@pytest.mark.slow
+def test_the_page_on_backlash_shows_what_its_commands_print(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = chapter("backlash").text
+    program, lesson, commands, answer, lines = re.findall(r"```\w*\n(.*?)```", page, re.S)
+    Path("backlash.nc").write_text(program, encoding="utf-8")
+    Path("backlash.yaml").write_text(lesson, encoding="utf-8")
+    (practice,) = re.findall(r"`lathesim (conceal [^`]*)`", page)
+    assert run_command_line(shlex.split(practice)) == 0
+    Path("case/recording.csv").rename("gauge.csv")
+    capsys.readouterr()
+    for command in commands.splitlines():
+        assert run_command_line(shlex.split(command)[1:]) == 0
+    printed = capsys.readouterr().out
+    assert answer in printed
+    assert all(row in printed for row in lines.splitlines())
+    assert sections(Path("paste/linuxcnc.ini").read_text(), "#", "=") == {"JOINT_0": {"BACKLASH": "0.061811"}}
+    for form, named in (("grblhal", "$160=0.062"), ("smoothieware", "alpha_backlash_mm 0.0618")):
+        assert run_command_line(["remedy", "backlash.yaml", "play.json", "--for", form, "--out", form]) == 0
+        assert named in capsys.readouterr().out
+    assert run_command_line(["remedy", "backlash.yaml", "play.json", "--as", "program", "--out", "taken_up"]) == 0
+    assert Path("taken_up/mirrored.nc").is_file()
