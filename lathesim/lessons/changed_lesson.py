@@ -69,8 +69,13 @@ def changed_lesson(
             found = find_program(changes["program"], lesson.path.parent)
             if found is not None:
                 changes["program"] = found.name if found.resolve() in shipped else _way(found, folder)
-    text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120)
-    return text
+    return lesson_text(data)
+
+
+def lesson_text(data: Mapping[str, Any], comments: Sequence[str] = ()) -> str:
+    """Return a lesson as YAML, with comments above it."""
+    text: str = yaml.safe_dump(dict(data), sort_keys=False, allow_unicode=True, width=120)
+    return "".join(f"# {line}\n" for line in comments) + text
 
 
 def _take_sizes(data: dict[str, Any], sizes: Mapping[str, str]) -> None:

@@ -15,7 +15,7 @@ from lathesim.errors import LatheSimError, nearest
 GROUPS = {
     "Tutorials": ("first_hour", "writing_lessons", "your_recording", "plugins"),
     "How to, on one screen": (
-        "sweeps", "exporting", "grading", "goals", "classes", "sheets", "comparing", "diagnosing", "remedies", "backlash",
+        "sweeps", "exporting", "grading", "goals", "classes", "sheets", "traces", "comparing", "diagnosing", "remedies", "backlash",
         "circular_test", "lobes", "recording_live", "speed",
     ),
     "Reference": ("app", "commands", "lessons", "programs", "python", "real_machines", "glossary"),

@@ -199,11 +199,14 @@ def _columns(trace: _Trace, slots: _Slots) -> tuple[dict[str, FloatArray], list[
     """Return the values of each channel in every slot, and what a person should know of them."""
     found: dict[str, FloatArray] = {}
     held, notes, lost = [], [], slots.lost.copy()
+    recorded = np.zeros(len(lost), dtype=bool)
+    recorded[slots.places[slots.usable]] = True
     for key, channel in trace.channels.items():
         kept = slots.usable[trace.rows[key]]
         at = slots.places[trace.rows[key]][kept]
         values = np.full(len(lost), np.nan)
         values[at] = np.array(trace.values[key])[kept]
+        written = np.isfinite(values)
         values[~(np.abs(values) < _NO_VALUE)] = np.nan
         found[key] = values
         step = trace.interval(key) / slots.period
@@ -215,7 +218,8 @@ def _columns(trace: _Trace, slots: _Slots) -> tuple[dict[str, FloatArray], list[
             held.append(key)
         elif len(at) > 1:
             expected = np.arange(at[0], at[-1] + 1, max(1, round(step)))
-            lost[expected[np.isnan(values[expected])]] = True
+            if written[expected][recorded[expected]].all():
+                lost[expected[~recorded[expected]]] = True
     for key in held:
         found[key] = _held(found[key], lost)
     if lost.any():

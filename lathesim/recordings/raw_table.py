@@ -225,12 +225,10 @@ _HEAD = 100
 """Largest number of header lines of a text (assumed)."""
 
 
-def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Reader], most: int | None = None) -> RawTable:
-    """Read a recording with the reader that fits: first those for its ending, then whichever recognises what is in it.
+def reader_of(path: str | Path, readers: Mapping[str, Reader] | Iterable[Reader]) -> Reader:
+    """Return the reader that fits a file: of those for its ending the first that recognises it, or else of all.
 
-    A file with more than ``most`` rows, with some for a head, is refused before it is read where the reader can count them.
-
-    Raises :class:`RecordingError` where the file is missing, is of no known kind, or cannot be read.
+    Raises :class:`RecordingError` where the file is missing or is of no known kind.
     """
     place = Path(path)
     _check_place(place)
@@ -238,15 +236,26 @@ def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Re
     fitting = [reader for reader in known if place.suffix.lower() in reader.suffixes]
     for reader in [*fitting, *(reader for reader in known if reader not in fitting)]:
         if reader.reads(place):
-            if most is not None and reader.rows is not None and (rows := reader.rows(place)) > most + _HEAD:
-                fact = f"the file has {rows:,} rows; at most {most:,} are accepted here.".replace(",", " ")
-                raise RecordingError(fact, place=str(place), remedy=SHORTER)
-            return reader.read(place)
+            return reader
     suffixes = ", ".join(dict.fromkeys(suffix for reader in known for suffix in reader.suffixes))
     if fitting:
         kinds = " or ".join(dict.fromkeys(reader.description for reader in fitting))
         raise RecordingError(f"the file ends in {place.suffix} and holds no {kinds}.", place=str(place), remedy=f"Read are {suffixes}.")
     raise RecordingError("the file is no recording of a known kind.", place=str(place), remedy=f"Read are {suffixes}.")
+
+
+def read_recording(path: str | Path, readers: Mapping[str, Reader] | Iterable[Reader], most: int | None = None) -> RawTable:
+    """Read a recording with the reader that fits, see :func:`reader_of`.
+
+    A file with more than ``most`` rows, with some for a head, is refused before it is read where the reader can count them.
+
+    Raises :class:`RecordingError` where the file is missing, is of no known kind, or cannot be read.
+    """
+    place, reader = Path(path), reader_of(path, readers)
+    if most is not None and reader.rows is not None and (rows := reader.rows(place)) > most + _HEAD:
+        fact = f"the file has {rows:,} rows; at most {most:,} are accepted here.".replace(",", " ")
+        raise RecordingError(fact, place=str(place), remedy=SHORTER)
+    return reader.read(place)
 
 
 def _check_place(path: Path) -> None:

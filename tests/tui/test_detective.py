@@ -15,10 +15,11 @@ from textual.widgets import Button, Input, Select, Static, TabbedContent
 from lathesim.cli.main import run_command_line
 from lathesim.identification.records import CandidateStanding
 from lathesim.lessons.lesson import load_lesson
+from lathesim.lessons.proposed_lesson import COMPARE, TIME, ColumnMeaning, recordings_entry
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
 from lathesim.tui.app import LathesimApp
-from lathesim.tui.model.case_file import COMPARE, TIME, CaseFile, ColumnMeaning, Guess, recordings_entry
+from lathesim.tui.model.case_file import CaseFile, Guess
 from lathesim.tui.screens.detective import DetectiveScreen
 from lathesim.tui.widgets.case_panes import standing_bars
 from tests.tui.driving import opened, told, until

@@ -11,6 +11,7 @@ HEADING = "Recordings against the simulation"
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
     return [
+        CommandEntry("look", f"{__name__}.look_command:look", "Show what a recording holds, and propose a lesson for it.", HEADING),
         CommandEntry("compare", f"{__name__}.compare_and_fit:compare", "Compare a recording with the simulation of a lesson.", HEADING),
         CommandEntry("diagnose", f"{__name__}.diagnose_command:diagnose", "Name the physics that a simulation left out.", HEADING),
         CommandEntry("conceal", f"{__name__}.conceal_commands:conceal", "Make a recording with an effect hidden in it.", HEADING),

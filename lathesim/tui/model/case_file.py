@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError, RecordingError
+from lathesim.lessons.proposed_lesson import COMPARE, IGNORE, TIME, ColumnMeaning, recordings_entry
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
@@ -28,20 +29,8 @@ if TYPE_CHECKING:
     from lathesim.tui.model.machine_tree import Setup
 
 
-IGNORE, TIME, COMPARE, DRIVE = "ignore", "time", "compare", "drive"
 _LIKE = 0.55
 """Likeness of two names (0 to 1) from which on a guess is proposed, assumed: a person looks at each."""
-
-
-@dataclass(frozen=True)
-class ColumnMeaning:
-    """A column, what it is used for, the channel or input it stands for, its unit and scale."""
-
-    column: str
-    role: str = IGNORE
-    target: str = ""
-    unit: str = ""
-    scale: float = 1.0
 
 
 def guessed_columns(file: Path, case: Prepared, registry: Registry) -> list[ColumnMeaning]:
@@ -72,30 +61,6 @@ def _nearest_channel(word: str, case: Prepared) -> str:
             if ratio > likeness:
                 best, likeness = channel, ratio
     return best
-
-
-def recordings_entry(columns: Sequence[ColumnMeaning], rate: str = "") -> dict[str, Any]:
-    """Return the ``recordings:`` entry of a lesson; raises :class:`RecordingError` where time or every other column is missing."""
-    time = next((item for item in columns if item.role == TIME), None)
-    if time is None and not rate:
-        raise RecordingError("no column is the time.", remedy="Give one column the role 'time', or a sample rate.")
-    used = [item for item in columns if item.role in (COMPARE, DRIVE)]
-    if not any(item.role == COMPARE for item in used):
-        raise RecordingError("no column is compared with a channel.", remedy="Give at least one column the role 'compare'.")
-    for item in used:
-        if not item.target or not item.unit:
-            raise RecordingError(f"column '{item.column}' needs a channel and a unit.", remedy="Write both, or ignore the column.")
-    entry: dict[str, Any] = {"time": {"column": time.column, "unit": time.unit or "s"} if time is not None else {"rate": rate}}
-    for role in (DRIVE, COMPARE):
-        of_role = {item.target: _signal(item) for item in used if item.role == role}
-        if of_role:
-            entry[role] = of_role
-    return entry
-
-
-def _signal(item: ColumnMeaning) -> dict[str, Any]:
-    found: dict[str, Any] = {"column": item.column, "unit": item.unit}
-    return found | ({"scale": item.scale} if item.scale != 1.0 else {})
 
 
 def write_mapping(case: CaseFile, variant: str | None, columns: Sequence[ColumnMeaning]) -> Path:

@@ -19,8 +19,9 @@ from textual.widgets.option_list import Option
 
 from lathesim.component import Parameter
 from lathesim.errors import LatheSimError
+from lathesim.lessons.proposed_lesson import ColumnMeaning
 from lathesim.tui.model import case_file
-from lathesim.tui.model.case_file import CaseFile, ColumnMeaning, Guess, guessed_columns
+from lathesim.tui.model.case_file import CaseFile, Guess, guessed_columns
 from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.help import EFFECT, part_page
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen

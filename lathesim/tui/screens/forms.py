@@ -14,8 +14,8 @@ from textual.suggester import SuggestFromList
 from textual.widgets import Button, Checkbox, Input, Label, OptionList, Select, Static
 
 from lathesim.errors import LatheSimError
+from lathesim.lessons.proposed_lesson import COMPARE, DRIVE, IGNORE, TIME, ColumnMeaning, recordings_entry
 from lathesim.program.program_file import straight_from_form, taper_from_form
-from lathesim.tui.model.case_file import COMPARE, DRIVE, IGNORE, TIME, ColumnMeaning, recordings_entry
 from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.units import split_quantity
 from lathesim.whole_file import make_folder, write_new

@@ -1,0 +1,116 @@
+"""``lathesim look``: what a recording holds, the machine that fits it, and a lesson; one question at most, on a terminal alone."""
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.command import call
+from tests.recordings.trace_files import FILES
+
+Capture = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def trace(form: str) -> str:
+    """Write the file of a form here, and return its name."""
+    file = FILES[form]
+    file.write(Path(file.name))
+    return file.name
+
+
+def table(head: str, *columns: np.ndarray) -> Path:
+    np.savetxt("axis.csv", np.column_stack(columns), delimiter=",", header=head, comments="")
+    return Path("axis.csv")
+
+
+def test_a_trace_of_a_control_becomes_a_lesson_that_check_accepts(capsys: Capture) -> None:
+    said = call(capsys, "look", trace("SINUMERIK trace"), "--lesson", "mine.yaml")
+    assert (said.code, said.err) == (0, "")
+    assert said.out.splitlines()[:3] == [
+        "trace.xml: SINUMERIK trace, 5 columns, 120 rows.", "Its clock is 'time': 500 Hz, 0.238 s.", "No gaps.",
+    ]  # fmt: skip
+    assert ["nckServoDataCmdPos64|7", "deg", "0", "25.704"] in [line.split() for line in said.out.splitlines()]
+    assert "Note: the file tells kinds of units only; its places change as its speeds say in deg and rpm." in said.out
+    assert "Machine: led_rotary_table.\n" in said.out
+    assert "  drive   table.reference          'nckServoDataCmdPos64|7' in deg\n" in said.out
+    assert "  compare table.current            'nckServoDataActCurr32|7' in A\n" in said.out
+    assert said.out.endswith("Next: look at each line of mine.yaml, then lathesim diagnose mine.yaml trace.xml\n")
+    assert "uncertain:\n  table.turned_inertia: 100 %\n" in Path("mine.yaml").read_text(encoding="utf-8")
+    assert call(capsys, "check", "mine.yaml").out == "mine.yaml: a lesson on the machine led_rotary_table.\n"
+
+
+MACHINES = {
+    "force_axis": ("time [s],force [N],position [mm]", "x_axis.force"),
+    "voltage_axis": ("time [s],u [V],x_act [mm]", "x_dac.command"),
+    "led_axis": ("time [s],x_set [mm],x_act [mm]", "x_axis.reference"),
+    "torque_spindle": ("time [s],torque [N*m],speed [rpm]", "spindle.torque"),
+}
+
+
+@pytest.mark.parametrize("machine", MACHINES)
+def test_the_machine_follows_from_what_was_recorded(machine: str, capsys: Capture) -> None:
+    head, driven = MACHINES[machine]
+    time = 1e-3 * np.arange(200)
+    said = call(capsys, "look", table(head, time, np.sin(30.0 * time), time), "--json")
+    told = json.loads(said.out)
+    assert (told["schema"], told["kind"], told["machine"]) == ("lathesim-look/1", "delimited text", machine)
+    assert [item["target"] for item in told["mapping"] if item["role"] == "drive"] == [driven]
+    assert told["clock"]["period"] == pytest.approx(1e-3)
+
+
+def test_gaps_and_missing_values_are_counted(capsys: Capture) -> None:
+    time = np.delete(1e-3 * np.arange(300), slice(100, 150))
+    force = np.where(np.arange(250) == 20, np.nan, np.sin(30.0 * time))
+    told = json.loads(call(capsys, "look", table("time [s],force [N],position [mm]", time, force, time), "--json").out)
+    assert (told["clock"]["gaps"], told["clock"]["longest_gap"]) == (1, pytest.approx(0.051))
+    assert [item["missing"] for item in told["columns"]] == [0, 1, 0]
+
+
+def test_on_a_terminal_one_thing_is_asked(capsys: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = io.StringIO("0.25\n")
+    monkeypatch.setattr(terminal, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr("sys.stdin", terminal)
+    said = call(capsys, "look", trace("ODrive log"), "--lesson", "mine.yaml")
+    assert said.out.startswith("What the current makes, in N*m/A [0.1]: ")
+    assert "scale: 0.25\n" in Path("mine.yaml").read_text(encoding="utf-8")
+    assert "Assumed: the current makes" not in said.out
+
+
+def test_elsewhere_nothing_is_asked_and_each_assumption_is_listed(capsys: Capture) -> None:
+    said = call(capsys, "look", trace("ODrive log"), "--lesson", "mine.yaml")
+    assert "Assumed: the current makes 0.1 N*m/A.\n" in said.out
+    text = Path("mine.yaml").read_text(encoding="utf-8")
+    assert "# Assumed: the current makes 0.1 N*m/A.\n" in text and "scale: 0.1\n" in text
+
+
+def test_a_file_without_clock_and_units_gets_both_from_the_user_or_by_name(capsys: Capture) -> None:
+    name = trace("Heidenhain scope")
+    assert "Assumed: the rows come at 1000 Hz.\n" in call(capsys, "look", name).out
+    said = call(capsys, "look", name, "--rate", "50 Hz", "--lesson", "mine.yaml")
+    assert "It has no clock.\n" in said.out and "rows come at" not in said.out
+    assert "Assumed: 'x_s_actual' is in mm.\n" in said.out
+    assert "rate: 50 Hz\n" in Path("mine.yaml").read_text(encoding="utf-8")
+
+
+def test_the_axis_is_chosen_by_name(capsys: Capture) -> None:
+    time = 1e-3 * np.arange(200)
+    path = table("time [s],x_force [N],x_pos [mm],y_force [N],y_pos [mm]", time, time, time, time, time)
+    assert "Assumed: axis 'x' is meant; others that fit: y.\n" in call(capsys, "look", path).out
+    assert "'y_force' in N" in call(capsys, "look", path, "--axis", "y").out
+    said = call(capsys, "look", path, "--axis", "z")
+    assert (said.code, said.err) == (1, "axis.csv: no axis 'z' fits a machine. Those that do: 'x', 'y'.\n")
+
+
+def test_where_no_machine_fits_that_is_said_and_no_lesson_written(capsys: Capture) -> None:
+    name = trace("Klipper accelerometer")
+    said = call(capsys, "look", name)
+    assert (said.code, said.out.splitlines()[-1]) == (0, "No machine fits: nothing in the file drives a motion that it shows.")
+    said = call(capsys, "look", name, "--lesson", "mine.yaml")
+    assert said.code == 1 and "no machine fits what is in the file" in said.err and not Path("mine.yaml").exists()
