@@ -202,6 +202,9 @@ class Component:
     (parameters, above zero in a loop that holds) and ``error`` (output: by how much what it measures falls short of its command) ... Roles
     of metrics: ``in_contact``, ``feed_per_revolution``, ``cutting_force``, ``cutting_torque``, ``cutting_power``, ``spindle_speed`` ..."""
 
+    outputs_are_held: ClassVar[bool] = False
+    """Whether its outputs are computed at the sample instants only and held in between, though they take what moves there."""
+
     group: ClassVar[str] = ""
     """Where a person looks for the part: one of :data:`GROUPS`; empty for one that stands among "further parts"."""
 

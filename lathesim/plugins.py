@@ -35,6 +35,11 @@ ROOMS = (
 """The stock rooms: plug-ins that give commands and screens, in the order of ``lathesim --help``."""
 
 
+def plugin_files(folder: Path) -> list[Path]:
+    """Return the files of a folder that hold code: plug-ins and FMUs."""
+    return sorted(path for path in folder.glob("*") if path.suffix in (".py", ".fmu"))
+
+
 class StockParts:
     """The stock lists, handed in through the same hooks as a guest's; each is imported only when asked for."""
 
@@ -140,7 +145,10 @@ class Registry:
                 self._stock[room] = importlib.import_module(room)
 
     def component(self, name: str) -> type[Component]:
-        """Return the component of a name; :class:`PluginError` with the nearest name where there is none."""
+        """Return the component of a name, or that of an FMU by its file; :class:`PluginError` with the nearest name where there is none."""
+        if name.endswith(".fmu"):
+            fmu: type[Component] = importlib.import_module("lathesim.fmi.importing").fmu_of(name, self.origins)
+            return fmu
         found: type[Component] = self._found(name, self.components, "component")
         return found
 
@@ -161,15 +169,17 @@ class Registry:
             getattr(self, kind)
 
     def add_folder(self, folder: Path, hook: str = "") -> None:
-        """Load the plug-in files of a folder (``*.py``, those that begin with ``_`` left out), or one file.
+        """Load the plug-in files of a folder (``*.py``, those that begin with ``_`` left out), or one file; FMUs (``*.fmu``) are noted.
 
         With a ``hook`` files that do not mention it are not run.
         """
         if not folder.exists():
             raise PluginError(f"there is no plug-in folder '{folder}'.")
-        files = [folder] if folder.is_file() else sorted(folder.glob("*.py"))
+        files = [folder] if folder.is_file() else plugin_files(folder)
+        self.origins |= (fmus := {path.name: str(path) for path in files if path.suffix == ".fmu"})
+        self.plugins += fmus.values()
         for path in files:
-            if not path.name.startswith("_") and (not hook or hook in _text(path)):
+            if path.name not in fmus and not path.name.startswith("_") and (not hook or hook in _text(path)):
                 self._add_file(path)
 
     def add_installed(self) -> None:

@@ -51,6 +51,7 @@ def register_commands() -> list[CommandEntry]:
         CommandEntry(
             "check", f"{__name__}.init_and_check:check", "Check lessons, machine templates, part programs and plug-ins.", "Machines"
         ),
+        CommandEntry("fmu", f"{__name__}.lessons.fmu_command:fmu", "Write a machine or a part as an FMU, for other tools.", "Machines"),
         CommandEntry("schema", f"{__name__}.listing:schema", "Print the JSON Schema of a lesson, for editors.", "Machines"),
         CommandEntry(
             "class", f"{__name__}.lessons.class_commands:class_", "Make machines for a class, and grade what it hands in.", "For teachers"

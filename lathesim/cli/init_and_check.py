@@ -58,11 +58,12 @@ def _ask_for_plugins(folder: Path) -> None:
     """
     import sys
 
+    from lathesim.plugins import plugin_files
     from lathesim.shipped import shipped_folder
     from lathesim.workspace import workspace_plugins
 
     shipped = {path.name: path.read_bytes() for path in shipped_folder("plugins").glob("*.py")}
-    found = sorted((folder / "plugins").glob("*.py"))
+    found = plugin_files(folder / "plugins")
     own = [path.name for path in found if not path.name.startswith("_") and path.read_bytes() != shipped.get(path.name)]
     if not own or workspace_plugins(folder) is not None:
         return
@@ -77,7 +78,7 @@ def _ask_for_plugins(folder: Path) -> None:
 @click.option("--dialect", default="auto", show_default=True, help="Dialect of the part programs.")
 @plugins_option
 def check(files: tuple[Path, ...], dialect: str, plugin_folders: tuple[Path, ...]) -> int:
-    """Check lessons and machine templates (.yaml), plug-ins (.py, folders) and part programs (any other ending).
+    """Check lessons and machine templates (.yaml), plug-ins (.py, .fmu, folders) and part programs (any other ending).
 
     Each file has one line with its kind or its fault. A part of a plug-in that a batch of runs cannot compute in vectors has a further
     line. It names the line of the law that prevents this. Exits with 1 if something is wrong. A plug-in is code, and checking it runs the
@@ -104,10 +105,10 @@ def _checked(path: Path, dialect: str, registry: Registry) -> str:
 
     if path.suffix in (".yaml", ".yml"):
         return _checked_yaml(path, registry)
-    if path.suffix == ".py" or path.is_dir():
+    if path.suffix in (".py", ".fmu") or path.is_dir():
         from lathesim.manual.component_page import checked_plugin
 
-        if path.exists():
+        if path.exists() and path.suffix != ".fmu":
             click.echo(f"{path}: a plug-in is code and is run now.", err=True)
         return checked_plugin(path)
     if not path.exists():

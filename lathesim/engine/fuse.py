@@ -122,11 +122,15 @@ def keep(record, first, given):
 
 @dataclass(frozen=True)
 class FusedModule:
-    """The source of a fused plan, its laws one by one (each after those it calls), and the digest that names it in the cache."""
+    """The source of a fused plan, its laws one by one (each after those it calls), and the digest that names it in the cache.
+
+    ``foreign`` names the laws that call a library of their own: with one of them the module runs plain only.
+    """
 
     source: str
     pieces: tuple[Piece, ...]
     digest: str
+    foreign: tuple[str, ...] = ()
 
 
 def fuse(plan: Plan, *, checked: bool = False) -> FusedModule:
@@ -135,7 +139,8 @@ def fuse(plan: Plan, *, checked: bool = False) -> FusedModule:
     if key not in plan.kept:
         writer = Writer(plan, checked)
         source = writer.module()
-        plan.kept[key] = FusedModule(source, tuple(writer.laws.pieces.values()), hashlib.sha256(source.encode()).hexdigest()[:32])
+        digest = hashlib.sha256(source.encode()).hexdigest()[:32]
+        plan.kept[key] = FusedModule(source, tuple(writer.laws.pieces.values()), digest, tuple(writer.laws.foreign))
     return cast(FusedModule, plan.kept[key])
 
 

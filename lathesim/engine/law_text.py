@@ -43,6 +43,10 @@ class NotInPlaceError(Exception):
         self.line = line
 
 
+FOREIGN: dict[str, Callable[..., Any]] = {}
+"""Laws of which no text can be copied, as they call a library, by a name of their own. A generated module takes them from here."""
+
+
 def in_place(law: ast.FunctionDef, arguments: Sequence[ast.expr], targets: Sequence[str], prefix: str) -> list[ast.stmt]:
     """Return the statements that assign to ``targets`` what a law returns.
 
@@ -325,6 +329,7 @@ class LawLibrary:
         self._taken: dict[str, int] = {}
         self._constants: dict[str, str] = {}
         self.blocks: list[str] = []
+        self.foreign: list[str] = []
         self.pieces: dict[str, Piece] = {}
 
     @property
@@ -336,8 +341,14 @@ class LawLibrary:
         """Copy a function and give the name under which it now stands."""
         if function in self._names:
             return self._names[function]
-        name = self._free(wished)
+        name = self._free(re.sub(r"\W", "_", wished))
         self._names[function] = name
+        foreign = getattr(function, "foreign", "")
+        if foreign:
+            FOREIGN[foreign] = function
+            self.blocks.append(f"from lathesim.engine.law_text import FOREIGN\n\n{name} = FOREIGN[{foreign!r}]\n")
+            self.foreign.append(foreign)
+            return name
         renames = self._references(function)
         text = law_text(function).named(name, renames)
         self.blocks.append(text)

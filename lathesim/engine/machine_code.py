@@ -98,6 +98,24 @@ def make_code(fused: FusedModule, llvm_text: str, symbol: str) -> CompiledMachin
     return _linked(symbol, needs, code)
 
 
+def object_code(llvm_text: str, symbol: str, name: str) -> bytes:
+    """Return an object file, to be linked to a library, with the machine that LLVM text describes, for any processor of this kind.
+
+    ``symbol`` is called ``name`` there; no other name is seen outside a library.
+    """
+    import llvmlite.binding as llvm
+
+    _start_llvm()
+    module = llvm.parse_assembly(llvm_text)
+    module.get_function(symbol).name = name
+    for item in (*module.functions, *module.global_variables):
+        if not item.is_declaration and item.linkage not in (llvm.Linkage.internal, llvm.Linkage.private):
+            item.visibility = "hidden"
+    target = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(opt=3, reloc="pic", codemodel="default")
+    code: bytes = target.emit_object(module)
+    return code
+
+
 def _linked(symbol: str, needs: list[str], code: bytes) -> CompiledMachine | None:
     import llvmlite.binding as llvm
 

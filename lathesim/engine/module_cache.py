@@ -23,7 +23,7 @@ from typing import Any
 from lathesim.cache_folder import keep, keep_sealed, kept_sealed, names_kept
 from lathesim.engine.fuse import FusedModule
 from lathesim.engine.law_text import Piece
-from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, make_code
+from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, make_code, object_code
 from lathesim.errors import SimulationError
 
 _WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.0025, 0.07
@@ -99,7 +99,8 @@ def compiled_machine(fused: FusedModule) -> CompiledMachine:
     if fused.digest not in _MACHINES:
         machine = load_code(fused)
         if machine is None:
-            say(f"Compiling once, about {max(1.0, compile_time(fused)):.0f} s.")
+            if not fused.foreign:
+                say(f"Compiling once, about {max(1.0, compile_time(fused)):.0f} s.")
             machine = _compiled(fused)
         _MACHINES[fused.digest] = machine
     return _MACHINES[fused.digest]
@@ -107,10 +108,32 @@ def compiled_machine(fused: FusedModule) -> CompiledMachine:
 
 def _compiled(fused: FusedModule) -> CompiledMachine:
     """Compile a module (no fast mathematics)."""
+    block, llvm_text, symbol = _block(fused)
+    made = make_code(fused, llvm_text, symbol)
+    if made is None:
+        (compiled,) = block.overloads.values()
+        made = CompiledMachine(compiled.library.get_pointer_to_function(symbol), block)
+    return made
+
+
+def object_file(fused: FusedModule, name: str) -> bytes:
+    """Return ``run_block`` as an object file for any processor of this kind, in which it is called ``name``.
+
+    Raises :class:`SimulationError` where a law cannot be compiled.
+    """
+    _, llvm_text, symbol = _block(fused)
+    return object_code(llvm_text, symbol, name)
+
+
+def _block(fused: FusedModule) -> tuple[Any, str, str]:
+    """Return what the compiler made of a module, its LLVM text, and the name of ``run_block`` there."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
     from lathesim.engine.numba_compiler import GIVEN, BlockCompiler, block_signature
 
+    if fused.foreign:
+        fact = f"{fused.foreign[0].partition(':')[0]} is a library of its own, with which a machine cannot be compiled."
+        raise SimulationError(fact, remedy="Run it with 'lathesim run'.")
     module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
     for name, function in (compiled_laws(fused) | GIVEN).items():
         setattr(module, name, function)
@@ -126,9 +149,7 @@ def _compiled(fused: FusedModule) -> CompiledMachine:
             except (NumbaError, UnsupportedBytecodeError) as error:
                 raise _refusal(fused, error) from error
     (compiled,) = block.overloads.values()
-    symbol = compiled.fndesc.llvm_func_name
-    made = make_code(fused, block.inspect_llvm(signature.args), symbol)
-    return made or CompiledMachine(compiled.library.get_pointer_to_function(symbol), block)
+    return block, block.inspect_llvm(signature.args), compiled.fndesc.llvm_func_name
 
 
 @contextlib.contextmanager

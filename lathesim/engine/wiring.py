@@ -351,9 +351,9 @@ def _varying(parts: dict[str, Part], feeds: dict[str, tuple[str, str]], order: t
     """Return the output laws whose values move between two sample instants."""
     varying: set[Node] = set()
     for name, law in order:
-        if law == "update":
-            continue
         part = parts[name]
+        if law == "update" or part.component.outputs_are_held:
+            continue
         states = part.component.declared(State)
         moves = any(argument in states or argument == "time" for argument in part.component.arguments[law])
         if moves or any(giving(parts, source) in varying for source in law_sources(part, law, feeds)):

@@ -11,12 +11,13 @@ from typing import NamedTuple
 from lathesim.component import Component, Input, Memory, Output, Parameter, State, Table
 from lathesim.conformance import line_of
 from lathesim.engine.assembly import FloatArray, Part, Place, Wire, of_part
-from lathesim.errors import LessonError, nearest
+from lathesim.errors import LessonError, PluginError, nearest
 from lathesim.lessons.case import Case, Given, Insertion, case_of
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import declared_item, no_item, placed_at, seconds, si_value, table_of, take_value
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of, tools_of
+from lathesim.lessons.schema import PartEntry
 from lathesim.lessons.sensor_sides import is_motion_sensor
 from lathesim.plugins import Registry
 from lathesim.units import same_dimension
@@ -74,8 +75,8 @@ class _Placed:
         self.every = case.every.get(name, entry.every)
         self.side = str(case.side[name].value) if name in case.side else entry.side or ""
         with placed_at(source.place((*location, "component"))):
-            template = registry.component(entry.component).with_units(entry.units)
-            self.component = registry.component(entry.component).with_units(units)
+            template = registry.component(_component_of(entry)).with_units(entry.units)
+            self.component = registry.component(_component_of(entry)).with_units(units)
         if replaced:
             with placed_at(replaced.place):
                 self.component = registry.component(str(replaced.value)).with_units(units)
@@ -107,6 +108,13 @@ class _Placed:
         tables |= _tables(self.case, self.name, self.component)
         lengths = {name: length for name, length in self.entry.memory.items() if name in self.component.declared(Memory)}
         return Part(self.name, self.component, self.parameters, self.start, tables, lengths, self.every, self.side)
+
+
+def _component_of(entry: PartEntry) -> str:
+    """Return the name of the component of a part: of an FMU its file."""
+    if (entry.component == "FMU") != (entry.file is not None) or not (entry.file or ".fmu").endswith(".fmu"):
+        raise PluginError("an FMU needs both lines.", remedy="Write component: FMU, file: NAME.fmu.")
+    return entry.file or entry.component
 
 
 def _tables(case: Case, part: str, component: type[Component]) -> dict[str, FloatArray]:

@@ -85,6 +85,7 @@ class PartEntry(_Model):
     """A part of a machine: which component it is and what differs from the component's defaults."""
 
     component: Text
+    file: Text | None = Field(default=None, description="of 'component: FMU': the file among the plug-ins")
     units: dict[str, Text] = Field(default_factory=dict, description="what stands for the {placeholders} in the component's units")
     set: dict[str, Quantity] = Field(default_factory=dict, description="parameter -> quantity")
     start: dict[str, Quantity] = Field(default_factory=dict, description="state -> quantity at the beginning")

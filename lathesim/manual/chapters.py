@@ -16,7 +16,7 @@ GROUPS = {
     "Tutorials": ("first_hour", "writing_lessons", "your_recording", "plugins"),
     "How to, on one screen": (
         "sweeps", "exporting", "grading", "goals", "classes", "sheets", "traces", "comparing", "diagnosing", "remedies", "backlash",
-        "circular_test", "lobes", "recording_live", "speed",
+        "circular_test", "lobes", "recording_live", "fmi", "speed",
     ),
     "Reference": ("app", "commands", "lessons", "programs", "python", "real_machines", "glossary"),
     "Explanations": ("diagnosis", "reliability", "experiments", "contour", "stability", "live", "house"),

@@ -153,6 +153,9 @@ def checked_plugin(path: Path) -> str:
     """Return in words that a plug-in file or folder can be used; raises :class:`PluginError` with a line for each fault."""
     registry = load_registry([path], installed=False)
     registry.ask()
+    for name in registry.plugins:
+        if name.endswith(".fmu"):
+            registry.component(Path(name).name)
     if registry.problems:
         raise PluginError("\n".join(registry.problems))
     every = {**registry.components, **registry.effects}
