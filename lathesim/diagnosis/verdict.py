@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lathesim.component import Output
+from lathesim.diagnosis.candidates.eligibility import is_told_by_direction
 from lathesim.diagnosis.explaining.chance import is_clear, size_error, unresolved
 from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
@@ -27,7 +28,7 @@ from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.noise import NoiseModel, carried_over, white_noise
-from lathesim.identification.records import Candidate, Fitted, Model
+from lathesim.identification.records import Fitted, Model
 from lathesim.identification.replay.experiment import SETTLING, Experiment
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.open_loop import seen
@@ -73,13 +74,6 @@ def ranked(study: Study, found: Found) -> list[RankedEffect]:
         of_size = max(size_error(one, study.method) for one in (worth.fitted, worth.predicted))
         result.append(RankedEffect(candidate, float(probability), tied, worth.predicted.share, of_size))
     return sorted(result, key=lambda one: -found.worth[one.candidate.part].predicted.nats if one.candidate.part in found.worth else np.inf)
-
-
-def is_told_by_direction(candidate: Candidate, other: Candidate) -> bool:
-    """Return whether a candidate is told from another only by how both act in two directions: it is refined by that, or repeats like it
-    and acts at the same port."""
-    alike = (candidate.effect.family, candidate.effect.site) == (other.effect.family, other.effect.site)
-    return candidate.name in other.effect.identification.generalises or (alike and candidate.effect.identification.periodic is True)
 
 
 def removed_share(experiment: Experiment, before: Fitted, after: Fitted) -> float:

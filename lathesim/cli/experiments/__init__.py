@@ -19,6 +19,12 @@ def register_commands() -> list[CommandEntry]:
             HEADING,
         ),
         CommandEntry(
+            "isolable",
+            f"{__name__}.isolable_command:isolable",
+            "Show which effects a recording would reveal, and which it could not tell apart.",
+            HEADING,
+        ),
+        CommandEntry(
             "watermark",
             f"{__name__}.watermark:watermark",
             "Show what a watermark costs, and how soon a forged sensor shows.",

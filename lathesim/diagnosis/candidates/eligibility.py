@@ -83,3 +83,10 @@ def without_one_sided(experiments: Sequence[Experiment], method: Method = STANDA
     parts = {candidate.part for candidate in sided}
     kept = tuple(candidate for candidate in experiments[0].candidates if candidate.part not in parts)
     return [replace(experiment, candidates=kept, one_sided=tuple(sided)) for experiment in experiments]
+
+
+def is_told_by_direction(candidate: Candidate, other: Candidate) -> bool:
+    """Return whether a candidate is told from another only by how both act in two directions: it is refined by that, or repeats like it
+    and acts at the same port."""
+    alike = (candidate.effect.family, candidate.effect.site) == (other.effect.family, other.effect.site)
+    return candidate.name in other.effect.identification.generalises or (alike and candidate.effect.identification.periodic is True)

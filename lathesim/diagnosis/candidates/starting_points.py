@@ -41,7 +41,7 @@ def starting_points(
     return (
         found
         | limit_points(experiment, candidates, method=method)
-        | _frequency_points(experiment, candidates, method=method)
+        | frequency_points(experiment, candidates, method=method)
         | _late_points(experiment, fitted, candidates, method=method)
     )
 
@@ -75,7 +75,7 @@ def _late_points(
     return found
 
 
-def _frequency_points(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
+def frequency_points(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
     """Return starting values for resonances: frequencies so close together that one is in the valley, its other values usual.
 
     A link that bends is softer than a screw is: the lowest frequency is the one that the recording shows a few times.

@@ -41,3 +41,11 @@ def unresolved(difference: Gain, explained: float, method: Method) -> float:
     """Return the difference of two explanations that cannot be told, where the better one gains so much (``explained``) [nats]."""
     share = method.material * abs(explained)
     return max(method.tie_errors * difference.error, method.per_parameter, share)
+
+
+def least_apart(method: Method) -> float:
+    """Return the difference from which on two explanations are told whatever the better one gains [nats].
+
+    The error of a gain G of white noise is sqrt(2 G), and G has to exceed so many of its errors.
+    """
+    return max(2.0 * method.tie_errors**2, method.per_parameter)

@@ -20,18 +20,21 @@ from lathesim.identification.replay.experiment import SETTLING
 def is_plausible(study: Study, model: Model) -> bool:
     """Return whether the sizes of all effects of a model are of the kind that is met, delays are a fair part of a sample, events come after
     the recording has begun, resonances resonate, waves repeat, and the machine does not run away."""
-    values, method = model.fitted.by_name, study.method
-    period = study.estimation.machine.assembly.sample_period
+    usual = all(is_usual(study, candidate, model.fitted.by_name) for candidate in model.candidates)
+    return usual and not runs_away(study, model)
+
+
+def is_usual(study: Study, candidate: Candidate, values: Mapping[str, float]) -> bool:
+    """Return whether an effect with some values is of the kind that is met, whatever the machine does with it."""
+    method, period = study.method, study.estimation.machine.assembly.sample_period
     duration = len(study.estimation.record) * period
-    usual = all(
+    return (
         of_usual_size(candidate, values, method)
         and is_of_a_clock(candidate, values, period, duration, method=method)
         and is_an_event(instants_of(candidate), values, duration)
         and resonates(candidate, values)
         and repeats(study, candidate, values)
-        for candidate in model.candidates
     )
-    return usual and not runs_away(study, model)
 
 
 def runs_away(study: Study, model: Model) -> bool:

@@ -290,7 +290,7 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             yield found
             continue
         good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, worth, study)]
-        alike = [one for one in good if not (is_finer(one.candidate, [candidate]) or _is_the_other_sensor(one.candidate, candidate))]
+        alike = [one for one in good if not (is_finer(one.candidate, [candidate]) or is_the_other_sensor(one.candidate, candidate))]
         found = replace(found, worth={**found.worth, candidate.part: worth}, rivals={**found.rivals, candidate.part: tuple(alike)})
         yield found
 
@@ -322,6 +322,6 @@ def _better(study: Study, model: Model, best: Tried, worth: Tried) -> bool:
     return (best.parameters < worth.parameters and as_good(best.model, worth, study)) or not as_good(model, best, study)
 
 
-def _is_the_other_sensor(rival: Candidate, candidate: Candidate) -> bool:
+def is_the_other_sensor(rival: Candidate, candidate: Candidate) -> bool:
     """Return whether a rival is the same effect between the same two sensors, which is reported at the second of them."""
     return rival.name == candidate.name and rival.of_motion == candidate.of_motion and candidate.effect.identification.between_sensors

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from lathesim.diagnosis.method.settings import CandidateSettings, CheckSettings, DiscoverySettings, ExplainingSettings
+from lathesim.diagnosis.method.settings import CandidateSettings, CheckSettings, DiscoverySettings, ExplainingSettings, IsolationSettings
 from lathesim.identification.execution import Deadline
 from lathesim.limit import Limit
 
@@ -105,6 +105,7 @@ class Method:
     explaining: ExplainingSettings = ExplainingSettings()
     discovery: DiscoverySettings = DiscoverySettings()
     recording_checks: CheckSettings = CheckSettings()
+    isolation: IsolationSettings = IsolationSettings()
     most_effects: int = 4
     ends: Deadline = Deadline()
     """The deadline: the search ends before it, and the answer holds what is known so far."""

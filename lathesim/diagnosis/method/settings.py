@@ -137,3 +137,27 @@ class CheckSettings:
     """Factor up to which another value is looked for, larger or smaller."""
     clock_factors: tuple[float, ...] = (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3)
     """Factors between the true period and the recorded one that are tried: clocks of other devices, and seconds for milliseconds."""
+
+
+@dataclass(frozen=True)
+class IsolationSettings:
+    """Which sizes of effects are tried, to say from which on a recording shows them, and which rivals are fitted to each."""
+
+    shapes: int = 3
+    """Shapes of each effect: periods, speeds and frequencies over their usual range."""
+    smallest_size: float = 1e4
+    """Times smaller than usual that the smallest size is."""
+    lowest_limit: float = 30.0
+    """Times lower than the largest command that the lowest limit is."""
+    steps: int = 5
+    """Sizes that are tried at most ..."""
+    precision: float = 0.1
+    """... until two differ by less than this share."""
+    far_below: float = 0.01
+    """Ratio to what shows an effect below which its size grows as if it were that."""
+    at_once: int = 48
+    """Runs whose channels are held in memory by one worker."""
+    beyond: float = 10.0
+    """Times its smallest visible size at which an effect is held against its rivals."""
+    rivals: int = 6
+    """Rivals of an effect that are fitted to it, those that promise most."""

@@ -24,3 +24,5 @@ class Shown:
     """Values, effects or channels that one line of the answer names at most."""
     hardly_worse = 1.05
     """Ratio of the errors after and before up to which a channel is called slightly worse."""
+    far_apart = 3.0
+    """Times what tells two effects apart from which on a figure draws them alike."""

@@ -1,8 +1,8 @@
 """``python -m tests.diagnosis.rigs``: write cases, ask the program about each in every description, print the table.
 
 Each case is asked once, in a process of its own with a limit of processor time; what was answered is kept, and ``table`` prints it again.
-``limits`` shows how near right and wrong answers came to each limit of the method. ``--checkout`` asks an older program, ``--kept-as`` and
-``--against`` show what two of them answer otherwise.
+``limits`` shows how near right and wrong answers came to each limit of the method, and ``isolable`` how often ties were as predicted.
+``--checkout`` asks an older program, ``--kept-as`` and ``--against`` show what two of them answer otherwise.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.diagnosis import asking, scoring
+from tests.diagnosis.rigs import predicted_ties
 from tests.diagnosis.rigs.cases import SETS, schedule, write_case
 from tests.diagnosis.rigs.limits import near, table
 
@@ -19,7 +20,7 @@ from tests.diagnosis.rigs.limits import near, table
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.rigs", description=__doc__)
-    parser.add_argument("what", choices=("run", "table", "limits"))
+    parser.add_argument("what", choices=("run", "table", "limits", "isolable"))
     parser.add_argument("--set", dest="rigs", choices=SETS, default="first", help="which set of rigs")
     parser.add_argument("--folder", type=Path, default=Path("build/rigs"), help="folder of cases and answers")
     parser.add_argument("--seed", type=int, default=1)
@@ -40,6 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         folders += [folder for folder in written if asked.only in folder.name]
     if asked.what == "limits":
         print("\n".join(table(near(folders))))
+        return 0
+    if asked.what == "isolable":
+        print("\n".join(predicted_ties.table(predicted_ties.compared(folders, asked.kept_as))))
         return 0
     if asked.what == "run":
         asking.ask_all(folders, asked, lambda folder, answer: scoring.line(asking.truth_of(folder), answer))

@@ -1,0 +1,147 @@
+"""Which effects a recording cannot tell from one that a machine has: rivals fitted to what it does, and how far behind they stay.
+
+For an effect of some size the rivals that promise most are those whose changes of the channels, scaled, are nearest to its own:
+
+    share = (d_a . d_b)^2 / (|d_a|^2 |d_b|^2)        in whitened numbers, beside what the model's values take up
+
+Each of these is fitted to the change, with the values of the model free, as a diagnosis fits a rival; the gain of the true effect over it
+is held against the limit below which a diagnosis calls two explanations tied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lathesim.diagnosis.candidates.periodic_starts import PERIODS
+from lathesim.diagnosis.candidates.screening import in_proportion
+from lathesim.diagnosis.candidates.starting_points import frequency_points
+from lathesim.diagnosis.explaining.chance import unresolved
+from lathesim.diagnosis.explaining.density import gain
+from lathesim.diagnosis.explaining.plausible import is_usual
+from lathesim.diagnosis.explaining.rounds import is_finer
+from lathesim.diagnosis.explaining.search import is_the_other_sensor
+from lathesim.diagnosis.explaining.starts import candidate_free
+from lathesim.diagnosis.isolation.visible import ChannelChange, Looking, whitened
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit_each
+from lathesim.identification.execution import together
+from lathesim.identification.records import QUARTER_TURNS, Candidate, is_full_band, with_start
+
+
+@dataclass(frozen=True, eq=False)
+class FittedRival:
+    """A rival of an effect, fitted to what that does: by how much it stays behind, below what it is a tie, and what the effect explains
+    [nats]."""
+
+    candidate: Candidate
+    behind: float
+    limit: float
+    explained: float
+
+    @property
+    def is_tied(self) -> bool:
+        """Whether the recording cannot tell it from the effect."""
+        return self.behind < self.limit
+
+
+def rivals_of(looking: Looking, truths: Sequence[ChannelChange], others: Sequence[ChannelChange]) -> list[list[FittedRival]]:
+    """Return for each of some changes that effects make the rivals of that effect, each fitted to the change, the nearest first.
+
+    ``others`` are changes that all candidates make.
+    """
+    alike = _alike(looking, truths, others)
+    return list(together(lambda pair: _fitted_to(looking, *pair), zip(truths, alike, strict=True)))
+
+
+def _alike(looking: Looking, truths: Sequence[ChannelChange], others: Sequence[ChannelChange]) -> list[list[tuple[Candidate, FloatArray]]]:
+    """Return for each change the candidates that promise to do the same, with the values from which each is fitted to it."""
+    shaped = [(change.candidate, values) for truth in truths for change in others for values in _as_shaped(truth, change)]
+    candidates = {change.candidate.part: change.candidate for change in others}
+    resonances = frequency_points(looking.study.estimation, list(candidates.values()), method=looking.study.method)
+    shaped += [(candidates[part], values) for part, points in resonances.items() for values in points]
+    many = [*others, *(change for change in looking.changes(shaped, judged=False) if change is not None)]
+    white = _white(looking, many)
+    power = np.maximum(np.sum(white * white, axis=1), 1e-300)
+    found = []
+    for truth, own in zip(truths, _white(looking, truths), strict=True):
+        scale = (white @ own) / power
+        share = scale * scale * power / max(float(own @ own), 1e-300)
+        starts: dict[str, tuple[float, Candidate, FloatArray]] = {}
+        for change, factor, promised in zip(many, scale.tolist(), share.tolist(), strict=True):
+            values = _scaled(change, factor)
+            known = starts.get(change.candidate.part)
+            if values is not None and _is_rival(change.candidate, truth.candidate) and (known is None or known[0] < promised):
+                starts[change.candidate.part] = promised, change.candidate, values
+        method = looking.study.method
+        best = sorted((one for one in starts.values() if one[0] > method.explaining.rival), key=lambda one: -one[0])
+        found.append([(candidate, values) for _, candidate, values in best[: method.isolation.rivals]])
+    return found
+
+
+def _white(looking: Looking, changes: Sequence[ChannelChange]) -> FloatArray:
+    """Return what the model leaves of changes, whitened, (changes, numbers): to rank them, no more digits are needed."""
+    rows = [whitened(looking.fitted.noise, change.left[None])[0].astype(np.float32) for change in changes]
+    return np.array(rows)
+
+
+def _is_rival(candidate: Candidate, truth: Candidate) -> bool:
+    """Return whether a candidate is another explanation than an effect, and no finer form of it."""
+    other = candidate.part != truth.part and not is_finer(candidate, [truth])
+    return other and not is_the_other_sensor(candidate, truth)
+
+
+def _as_shaped(truth: ChannelChange, change: ChannelChange) -> list[FloatArray]:
+    """Return the values of a change with the period, the frequency or the instant of an effect, where both have one, at phases two phases a
+    quarter of a turn apart; nothing where they share none."""
+    candidate, own = change.candidate, truth.by_name
+    period = next((value for name, value in own.items() if name in PERIODS), None)
+    values, shared = change.values.copy(), False
+    for place, name in enumerate(candidate.parameters):
+        item = Place.of(name).port
+        as_there = period if item in PERIODS else own.get(item)
+        if item not in candidate.effect.neutral and as_there is not None:
+            values[place], shared = as_there, True
+    if not shared or not _is_rival(candidate, truth.candidate):
+        return []
+    turned = np.isin(candidate.parameters, candidate.named(candidate.effect.identification.phases))
+    return [np.clip(values + turned * turn, candidate.low, candidate.high) for turn in (QUARTER_TURNS[:2] if turned.any() else (0.0,))]
+
+
+def _scaled(change: ChannelChange, factor: float) -> FloatArray | None:
+    """Return the values of a change with its sizes so many times as large; none where these may not be negative and would be. A wave of
+    negative size is one half a turn on."""
+    candidate = change.candidate
+    turned = np.isin(candidate.parameters, candidate.named(candidate.effect.identification.phases)) * (np.pi if factor < 0.0 else 0.0)
+    factor = abs(factor) if turned.any() else factor
+    values = np.where(in_proportion(candidate), candidate.neutral + factor * (change.values - candidate.neutral), change.values + turned)
+    clipped = np.clip(values, candidate.low, candidate.high)
+    return clipped if factor > 0.0 or bool((candidate.low < 0.0).any()) else None
+
+
+def _fitted_to(looking: Looking, truth: ChannelChange, begun: Sequence[tuple[Candidate, FloatArray]]) -> list[FittedRival]:
+    """Return candidates fitted to a change beside the values of the model, as far as their sizes are believed, the nearest first."""
+    if not begun:
+        return []
+    study, fitted = looking.study, looking.fitted
+    sensed, wide = study.estimation.sensed, is_full_band((truth.candidate,))
+    changed = replace(sensed, recorded=sensed.recorded + looking.as_recorded(truth.run))
+    slopes = dict(zip(fitted.names, fitted.sensitivity, strict=True)) if fitted.sensitivity is not None else {}
+    begins = []
+    for one in begun:
+        free = [*with_start(fitted), *candidate_free(study, *one)]
+        own = {item.name for item in free}
+        begins.append(Begun(free, {name: value for name, value in looking.idle.items() if name not in own}, slopes))
+    steps = study.method.explaining.steps
+    fits = fit_each(
+        changed, begins, rounds=1, iterations=steps, noise=fitted.noise, full_band=wide, tolerance=ROUGH, slopes="kept"
+    )  # fmt: skip
+    found = []
+    for (candidate, _), made in zip(begun, fits, strict=True):
+        behind = gain(fitted, made, full_band=wide or is_full_band((candidate,)))
+        if is_usual(study, candidate, made.by_name):
+            explained = truth.gain.nats
+            found.append(FittedRival(candidate, behind.nats, unresolved(behind, explained, study.method), explained))
+    return sorted(found, key=lambda one: one.behind / one.limit)
