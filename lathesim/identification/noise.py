@@ -52,8 +52,13 @@ def taper(samples: int) -> FloatArray:
 @functools.lru_cache(maxsize=16)
 def effective_share(samples: int) -> float:
     """Return the share of the frequencies that counts as independent: the taper makes neighbours alike."""
-    square = taper(samples) ** 2
-    return float(np.sum(square) ** 2 / (samples * np.sum(square**2)))
+    return _share_of(taper(samples))
+
+
+def _share_of(window: FloatArray) -> float:
+    """Return the share of the frequencies that a window leaves independent:  (sum w^2)^2 / (n sum w^4)."""
+    square = window**2
+    return float(np.sum(square) ** 2 / (len(window) * np.sum(square**2)))
 
 
 def window_of(weights: FloatArray) -> FloatArray:
@@ -117,10 +122,7 @@ class NoiseModel:
     @property
     def share(self) -> float:
         """The share of the frequencies that counts as independent."""
-        if self.window is None:
-            return effective_share(self.samples)
-        square = self.window**2
-        return float(np.sum(square) ** 2 / (self.samples * np.sum(square**2)))
+        return effective_share(self.samples) if self.window is None else _share_of(self.window)
 
     def whiten(self, values: FloatArray, *, full_band: bool = False) -> FloatArray:
         """Return ``values`` (..., samples) as independent numbers of variance one, real parts and then imaginary ones.

@@ -7,15 +7,20 @@ import math
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from lathesim.analysis.circular_test import Circle, circles, circular_deviation, ellipse, hysteresis, quadrant_peaks
 from lathesim.cli.main import run_command_line
+from lathesim.compensation.promise import noise_of
+from lathesim.identification.position_loops import resolution_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
+from lathesim.record import Channel, Record
+from tests.shipped_machine import shipped_machine
 
 RADIAL_MM = {"P": -0.42203, "2P": -0.07672, "PI": 2.24443, "velocity": 0.12114, "acceleration": 0.01136, "coupled": -0.20192}
 """Distance from the centre less the radius, computed in the z-plane."""
@@ -182,3 +187,28 @@ def test_the_prototype_is_one_turn_of_several(case: str) -> None:
     feedforward, bits, printed = ROWS[case]
     found = [value for start in (0.0, 0.25 * math.pi, 1.0, 2.0) for value in turns(feedforward, bits, start, 4)[1:]]
     assert min(found) * 0.97 <= printed <= max(found) * 1.03
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_turn_of_few_samples_is_whole(direction: float) -> None:
+    """The sample at which the reference comes to rest belongs to the turn; between it and the one before lie two degrees."""
+    angle = direction * np.minimum(np.radians(2.0) * np.arange(200.0), 2.0 * np.pi)
+    x, z = 0.02 + 0.01 * np.cos(angle), 0.05 + 0.01 * np.sin(angle)
+    given = {"x_reference": x, "z_reference": z, "centre_x": 0.02 + 0.0 * x, "centre_z": 0.05 + 0.0 * x, "circle_radius": 0.01 + 0.0 * x}
+    channels = {f"interpolator.{name}": values for name, values in given.items()} | {"x_axis.position": x, "z_axis.position": z}
+    (found,) = circles(Record(0.005 * np.arange(200.0), {name: Channel(name, "m", values) for name, values in channels.items()}, {}))
+    assert (found.direction, found.whole, len(found.angle)) == (direction, True, 181)
+    assert found.radial == pytest.approx(np.zeros(181), abs=1e-15)
+
+
+def test_the_noise_before_a_sensor_is_what_its_counts_leave() -> None:
+    """A count of 1 um rounds with 1/sqrt(12) um; of a floor of 0.5 um the rest is noise, and below that there is none."""
+    machinery = shipped_machine("two_axis_lathe")
+    sensors = {
+        axis: {"reading": f"{axis}_encoder.position", "sensor": f"{axis}_encoder", "beyond": f"{axis}_axis.position"} for axis in "xz"
+    }
+    loops = [SimpleNamespace(table="", **names) for names in sensors.values()]
+    bench = SimpleNamespace(machinery=machinery, loops=loops)
+    assert resolution_of(machinery, "x_encoder") == pytest.approx(1e-6)
+    noise = noise_of(bench, {"x_encoder.position": 0.5e-6, "z_encoder.position": 0.2e-6})  # type: ignore[arg-type]
+    assert noise == {"x_encoder": pytest.approx(1e-6 * math.sqrt(0.25 - 1.0 / 12.0)), "z_encoder": 0.0}

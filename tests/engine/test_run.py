@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from lathesim.component import Component, Input, Output, Parameter, State
+from lathesim.components.signals import DelayLine
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.run import run
-from lathesim.engine.run_arrays import RecordedValues
+from lathesim.engine.run_arrays import RecordedValues, start_arrays
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError, WiringError
 from lathesim.record import FloatArray, Record
@@ -212,3 +213,11 @@ def test_blocks_are_put_one_behind_the_other(expected: int) -> None:
 
 def test_nothing_recorded_is_no_samples() -> None:
     assert RecordedValues(3, 1000).values.shape == (3, 0)
+
+
+def test_a_ring_holds_its_delay_and_the_samples_beside_it() -> None:
+    line = Part("line", DelayLine.with_units({"signal": "m"}), {"delay": 0.3})
+    plan = wire(Assembly((line,), (Wire("line.incoming", constant=0.0),), 1e-3, 1e-3))
+    (ring,) = start_arrays(plan).memories
+    (longer,) = start_arrays(plan, {"line.delay": 2.0005}).memories
+    assert (len(ring), len(longer)) == (305, 2006)

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 import lathesim
-from lathesim.manual.chapters import TOPICS
+from lathesim.manual.chapters import TOPICS, chapter
 from tests.cli.command import ROOT
 
 
@@ -39,6 +39,22 @@ def test_an_index_page_has_no_link_that_leads_nowhere() -> None:
         page = re.sub(change["pattern"], change["replacement"], page)
     assert re.findall(r"\]\((?!https://)", page) == []
     assert "| `app` | the terminal app: screens and keys |" in page
+
+
+def test_the_table_of_rooms_names_every_room_and_imports_only_go_down_it() -> None:
+    rows = re.findall(r"^\| (`.*?) \|", chapter("house").text, re.M)
+    named = [name for row in rows for name in re.findall(r"`([^`]+/)`", row)]
+    assert [name for name in named if not any((ROOT / top / name).is_dir() for top in ("", "lathesim"))] == []
+    floor = {name: place for place, row in enumerate(rows) for name in re.findall(r"(\w+)/`", row)}
+    package = ROOT / "lathesim"
+    assert {path.parent.name for path in package.glob("*/__init__.py")} <= floor.keys()
+    up = set()
+    for path in package.glob("*/**/*.py"):
+        room = path.relative_to(package).parts[0]
+        for other in re.findall(r"^\s*(?:from|import) lathesim\.(\w+)", path.read_text(encoding="utf-8"), re.M):
+            if floor.get(other, len(rows)) < floor[room]:
+                up.add((room, other))
+    assert up == set()
 
 
 def test_an_extra_holds_what_code_imports() -> None:

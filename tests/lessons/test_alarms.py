@@ -9,6 +9,7 @@ import pytest
 
 from lathesim.analysis.failed_run import unstable_loop
 from lathesim.errors import LatheSimError, SimulationError
+from lathesim.lessons.alarms import AlarmWatch
 from lathesim.lessons.grading import UNFINISHED, grade, yardstick
 from lathesim.lessons.kept_run import run_and_keep
 from lathesim.lessons.lesson import Lesson, lesson_from_text, load_lesson
@@ -197,3 +198,16 @@ def test_a_loop_that_holds_is_not_called_unstable(command: FloatArray) -> None:
     channels = {"servo.command": Channel("servo.command", "V", command)}
     record = Record(TIME, channels, {"sample_period": 5e-3, "status": "complete", "loop_commands": "servo.command"})
     assert unstable_loop(record) == ""
+
+
+@pytest.mark.parametrize(("swings", "unstable"), [(5, True), (4, True), (3, False)])
+def test_four_whole_swings_that_grow_make_a_loop_unstable(swings: int, unstable: bool, registry: Registry) -> None:
+    """The swing in which the limit is met has not reached its height, so it does not count."""
+    prepared = prepare(lesson(""), registry)
+    sizes = 0.1 * 1.5 ** np.arange(-swings, 1.0)
+    error = np.concatenate([(-1.0) ** place * size * np.sin(np.linspace(0.01, 3.1, 30)) for place, size in enumerate(sizes)])
+    values = np.zeros((len(prepared.plan.channels), len(error)))
+    values[prepared.plan.channels.index("x_controller.error")] = 1.001 * error
+    found = AlarmWatch(prepared.plan, prepared.alarms).look(0, values)
+    assert found is not None
+    assert ("swings further and further" in found[1]) == unstable

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lathesim.live.samples import LiveError
-from lathesim.live.set_point_buffer import BufferCount, SetPointBuffer
+from lathesim.live.set_point_buffer import BufferCount, ClockStatistics, SetPointBuffer
 from lathesim.live.streaming import Planner, stream_virtually
 from lathesim.record import FloatArray
 from tests.live.servo import Kept
@@ -103,3 +103,12 @@ def test_sizes_that_cannot_be_are_told() -> None:
         SetPointBuffer(1, 1)
     with pytest.raises(LiveError, match="the playback rate may change by 2 in a period"):
         SetPointBuffer(1, 10, 2.0)
+
+
+def test_the_clock_statistics_are_those_of_all_wakes() -> None:
+    late, fill = np.random.default_rng(4).exponential(1e-4, 50), np.arange(50.0) + 3.0
+    clock = ClockStatistics()
+    for one in zip(late, fill, strict=True):
+        clock.add(*one)
+    spread = (late.mean(), late.std(), late.max(), 3.0, fill.mean())
+    assert list(clock.as_json().values()) == pytest.approx([50, *spread], rel=1e-12)

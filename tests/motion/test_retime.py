@@ -17,7 +17,7 @@ from lathesim.motion.axis_limits import AxisLimits
 from lathesim.motion.joint_path import FloatArray, JointPath
 from lathesim.motion.kinematics import CHAINS, Poses, inverse
 from lathesim.motion.retime import retime
-from lathesim.motion.time_law import Timing
+from lathesim.motion.time_law import Timing, law_of, smoothed
 
 PERIOD = 1e-3
 
@@ -253,3 +253,12 @@ def by_linear_program(path: JointPath, limits: AxisLimits, least: int = 1000) ->
     solved = linprog(-np.ones(len(s)), A_ub=vstack([matrix, -matrix]), b_ub=np.ones(2 * len(rows)), bounds=bounds, method="highs")
     speed = np.sqrt(np.maximum(solved.x * scale, 0.0))
     return float(np.sum(2.0 * ds[:, 0] / (speed[1:] + speed[:-1])))
+
+
+def test_a_smoothed_law_arrives_at_each_knot_where_the_next_piece_begins() -> None:
+    """Place, speed and acceleration of a piece reach those of the next: its cubic and the knots are one motion."""
+    law = smoothed(law_of(np.array([0.0, 0.1, 0.5, 0.9, 1.0]), np.array([0.0, 0.4, 2.0, 0.4, 0.0])), 0.05)
+    assert np.abs(law.jerk).max() > 10.0
+    reached = law.at(law.time[1:] * (1.0 - 1e-12))
+    for values, knots in zip(reached[:3], (law.place, law.speed, law.acceleration), strict=True):
+        assert values == pytest.approx(knots[1:], abs=1e-8)

@@ -38,6 +38,13 @@ def test_a_fall_may_count_at_a_higher_level_than_the_rise() -> None:
     assert stretches(slow, above=10.0, until_below=90.0) == [(221, 621)]
 
 
+@pytest.mark.parametrize(("samples", "found"), [(10, [(300, 310)]), (9, [])])
+def test_a_crossing_counts_from_the_time_it_has_to_last_on(samples: int, found: list[tuple[int, int]]) -> None:
+    short = np.zeros(len(TIME))
+    short[300 : 300 + samples] = 100.0
+    assert stretches(short, lasting=0.01) == found
+
+
 def test_on_from_the_start_and_until_the_end() -> None:
     assert stretches(100.0 - CUT) == [(0, 200), (700, 1000)]
 
