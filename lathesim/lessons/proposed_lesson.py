@@ -15,7 +15,7 @@ import numpy as np
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
-from lathesim.recordings.raw_table import Finding, RawTable, is_unit
+from lathesim.recordings.raw_table import USUAL_PERIOD, Finding, RawTable, is_unit
 from lathesim.recordings.sample_grid import SampleGrid, even_grid
 from lathesim.units import conversion, convertible
 
@@ -84,7 +84,7 @@ _FILLING = frozenset(
     "nck servo data ctrl in mot motor nd main state states joint joints value val controller end side ec".split()  # noqa: SIM905
 )
 _TURNING_AXES = re.compile(r"[abc]\d?|sp\d?|spindle")
-_SPLIT = re.compile(r"[A-Z]{2}[a-z]+|[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
+_SPLIT = re.compile(r"[A-Za-z]\d+(?![A-Za-z\d])|[A-Z]{2}[a-z]+|[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 
 
 @dataclass(frozen=True)
@@ -169,8 +169,8 @@ _ASSUMED_UNITS = {
     ("position", False): "mm", ("position", True): "rad", ("speed", False): "mm/s", ("speed", True): "rad/s",
     ("current", None): "A", ("torque", None): "N*m", ("force", None): "N", ("voltage", None): "V",
 }  # fmt: skip
-_RATE = 1e3
-"""Rate [Hz] that is assumed for a file without a clock."""
+_PERIOD = 1e-3
+"""Period [s] that is assumed for a file without a clock, unless the program that wrote it has a usual one."""
 _LED = ("led_axis", "led_rotary_table")
 """Templates that follow their reference at once, and take one step a sample."""
 
@@ -260,7 +260,7 @@ class ProposedLesson:
         if self.chosen is None:
             return None
         if self.time is None and self.rate is None:
-            return OpenQuestion("rate", "The file has no clock. Rows per second", f"{_RATE:g}")
+            return OpenQuestion("rate", "The file has no clock. Rows per second", f"{1.0 / self.period:g}")
         if len(self.fitting) > 1 and self.axis is None:
             return OpenQuestion("axis", f"Which axis: {', '.join(self.fitting)}", next(iter(self.fitting)))
         rule = self.chosen[0]
@@ -303,7 +303,7 @@ class ProposedLesson:
             if key in used and not item.unit:
                 yield f"'{item.column}' is in {self._assumed_unit(item)}"
         if self.time is None and self.rate is None:
-            yield f"the rows come at {_RATE:g} Hz"
+            yield f"the rows come at {1.0 / self.period:g} Hz"
         if len(self.fitting) > 1 and self.axis is None:
             yield f"axis '{next(iter(self.fitting))}' is meant; others that fit: {', '.join(list(self.fitting)[1:])}"
         if rule.scale and self.scale is None:
@@ -314,7 +314,9 @@ class ProposedLesson:
     @property
     def period(self) -> float:
         """The sample period [s]."""
-        return self.clock[0].period if self.clock is not None else 1.0 / (self.rate or _RATE)
+        if self.clock is not None:
+            return self.clock[0].period
+        return 1.0 / self.rate if self.rate else self.table.constants.get(USUAL_PERIOD, _PERIOD)
 
     def lesson(self, title: str) -> dict[str, Any]:
         """Return the lesson; raises :class:`RecordingError` where no machine fits."""

@@ -7,10 +7,13 @@ DDS-RTPS, chapter 10). Left out: bit masks and text of DIAdem; messages of MCAP 
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib.util
+import io
 import logging
 import re
 import struct
+import sys
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -34,6 +37,8 @@ _NAME, _UNIT, _KIND, _FILE, _ORDER, _TYPE, _COUNT, _POINTER, _OFFSET, _FACTOR = 
     "200", "202", "210", "211", "213", "214", "220", "221", "240", "241",
 )  # fmt: skip
 """Keys of a channel's header."""
+_ORDERS = {"BLOCK": True, "CHANNEL": False}
+"""Whether the values of a row stand together, or those of a channel."""
 _IMPLICIT = ("IMPLIZIT", "IMPLICIT")
 _NO_VALUE = 9.8e34
 """From here on a number of DIAdem means no value (9.9e34)."""
@@ -56,7 +61,7 @@ def read_diadem(path: Path) -> RawTable:
     names = unique_names([channel.get(_NAME, "").strip() for channel in channels])
     for name, channel in zip(names, channels, strict=True):
         try:
-            count, offset, factor = int(channel[_COUNT]), float(channel.get(_OFFSET, "0")), float(channel.get(_FACTOR, "1"))
+            count, offset, factor = int(channel[_COUNT]), float(channel[_OFFSET]), float(channel[_FACTOR])
             refuse_size(path, count, len(channels))
             if channel[_KIND] in _IMPLICIT:
                 values = np.arange(count, dtype=np.float64)
@@ -81,7 +86,7 @@ def _stored(path: Path, channel: Mapping[str, str], count: int, order: str, widt
             f"the values stand in '{name}', which is not beside it.", place=str(path), remedy="Put both files into a folder."
         )
     kind, pointer = np.dtype(order + _TYPES[channel[_TYPE]]), int(channel[_POINTER]) - 1
-    block = channel[_ORDER] == "BLOCK"
+    block = _ORDERS[channel[_ORDER]]
     if block and not (file.stat().st_size == count * width * kind.itemsize and 0 <= pointer < width):
         fact = f"{name} has {file.stat().st_size} bytes, and the header promises {count} values of {width} channels."
         raise RecordingError(fact, place=str(path), remedy="Save the trace again.")
@@ -113,14 +118,16 @@ class LibraryForm:
         if importlib.util.find_spec(self.module) is None:
             fact = f"{self.name} files need the package '{self.module}', which is not installed."
             raise RecordingError(fact, place=str(path), remedy="Install it with: python -m pip install 'lathesim[traces]'")
-        try:
-            refuse_deadly_file(path, self.trial)
-            with _silent():
+        with _silent():
+            try:
+                refuse_deadly_file(path, self.trial)
                 return self.channels(path)
-        except RecordingError:
-            raise
-        except Exception as error:  # these libraries raise what they like over a damaged file
-            raise RecordingError(f"the {self.name} file is damaged or cut off.", place=str(path), remedy="Save it again.") from error
+            except RecordingError:
+                raise
+            except Exception:  # these libraries raise what they like over a damaged file
+                pass
+            gc.collect()  # and once more where they take a half-opened one down
+        raise RecordingError(f"the {self.name} file is damaged or cut off.", place=str(path), remedy="Save it again.")
 
     @property
     def reader(self) -> Reader:
@@ -130,15 +137,17 @@ class LibraryForm:
 
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
-    """Keep warnings and log lines of a library from the user."""
-    before = logging.root.manager.disable
+    """Keep warnings, log lines, prints, and what fails while an object is taken down, from the user."""
+    before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
+    sys.unraisablehook = lambda unraisable: None
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             warnings.simplefilter("ignore")
             yield
     finally:
         logging.disable(before)
+        sys.unraisablehook = hook
 
 
 def _read_mf4(path: Path) -> RawTable:

@@ -42,6 +42,8 @@ class TextLayout:
     numeric: list[bool]
     """For each cell whether it holds numbers, as far as the first rows show."""
     named: bool
+    odd_head: bool
+    """Whether the names are fewer or more than the columns of numbers, so that they may stand over others."""
     other_names: dict[str, int]
     """Further names of the columns: other header lines, and the position in the row."""
 
@@ -66,14 +68,15 @@ def find_layout(lines: Sequence[str]) -> TextLayout | None:
         inside = True
     rows = [cells(line, delimiter) for number, line in filled if number >= first][:_LOOKED_AT]
     rows = [row for row in rows if len(row) == width]
-    names, units, named = _names(lines[:first], delimiter, width)
+    names, units, count = _names(lines[:first], delimiter, width)
     numeric = [_numeric_share([row[cell] for row in rows], inside) > 0.0 for cell in range(width)]
     stamps = next((cell for cell, kind in enumerate(kinds) if kind == "when"), None)
     if stamps is not None:
         numeric[stamps] = True
         units[stamps] = "s"
     others = _other_names(above, delimiter, width)
-    return TextLayout(first, RowFormat(delimiter, comma, width, stamps), unique_names(names), units, numeric, named, others)
+    odd_head = count > width or (count > 0 and any(numeric[count:]))
+    return TextLayout(first, RowFormat(delimiter, comma, width, stamps), unique_names(names), units, numeric, count > 0, odd_head, others)
 
 
 def cells(line: str, delimiter: str) -> list[str]:
@@ -159,22 +162,26 @@ def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, k
     return None
 
 
-def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str], list[str], bool]:
-    """Return names and units from the lines above the rows: a row of names, perhaps one of units below it, or a comment line."""
+def _names(above: Sequence[str], delimiter: str, width: int) -> tuple[list[str], list[str], int]:
+    """Return names and units from the lines above the rows, and how many names stand there, empty ones at the end not counted.
+
+    They stand in a row of names, perhaps with one of units below it, or in a comment line.
+    """
     full = [row for line in above if line.strip() and line[0] not in "#%" and _fits(row := cells(line, delimiter), width)]
     full = [row for row in full if not any(_VALUE.match(cell) for cell in row)] or [row for row in full if not all(map(is_number, row))]
     if not full:
         notes = [line.lstrip("#% ") for line in above if line[:1] in ("#", "%")]
         full = [row for line in notes[-1:] if _fits(row := cells(line, delimiter), width)]
     if not full:
-        return [f"column_{place}" for place in range(1, width + 1)], [""] * width, False
+        return [f"column_{place}" for place in range(1, width + 1)], [""] * width, 0
     units = [""] * width
     names = full[-1]
     if len(full) > 1 and _are_units(full[-1]) and sum(map(bool, full[-2])) >= sum(map(bool, full[-1])):
         names = full[-2]
         units = [unit if (unit := _unit_cell(text)).lower() not in _LABELS else "" for text in _filled_up(full[-1], width)]
     pairs = [split_unit(name) for name in _filled_up(names, width)]
-    return [name for name, _ in pairs], [own or unit for (_, own), unit in zip(pairs, units, strict=True)], True
+    count = max((place for place, name in enumerate(names, start=1) if name), default=0)
+    return [name for name, _ in pairs], [own or unit for (_, own), unit in zip(pairs, units, strict=True)], count
 
 
 def _other_names(above: Sequence[str], delimiter: str, width: int) -> dict[str, int]:
@@ -255,6 +262,8 @@ def _form(layout: TextLayout) -> list[str]:
     notes = []
     if layout.form.decimal_comma:
         notes.append("numbers are written with a decimal comma")
+    if layout.odd_head:
+        notes.append("the head has fewer or more names than the rows have columns; they may stand over others")
     if not layout.named:
         notes.append("the file names no columns; they are column_1, column_2 and so on")
     return notes
@@ -349,6 +358,9 @@ def read_long_table(path: Path) -> RawTable:
             notes.append(f"{name}: {len(values[name])} values, put on these rows")
     if len(names) > _MOST_NAMES:
         notes.append(f"left out, names beyond the first {_MOST_NAMES}: {len(names) - _MOST_NAMES}")
+    back = sum(int(np.count_nonzero(np.diff(times[name]) < 0.0)) for name in names)
+    if back:
+        notes.append(f"{counted(back, 'value', 'is', 'are')} earlier than the one before of the same name")
     if lost:
         notes.append(f"{counted(lost, 'line', 'holds', 'hold')} no number and {'was' if lost == 1 else 'were'} left out")
     return as_table(path, columns, {"time": "s"}, tuple(notes), {})
@@ -384,7 +396,8 @@ def _at(at: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
     apart = times[after] - times[np.maximum(before, 0)]
     period = float(np.median(np.diff(at))) if len(at) > 1 else 0.0
     share = np.divide(at - times[np.maximum(before, 0)], apart, out=np.zeros_like(at), where=(apart > 0.0) & (apart <= _CLOSE * period))
-    found: FloatArray = np.where(before < 0, np.nan, here + share * (values[after] - here))
+    with np.errstate(invalid="ignore", over="ignore"):  # a value may be infinite
+        found: FloatArray = np.where(before < 0, np.nan, here + share * (values[after] - here))
     return found
 
 

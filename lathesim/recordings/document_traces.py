@@ -175,7 +175,9 @@ def _slots(path: Path, trace: _Trace) -> _Slots:
     usable[1:-1] = between | ~(times[:-2] < times[2:])
     usable[trace.damaged] = False
     steps = np.diff(times[usable])
-    periods = sorted({trace.interval(key) for key in trace.channels if trace.interval(key) > 0.0})
+    periods = sorted({trace.interval(key) for key in trace.channels})
+    if not periods[0] > 0.0 or not np.isfinite(periods).all():
+        raise RecordingError("the head has no sampling period for a channel.", place=str(path), remedy="Save the trace again.")
     period = next((item for item in periods if (np.abs(steps - item) < _BESIDE * item).any()), 0.0)
     if not period or not (steps > 0.0).all() or not np.isfinite(times).all():
         fact = "the times of the records do not rise" if period else "no records are apart by the sampling period that the head tells"
@@ -390,7 +392,7 @@ def read_edge(path: Path) -> RawTable:
     notes = (f"{sum(odd)} rows are damaged and count as missing",) if any(odd) else ()
     number = values[:, names.index("CYCLE")] if "CYCLE" in names else np.arange(len(rows))
     found = unique_names(["time", *names])
-    columns = dict(zip(found, [cycle * (number - np.nanmin(number)), *values.T], strict=True))
+    columns = dict(zip(found, [cycle * number, *values.T], strict=True))
     return as_table(path, columns, dict(zip(found, ["s", *units], strict=True)), notes, {})
 
 

@@ -44,6 +44,10 @@ MOST_VALUES = 100_000_000
 """Values of a whole file that are read, 0.8 GB."""
 
 
+USUAL_PERIOD = "usual period [s]"
+"""The constant of a file without a clock for the period at which its program samples where nobody chose another."""
+
+
 @dataclass(frozen=True, eq=False)
 class RawTable:
     """Columns by name in the order of the file, each (rows,), NaN where a cell holds no number.
@@ -186,6 +190,8 @@ def timed_table(path: Path, series: Sequence[TimedChannel], notes: tuple[str, ..
     for number, group in enumerate(sorted(clocks.values(), key=len, reverse=True)):
         refuse_size(path, len(group[0].values), len(series))
         clock = "time" if number == 0 else f"time of {group[0].name}"
+        if back := int(np.count_nonzero(np.diff(group[0].times) < 0.0)):
+            notes = (*notes, f"{clock}: {counted(back, 'row', 'is', 'are')} earlier than the row before")
         found = unique_names([*columns, clock, *(item.name for item in group)])[len(columns) :]
         columns |= dict(zip(found, [group[0].times, *(item.values for item in group)], strict=True))
         units |= dict(zip(found, ["s", *(plain_unit(item.unit) for item in group)], strict=True))

@@ -17,8 +17,8 @@ import numpy as np
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
 from lathesim.recordings.delimited_text import find_layout, is_number, read_text, told
-from lathesim.recordings.number_rows import RowFormat, chunks, count_lines, head_lines, read_rows
-from lathesim.recordings.raw_table import RawTable, Reader, TimedChannel, as_table, refuse_size, timed_table, unique_names
+from lathesim.recordings.number_rows import NUMBER, RowFormat, chunks, count_lines, head_lines, read_rows
+from lathesim.recordings.raw_table import USUAL_PERIOD, RawTable, Reader, TimedChannel, as_table, refuse_size, timed_table, unique_names
 
 _HEAD_LINES = 30
 _TABLE = "table of numbers in text"
@@ -41,6 +41,8 @@ class TextForm:
     clock: re.Pattern[str] | None = None
     tick: float = 1.0
     note: str = ""
+    usual: float = 0.0
+    """The period [s] at which the program samples where nobody chose another, for a table without a clock."""
 
     def unit(self, column: str) -> str:
         """Return the unit of a column, empty where the program has none for it."""
@@ -57,7 +59,7 @@ class TextForm:
         found = {name: table.units[name] or self.unit(name) for name in table.columns}
         notes = (*table.notes, self.note) if self.note else table.notes
         if self.clock is None:
-            return replace(table, units=found, notes=notes)
+            return replace(table, units=found, notes=notes, constants={USUAL_PERIOD: self.usual} if self.usual else {})
         period = _period(self.clock, path) * self.tick
         times: FloatArray = period * np.arange(len(next(iter(table.columns.values()))), dtype=np.float64)
         return replace(table, columns={"time": times, **table.columns}, units={"time": "s", **found}, notes=notes)
@@ -110,6 +112,7 @@ TEXT_FORMS = (
         "Heidenhain scope", (".csv",),
         re.compile(r"\A(?=[^\n]*(?:^|[_,])[svai]_(?:act|nom|diff|ist|soll))[a-z][a-z0-9_]*(?:,[a-z][a-z0-9_]*)*$", re.MULTILINE),
         note="the export has neither times nor units; its program reads every 21 ms where no other interval was given",
+        usual=0.021,
     ),
     TextForm("LinuxCNC halscope", (".csv", ".txt", ".log"), _HALSCOPE, clock=_HALSCOPE, tick=1e-9),
 )  # fmt: skip
@@ -129,7 +132,7 @@ def read_old_scope(path: Path) -> RawTable:
     rows = [words for words in _word_rows(path) if words]
     labels = rows[0][::2] if rows else []
     refuse_size(path, len(rows), len(labels))
-    lost = [row[::2] != labels or len(row) != 2 * len(labels) or not all(map(is_number, row[1::2])) for row in rows]
+    lost = [row[::2] != labels or len(row) != 2 * len(labels) or not all(re.fullmatch(NUMBER, word) for word in row[1::2]) for row in rows]
     values = np.array([[np.nan] * len(labels) if bad else [float(word) for word in row[1::2]] for row, bad in zip(rows, lost, strict=True)])
     notes = (f"{sum(lost)} rows are damaged and count as missing",) if any(lost) else ()
     named = dict(zip(unique_names(["time", *labels]), [period * np.arange(len(rows)), *values.reshape(len(rows), -1).T], strict=True))

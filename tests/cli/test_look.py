@@ -92,7 +92,7 @@ def test_elsewhere_nothing_is_asked_and_each_assumption_is_listed(capsys: Captur
 
 def test_a_file_without_clock_and_units_gets_both_from_the_user_or_by_name(capsys: Capture) -> None:
     name = trace("Heidenhain scope")
-    assert "Assumed: the rows come at 1000 Hz.\n" in call(capsys, "look", name).out
+    assert "Assumed: the rows come at 47.619 Hz.\n" in call(capsys, "look", name).out
     said = call(capsys, "look", name, "--rate", "50 Hz", "--lesson", "mine.yaml")
     assert "It has no clock.\n" in said.out and "rows come at" not in said.out
     assert "Assumed: 'x_s_actual' is in mm.\n" in said.out

@@ -41,7 +41,7 @@ def held_text(values: np.ndarray, row: int, name: str) -> str:
 
 
 STEPS = np.round(np.floor(TIME / 0.012) * 0.5, 6)
-ANGLE, TURNS = np.round(108.0 * TIME, 6), np.full(ROWS, 18.0)
+ANGLE, TURNS = np.round(108.0 * TIME, 6), 18.0 + 1e-3 * (np.arange(ROWS) // 5 % 2)
 
 
 def write_sinumerik(path: Path) -> None:
@@ -287,7 +287,7 @@ FILES = {
         "spectrum_61_0 real": ("", SPECTRUM.real), "spectrum_61_0 imaginary": ("", SPECTRUM.imag),
     }),
     "SINUMERIK Edge": TraceFile("edge.json", write_edge, {
-        "time": ("s", TIME), "CYCLE": ("", 5000.0 + np.arange(ROWS)), "DES_POS|1": ("mm", PLACE), "ENC_POS|1": ("mm", SPEED),
+        "time": ("s", 10.0 + TIME), "CYCLE": ("", 5000.0 + np.arange(ROWS)), "DES_POS|1": ("mm", PLACE), "ENC_POS|1": ("mm", SPEED),
         "CURRENT|1": ("A", CURRENT),
     }),
     "SINUMERIK Edge table": TraceFile("edge.csv", text_file("time,pos_x,cmd_pos_x,v_x,curr_x\n", TIME, PLACE, PLACE, SPEED, CURRENT), {

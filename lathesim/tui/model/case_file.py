@@ -74,7 +74,7 @@ def write_mapping(case: CaseFile, variant: str | None, columns: Sequence[ColumnM
     return path
 
 
-RECORDING_ENDINGS = {".csv", ".txt", ".tsv", ".dat", ".lvm", ".mat", ".h5", ".hdf5"}
+RECORDING_ENDINGS = {".csv", ".txt", ".tsv", ".dat", ".lvm", ".mat", ".h5", ".hdf5", ".xml", ".mcap", ".mf4", ".tdms"}
 _SIZE_OFF = 0.25
 """How far off a guessed size may be to be called right, assumed: a guess is made by eye."""
 
