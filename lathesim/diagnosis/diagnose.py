@@ -13,6 +13,7 @@ from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
+from lathesim.diagnosis.isolation.lock import locked
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_given, prepare, with_other_sign
 from lathesim.diagnosis.recording_checks.checks import against_model, fault, of_a_slow_log, with_a_wrong_unit
@@ -65,6 +66,8 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, faults, prepared.findings, began)
     study.progress("smooth functions of what the machine does")
     found, doubted = outdone(study, found, doubts(study, found.model))
+    study.progress("what these recordings cannot answer")
+    found, unanswerable = locked(study, found)
     progress(f"{_STEPS[2]}: fitting both recordings")
     values = estimates(found.model, prepared.experiment, prepared.validation, prepared.whole)
     implausible = bool(deviations(found.model.fitted).max(initial=0.0) > IMPLAUSIBLE)
@@ -77,7 +80,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
-    answer = with_added_signals(answer, prepared.added)
+    answer = replace(with_added_signals(answer, prepared.added), unanswerable=unanswerable)
     spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
     answer = replace(answer, turned=prepared.turned, validation=prepared.validation_name, untried=_untried(prepared, found))
     answer = replace(answer, sentence=headline(answer, question.method), findings=(*prepared.findings, *prepared.turned))

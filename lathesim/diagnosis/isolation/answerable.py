@@ -116,7 +116,7 @@ def _table(looking: Looking, usual: Sequence[Visible], compared: Mapping[str, tu
         for other in (other for other in experiment.one_sided if _is_as_one_sided(one.shape.candidate, other) and change is not None):
             behind[row, places[other.part]], told_from[row, places[other.part]] = 0.0, np.inf
         tied = bool(np.any(behind[row] < 1.0))
-        why = "; ".join(_why(looking, one, experiment, seen=change is not None)) if tied or change is None else ""
+        why = "; ".join(reasons(looking, one, seen=change is not None)) if tied or change is None else ""
         effects.append(_answerable(one, change, experiment, why))
         changes.append(change)
         found.append(tuple(rivals))
@@ -173,9 +173,9 @@ def _told_from(rival: FittedRival, method: Method) -> float:
     return math.sqrt(least_apart(method) / rival.behind)
 
 
-def _why(looking: Looking, one: Visible, experiment: Experiment, *, seen: bool) -> list[str]:
+def reasons(looking: Looking, one: Visible, *, seen: bool = False) -> list[str]:
     """Return why an effect is not seen, or not told from others, by what the motion lacks and which values take it up."""
-    facts = motion_lacks(experiment, one.shape.candidate, looking.study.method)
+    facts = motion_lacks(looking.study.estimation, one.shape.candidate, looking.study.method)
     return facts if seen else [*facts, *_taken_up(looking, one)]
 
 
@@ -219,4 +219,6 @@ def _taken_up(looking: Looking, one: Visible) -> list[str]:
     parts = np.array([root_mean_square(amount * slope[row]) for amount, slope in zip(amounts, looking.taken.slopes, strict=True)])
     least = looking.study.method.larger_part * parts.max(initial=0.0)
     named = [looking.taken.names[place] for place in np.argsort(-parts)[: Shown.most_named] if parts[place] > least]
+    by_part = {candidate.part: f"{candidate.name} at {candidate.place}" for candidate in looking.study.estimation.candidates}
+    named = list(dict.fromkeys(by_part.get(Place.of(name).part, name) for name in named))
     return [f"{' and '.join(named)} can stand for it"]

@@ -52,12 +52,15 @@ def rivals_of(looking: Looking, truths: Sequence[ChannelChange], others: Sequenc
 
     ``others`` are changes that all candidates make.
     """
-    alike = _alike(looking, truths, others)
-    return list(together(lambda pair: _fitted_to(looking, *pair), zip(truths, alike, strict=True)))
+    begun = alike(looking, truths, others, looking.study.method.explaining.rival)
+    return list(together(lambda pair: _fitted_to(looking, *pair), zip(truths, begun, strict=True)))
 
 
-def _alike(looking: Looking, truths: Sequence[ChannelChange], others: Sequence[ChannelChange]) -> list[list[tuple[Candidate, FloatArray]]]:
-    """Return for each change the candidates that promise to do the same, with the values from which each is fitted to it."""
+def alike(
+    looking: Looking, truths: Sequence[ChannelChange], others: Sequence[ChannelChange], least: float
+) -> list[list[tuple[Candidate, FloatArray]]]:
+    """Return for each change the candidates that promise to do the same, for a share of at ``least``, with the values from which each is
+    fitted to it."""
     shaped = [(change.candidate, values) for truth in truths for change in others for values in _as_shaped(truth, change)]
     candidates = {change.candidate.part: change.candidate for change in others}
     resonances = frequency_points(looking.study.estimation, list(candidates.values()), method=looking.study.method)
@@ -76,7 +79,7 @@ def _alike(looking: Looking, truths: Sequence[ChannelChange], others: Sequence[C
             if values is not None and _is_rival(change.candidate, truth.candidate) and (known is None or known[0] < promised):
                 starts[change.candidate.part] = promised, change.candidate, values
         method = looking.study.method
-        best = sorted((one for one in starts.values() if one[0] > method.explaining.rival), key=lambda one: -one[0])
+        best = sorted((one for one in starts.values() if one[0] > least), key=lambda one: -one[0])
         found.append([(candidate, values) for _, candidate, values in best[: method.isolation.rivals]])
     return found
 

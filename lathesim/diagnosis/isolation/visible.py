@@ -109,9 +109,10 @@ class Shape:
         return np.asarray(np.clip(values, candidate.low, candidate.high))
 
 
-def shapes(study: Study, candidates: Sequence[Candidate]) -> list[Shape]:
-    """Return a few shapes of each candidate, of usual size; limits where the recording comes to, events within it, waves that repeat."""
-    experiment, few = study.estimation, study.method.isolation.shapes
+def shapes(study: Study, candidates: Sequence[Candidate], few: int = 0) -> list[Shape]:
+    """Return so ``few`` shapes of each candidate (0: as many as usual), of usual size; limits where the recording comes to, events within
+    it, waves that repeat."""
+    experiment, few = study.estimation, few or study.method.isolation.shapes
     duration = len(experiment.record) * experiment.machine.assembly.sample_period
     limits = limit_points(experiment, candidates, method=study.method)
     found = []
@@ -267,6 +268,15 @@ class Visible:
     def nearest(self) -> ChannelChange | None:
         """What was tried nearest to where it begins to be seen."""
         return self.tried[min(self.tried, key=lambda factor: abs(math.log(factor / self.next)))] if self.tried else None
+
+
+def unseen(looking: Looking, shaped: Sequence[Shape]) -> list[Visible]:
+    """Return the shapes that are not seen even at the largest size that is believed."""
+    found = [Visible(shape, *_factors(shape, looking.study), looking.study.method.isolation.far_below) for shape in shaped]
+    changes = looking.changes([(one.shape.candidate, one.shape.grown(one.largest)) for one in found])
+    for one, change in zip(found, changes, strict=True):
+        one.tried |= {} if change is None else {one.largest: change}
+    return [one for one in found if any(change.above < 1.0 for change in one.tried.values())]
 
 
 def smallest_visible(looking: Looking, shaped: Sequence[Shape]) -> list[Visible]:

@@ -94,6 +94,15 @@ class Unnamed:
 
 
 @dataclass(frozen=True)
+class Unanswerable:
+    """An effect ``at`` a place that the recordings do not show, however large it is, and ``why``."""
+
+    effect: str
+    at: str
+    why: str
+
+
+@dataclass(frozen=True)
 class Location:
     """Where the mismatch sits: parts (the suspect first), channels (the worst first), stretches of time [s], and what it depends on."""
 
@@ -229,6 +238,8 @@ class Diagnosis:
     """Which channels were recorded with the other sign, one sentence each."""
     judges: tuple[str, ...] = ()
     """The recordings that judged, where these are several; ``validation`` is the one of which the answer is shown."""
+    unanswerable: tuple[Unanswerable, ...] = ()
+    """The effects that these recordings would not show, however large they are."""
     easiest: str = ""
     """The channel that no compared one shows and that is the easiest to log; empty where all are shown."""
 
@@ -288,6 +299,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             }
             | _OF_EARLIER_METHODS
             | {"untried": diagnosis.untried, "explanations": diagnosis.explanations, "unnamed": diagnosis.unnamed}
+            | {"unanswerable": diagnosis.unanswerable}
         )
     )
 

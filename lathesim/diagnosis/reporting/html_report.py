@@ -29,6 +29,7 @@ from lathesim.diagnosis.reporting.number_text import (
     quantity_text,
     words,
 )
+from lathesim.diagnosis.reporting.remarks import not_answered
 from lathesim.diagnosis.reporting.summary import is_worse, needs_other_values, still_off, summary_lines
 from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
 from lathesim.engine.assembly import Place
@@ -94,7 +95,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "drawings": _drawings(diagnosis, order),
         "baseline": [_baseline(name, item, method) for name, item in diagnosis.baseline.items()],
         "left": list(map(pretty, diagnosis.left)),
-        "not_told": list(diagnosis.not_told),
+        "not_told": [*diagnosis.not_told, *not_answered(diagnosis.unanswerable)],
         "insert": insert_lines(diagnosis.insert, diagnosis.side),
         "version": lathesim.__version__,
         "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",

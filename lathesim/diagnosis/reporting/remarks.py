@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, FoundEffect, with_unit
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, FoundEffect, Unanswerable, with_unit
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import listed
@@ -55,6 +55,14 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
         if effect.separating_experiment:
             experiments.append(f"What would tell more of {effect.effect}: {effect.separating_experiment}")
     return (*sentences, *experiments[1:])
+
+
+def not_answered(found: Sequence[Unanswerable]) -> list[str]:
+    """Return which effects recordings do not show, those with one reason in one sentence."""
+    names: dict[str, list[str]] = {}
+    for one in found:
+        names.setdefault(one.why, []).append(f"{one.effect} at {one.at}")
+    return [f"{listed(some)} would not show, however large: {why}." for why, some in names.items()]
 
 
 def next_step(diagnosis: Diagnosis, worse: Sequence[str], values: Sequence[str], *, needed: bool, off: bool) -> str:

@@ -11,6 +11,7 @@ from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.answer_tables import Rows, before_text, channel_rows, effect_rows, value_rows
 from lathesim.diagnosis.reporting.html_report import insert_lines
 from lathesim.diagnosis.reporting.number_text import plain, quantity_text
+from lathesim.diagnosis.reporting.remarks import not_answered
 from lathesim.diagnosis.reporting.summary import moved_values, shown_values, summary_lines
 
 
@@ -18,7 +19,7 @@ def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the lines of an answer."""
     lines = [*summary_lines(diagnosis, method), *_tables(diagnosis)]
     lines += _section("What is left:", diagnosis.left)
-    lines += _section("What this recording cannot tell:", diagnosis.not_told)
+    lines += _section("What this recording cannot tell:", (*diagnosis.not_told, *not_answered(diagnosis.unanswerable)))
     lines += _section("About the recording:", [line for line in diagnosis.findings if line not in diagnosis.sentence])
     if diagnosis.discovered:
         lines += ["", f"A formula for what is left: {diagnosis.discovered}"]

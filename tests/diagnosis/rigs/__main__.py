@@ -1,7 +1,8 @@
 """``python -m tests.diagnosis.rigs``: write cases, ask the program about each in every description, print the table.
 
 Each case is asked once, in a process of its own with a limit of processor time; what was answered is kept, and ``table`` prints it again.
-``limits`` shows how near right and wrong answers came to each limit of the method, and ``isolable`` how often ties were as predicted.
+``limits`` shows how near right and wrong answers came to each limit of the method, and ``ties`` and ``sizes`` how often ``isolable``
+predicted what was answered.
 ``--checkout`` asks an older program, ``--kept-as`` and ``--against`` show what two of them answer otherwise.
 """
 
@@ -12,15 +13,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tests.diagnosis import asking, scoring
-from tests.diagnosis.rigs import predicted_ties
-from tests.diagnosis.rigs.cases import SETS, schedule, write_case
+from tests.diagnosis.rigs import predicted_ties, smallest_sizes
+from tests.diagnosis.rigs.cases import SETS, Case, schedule, write_case
 from tests.diagnosis.rigs.limits import near, table
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.diagnosis.rigs", description=__doc__)
-    parser.add_argument("what", choices=("run", "table", "limits", "isolable"))
+    parser.add_argument("what", choices=("run", "table", "limits", "ties", "sizes"))
     parser.add_argument("--set", dest="rigs", choices=SETS, default="first", help="which set of rigs")
     parser.add_argument("--folder", type=Path, default=Path("build/rigs"), help="folder of cases and answers")
     parser.add_argument("--seed", type=int, default=1)
@@ -31,6 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     asked = parser.parse_args(arguments)
     counts = {kind: int(number) for kind, _, number in (item.partition("=") for item in asked.each.split(","))}
     folders: list[Path] = []
+    cases: list[tuple[Case, Path]] = []
     for case in schedule(asked.seed, counts, asked.rigs):
         if asked.half != "both" and case.rig.calibrating != (asked.half == "calibration"):
             continue
@@ -39,10 +41,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
             written = write_case(case, asked.folder)
         written = [written[case.number % len(written)]] if asked.in_turn else written
         folders += [folder for folder in written if asked.only in folder.name]
+        cases += [(case, folder) for folder in written if asked.only in folder.name]
     if asked.what == "limits":
         print("\n".join(table(near(folders))))
         return 0
-    if asked.what == "isolable":
+    if asked.what == "sizes":
+        found = []
+        for one in smallest_sizes.asked(cases, asked.kept_as, asked.limit):
+            found.append(one)
+            print(smallest_sizes.line(*one), flush=True)
+        print("\n".join(smallest_sizes.table(found)))
+        return 0
+    if asked.what == "ties":
         print("\n".join(predicted_ties.table(predicted_ties.compared(folders, asked.kept_as))))
         return 0
     if asked.what == "run":

@@ -160,10 +160,16 @@ def large_current(rig: Rig) -> float:
     return float(np.quantile(np.abs(currents), 0.985))
 
 
-def write_case(case: Case, folder: Path) -> list[Path]:
-    """Write the recordings of a case once, and a folder with the lesson for each description; return those folders."""
+def write_case(case: Case, folder: Path, size: float = 1.0) -> list[Path]:
+    """Write the recordings of a case once, and a folder with the lesson for each description; return those folders.
+
+    What is hidden has so many times its usual ``size``.
+    """
     rig, rng = case.rig, np.random.default_rng(case.seed)
     physics = hide(rig, case.keys, rng, large_current(rig) if "saturation" in case.keys else 0.0)
+    usual = rig.physics
+    hidden = {name: value for name, value in physics._asdict().items() if value != getattr(usual, name)}
+    physics = physics._replace(**{name: getattr(usual, name) + size * (value - getattr(usual, name)) for name, value in hidden.items()})
     given, beside = given_values(case, rng), given_values(replace(case, kind="sound"), rng)
     drawn = {name: draw(rig, rng) for name in ("fit.csv", "validate.csv")}
     tables = {}

@@ -1,0 +1,52 @@
+"""What the recordings of a diagnosis cannot answer: rivals that a search passed by, and effects that no size of them would show."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from lathesim.diagnosis.isolation.lock import locked
+from lathesim.diagnosis.records.diagnosis import Unanswerable, as_json
+from lathesim.diagnosis.reporting.terminal_text import answer_lines
+from lathesim.effects.backlash_and_screw import PeriodicPitchError
+from lathesim.effects.friction import CoulombFriction
+from lathesim.effects.offset_and_gain import ForceOffset
+from lathesim.effects.sensor_errors import EncoderEccentricity
+from lathesim.record import Record
+from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, VISCOUS, as_record, experiments, recording, searched, study
+from tests.diagnosis.sample_diagnoses import NAMED
+
+
+def with_a_wave(seed: int) -> Record:
+    record = recording(seed=seed)
+    place = record[POSITION]
+    return record.with_channel(POSITION, "m", place + 8e-6 * np.sin(2.0 * np.pi * place / 2e-3))
+
+
+def test_a_rival_that_the_search_passed_by_is_found_and_tied() -> None:
+    estimation, validation = experiments(with_a_wave(1), with_a_wave(2), effects=(PeriodicPitchError, EncoderEccentricity))
+    found = searched(estimation, validation)
+    ((named, rivals),) = found.rivals.items()
+    assert len(rivals) == 1
+    again, unanswerable = locked(study(estimation, validation), replace(found, tried=(), rivals={}))
+    assert [one.candidate.name for one in again.rivals[named]] == [one.candidate.name for one in rivals]
+    assert unanswerable == ()
+
+
+def test_an_effect_that_no_size_shows_is_said_with_its_reason() -> None:
+    """A table that goes one way at one speed all the time: a dry friction is another viscous one."""
+    push, time = 40.0, PERIOD * np.arange(1500)
+    seen = np.round(push / VISCOUS * time / RESOLUTION) * RESOLUTION
+    records = [as_record({FORCE: ("N", np.full(1500, push)), POSITION: ("m", seen)})] * 2
+    estimation, validation = experiments(*records, effects=(ForceOffset, CoulombFriction))
+    asked = study(estimation, validation)
+    _, (unanswerable,) = locked(asked, searched(estimation, validation))
+    assert (unanswerable.effect, unanswerable.at) == ("CoulombFriction", "x_axis")
+    assert unanswerable.why == "x_axis moves in one direction only; x_axis moves at one speed; x_axis.viscous can stand for it"
+
+
+def test_what_is_not_answered_stands_in_the_answer() -> None:
+    told = replace(NAMED, unanswerable=(Unanswerable("Backlash", "x_encoder", "x_axis moves in one direction only"),))
+    lines = answer_lines(told)
+    assert "What this recording cannot tell:" in lines
+    assert "- Backlash at x_encoder would not show, however large: x_axis moves in one direction only." in lines
+    assert as_json(told)["unanswerable"] == [{"effect": "Backlash", "at": "x_encoder", "why": "x_axis moves in one direction only"}]
