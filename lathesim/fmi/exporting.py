@@ -56,7 +56,7 @@ class FromOutside(Component):
 class Exported:
     """What an FMU has to be, and what was made: its plan, and ``inputs`` and ``parameters``, names in it by the names of the variables.
 
-    ``held`` names the inputs that move between two samples in the lesson, and are held from sample to sample in an FMU.
+    ``held`` names the inputs and outputs that move between two samples in the lesson, and are held from sample to sample in an FMU.
     """
 
     plan: Plan
@@ -88,15 +88,13 @@ def one_part(plan: Plan, part: str, duration: float, seed: int) -> Exported:
     if part not in plan.parts:
         raise LatheSimError(f"the machine has no part '{part}'.", remedy=nearest(part, plan.parts) or f"It has {', '.join(plan.parts)}.")
     own = plan.parts[part]
-    parts, wires, inputs, held = [own], [], {}, []
+    parts, wires, inputs = [own], [], {}
     for full, (kind, source) in plan.feeds.items():
         place, declared = Place.of(full), plan.declaration(full)
         if place.part != part:
             continue
         start = plan.values[source] if kind == "parameter" else float(getattr(declared, "default", None) or 0.0)
         is_open = kind == "output" or (isinstance(declared, Input) and full in plan.assembly.wired)
-        if kind == "output" and plan.moves_between_samples(source) and place.port in _taken_between(own):
-            held.append(full)
         if is_open and isinstance(declared, Input) and declared.previous:
             guest = Part(f"given_{place.port}", FromOutside.with_units({"signal": declared.unit}))
             parts.append(guest)
@@ -111,12 +109,20 @@ def one_part(plan: Plan, part: str, duration: float, seed: int) -> Exported:
     if not record:
         raise LatheSimError(f"{part} has no output.", remedy="Export a part that gives something.")
     alone = wire(Assembly(tuple(parts), tuple(wires), given.sample_period, given.step, record=record), plan.tableau)
-    return Exported(alone, inputs, _settable(alone, inputs.values()), tuple(held), duration, seed, part)
+    return Exported(alone, inputs, _settable(alone, inputs.values()), held_by_an_fmu(plan, part), duration, seed, part)
 
 
-def _taken_between(part: Part) -> set[str]:
-    """Return what the laws of a part take that are computed between two samples."""
-    return {name for law, names in part.component.arguments.items() if law != "update" for name in names}
+def held_by_an_fmu(plan: Plan, part: str) -> tuple[str, ...]:
+    """Return the inputs and outputs of a part that laws take anew between two samples, and that an FMU in its place holds there."""
+    stages = [*plan.stage, *((name, "derivative") for name in plan.parts)]
+    taken = {(name, item) for name, law in stages for item in plan.parts[name].component.arguments.get(law, ())}
+    held = []
+    for full, (kind, source) in plan.feeds.items():
+        place, there = Place.of(full), Place.of(source)
+        is_passed = kind == "output" and (place.part == part) != (there.part == part)
+        if is_passed and (place.part, place.port) in taken and plan.moves_between_samples(source):
+            held.append(full if place.part == part else source)
+    return tuple(dict.fromkeys(held))
 
 
 def _settable(plan: Plan, inputs: Iterable[str]) -> dict[str, str]:

@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 
 from lathesim.cli.main import run_command_line
+from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, SimulationError
+from lathesim.fmi.exporting import held_by_an_fmu
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
 from lathesim.record import Record
 from lathesim.workspace import mark_workspace
 from tests.cli.command import call
+from tests.shipped_machine import shipped_machine
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy.simulation import instantiate_fmu  # noqa: E402
@@ -159,10 +162,9 @@ def test_a_part_that_goes_out_and_comes_in_gives_the_same_record(
     assert float(np.ptp(after["x_controller.voltage"])) > 1.0
 
 
-def test_an_input_that_moves_between_samples_is_said_to_be_held(exported: Callable[..., Path], capsys: pytest.CaptureFixture[str]) -> None:
-    exported("drive", "--part", "x_drive")
-    held = "x_drive.velocity moves between two samples in the lesson. The FMU holds it for a step, so a run with the FMU may differ.\n"
-    assert capsys.readouterr().err == held
+@pytest.mark.parametrize(("part", "held"), [("x_drive", ["x_drive.velocity", "x_drive.effort"]), ("x_encoder", []), ("x_dac", [])])
+def test_what_moves_between_samples_is_said_to_be_held(part: str, held: list[str]) -> None:
+    assert list(held_by_an_fmu(wire(shipped_machine("cascade_axis")), part)) == held
 
 
 def test_an_fmu_of_another_tool_is_a_part(folder: Path) -> None:
