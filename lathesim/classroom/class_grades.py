@@ -17,6 +17,7 @@ import json
 import math
 import os
 import re
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -25,6 +26,7 @@ from typing import Any
 
 from lathesim.classroom.roster import ClassFolder, Student
 from lathesim.classroom.teacher_notes import Weights
+from lathesim.cluster import Cluster
 from lathesim.errors import LatheSimError
 from lathesim.exercises.graded_diagnosis import grade, read_guess
 from lathesim.exercises.sealed_answer import ANSWER, file_digest
@@ -40,6 +42,8 @@ NOTHING, NO_RECORD, FOREIGN = "nothing handed in", "no record", "another machine
 """Results beside those of :mod:`lathesim.lessons.grading`."""
 MOST_FILES = 40
 """Files of one student that are read."""
+_SENT_AT_ONCE = 32
+"""Students whose files are on the way to a cluster at the same time: a record may take many megabytes."""
 BY_CHANCE = 0.05
 """How often at most a number that is called copied would be another student's by chance."""
 _SAME = 1e-3
@@ -78,13 +82,16 @@ class StudentGrade:
     prints: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
-def grade_class(folder: Path, registry: Registry, handed_in: Path | None = None) -> Iterator[StudentGrade]:
+def grade_class(folder: Path, registry: Registry, handed_in: Path | None = None, cluster: Cluster | None = None) -> Iterator[StudentGrade]:
     """Yield the grade of each student of a class, whose work lies in the folder of that name in ``handed_in``.
 
+    With a ``cluster`` they come as its workers end them.
     What was graded before and has not changed since is not read again. Raises :class:`RecordingError` where the folder has no class.
     """
     place = ClassFolder(folder)
     about = place.read()
+    weights = Weights(**about["weights"])
+    waiting = []
     for student in about["students"]:
         work = (handed_in or place.students) / student.folder
         files = {file.relative_to(work).as_posix(): file_digest(file) for file in _work(work)}
@@ -93,11 +100,38 @@ def grade_class(folder: Path, registry: Registry, handed_in: Path | None = None)
             graded = StudentGrade(student, files)
             if files:
                 answer = read_json(place.kept(student, ".json"), ANSWER, "answer", "values")
-                graded = _graded(
-                    graded, work, answer, yardstick(place.kept(student, ".yaml"), registry), registry, Weights(**about["weights"])
-                )
-            write_text(place.kept(student, "_grade.json"), json.dumps({"schema": SCHEMA, "grade": plain(graded)}, indent=2) + "\n")
+                given = (graded, work, answer, yardstick(place.kept(student, ".yaml"), registry))
+                if cluster is not None:
+                    waiting.append(given)
+                    continue
+                graded = _graded(*given, registry, weights)
+            _keep(place, graded)
         yield graded
+    for first in range(0, len(waiting), _SENT_AT_ONCE):
+        some = waiting[first : first + _SENT_AT_ONCE]
+        calls = [(graded, {name: (work / name).read_bytes() for name in graded.files}, *rest) for graded, work, *rest in some]
+        assert cluster is not None
+        for _, graded in cluster.results(_graded_there, (registry, weights), calls):
+            _keep(place, graded)
+            yield graded
+
+
+def _keep(place: ClassFolder, graded: StudentGrade) -> None:
+    text = json.dumps({"schema": SCHEMA, "grade": plain(graded)}, indent=2) + "\n"
+    write_text(place.kept(graded.student, "_grade.json"), text)
+
+
+def _graded_there(
+    shared: tuple[Registry, Weights], given: tuple[StudentGrade, Mapping[str, bytes], Mapping[str, Any], Yardstick]
+) -> StudentGrade:
+    """Return the grade of a work whose files came along, on a worker."""
+    graded, files, answer, lesson = given
+    with tempfile.TemporaryDirectory(prefix="lathesim-work-") as work:
+        for name, content in files.items():
+            file = Path(work) / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_bytes(content)
+        return _graded(graded, Path(work), answer, lesson, *shared)
 
 
 def _work(folder: Path) -> list[Path]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -64,7 +65,26 @@ plugins_option = click.option(
 host_option = click.option(
     "--host", default="127.0.0.1", show_default=True, help="Another address of this machine, so that others can connect."
 )
+cluster_option = click.option(
+    "--cluster", callback=lambda context, option, value: cluster_address(value), metavar="tcp://HOST:PORT", help="Work on a Dask cluster."
+)
 axis_option = click.option("--axis", "axis_texts", multiple=True, metavar="NAME=PART.INPUT", help="What follows an axis of the set-points.")
+
+
+def cluster_address(text: str | None) -> str | None:
+    """Return the address of a cluster; :class:`click.UsageError` where it is none."""
+    if text is not None and not text.startswith(("tcp://", "dask://")):
+        raise click.UsageError(f"--cluster {text}: write it as tcp://host:port.")
+    return text
+
+
+def cluster_at(address: str | None, plugins: Sequence[str]) -> contextlib.AbstractContextManager[Any]:
+    """Return the cluster of ``--cluster``, whose lost workers are said on the error stream; None without the option."""
+    if address is None:
+        return contextlib.nullcontext()
+    from lathesim.cluster import Cluster
+
+    return Cluster(address, plugins, lambda text: click.echo(text, err=True))
 
 
 def json_option(schema: str, what: str = "the result") -> Callable[[Command], Command]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from lathesim.cluster import Cluster
 from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.free_values import FreeValue, Telling, bounds, free_values, telling, values_of
 from lathesim.experiments.left_out import Importance, Unseen, gained, importances, is_noise, judge_unseen, left_out, own_band
@@ -84,14 +85,14 @@ class Emulation:
 
 def emulate(
     lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: EmulationQuestion,
-    say: Say = lambda sentence: None, stop: threading.Event | None = None,
+    say: Say = lambda sentence: None, stop: threading.Event | None = None, cluster: Cluster | None = None,
 ) -> Emulation:  # fmt: skip
     """Learn the values, and where they do not suffice the structure, of a machine from way-points.
 
     Raises what :func:`read_waypoints` raises, and :class:`LatheSimError` where nothing can be learnt.
     """
     began = clock.perf_counter()
-    fitted = _Fitting(lesson, recordings, validate, registry, question, stop)
+    fitted = _Fitting(lesson, recordings, validate, registry, question, stop, cluster)
     as_given = fitted.objective(())
     start = np.zeros(len(as_given.free))
     readings = [rows[0] for rows in as_given.replica.readings(values_of(as_given.free, start)[None, :])]
@@ -128,8 +129,9 @@ class _Fitting:
 
     def __init__(
         self, lesson: Lesson, recordings: Sequence[str], validate: Sequence[str], registry: Registry, question: EmulationQuestion,
-        stop: threading.Event | None,
+        stop: threading.Event | None, cluster: Cluster | None,
     ) -> None:  # fmt: skip
+        self.cluster = cluster
         self.lesson, self.registry, self.question, self.stop = lesson, registry, question, stop
         self.given, self.unseen_given = tuple(recordings), tuple(validate)
         self.recorded = self.read(lesson, self.given)
@@ -168,7 +170,9 @@ class _Fitting:
         return self._replica(read, names)
 
     def _replica(self, read: Sequence[Waypoints], names: Sequence[str]) -> Replica:
-        return Replica([Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read], names, self.stop)
+        return Replica(
+            [Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read], names, self.stop, self.cluster
+        )
 
     def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, rounds: int = 2) -> _Found:
         """Return the best point of a structure, with the search that was asked for."""

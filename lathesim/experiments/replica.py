@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from lathesim.cluster import Cluster
 from lathesim.component import Output
 from lathesim.components.signals import DelayLine, RecordedSignal
 from lathesim.effects.backlash_and_screw import Backlash
@@ -41,13 +42,15 @@ class Replica:
 
     A machine whose sampled parts are delays and an interpolator is run with up to four times the sample period. If nothing feeds the
     interpolator and none of its values is among ``names``, the reference is laid once. ``runs`` counts the simulations made. With
-    ``stop`` set a batch raises ``KeyboardInterrupt``.
+    ``stop`` set a batch raises ``KeyboardInterrupt``. A ``cluster`` runs several settings at the same time.
     """
 
-    def __init__(self, settings: Sequence[Setting], names: Sequence[str], stop: threading.Event | None = None) -> None:
+    def __init__(
+        self, settings: Sequence[Setting], names: Sequence[str], stop: threading.Event | None = None, cluster: Cluster | None = None
+    ) -> None:
         self.settings = tuple(settings)
         self.names = tuple(names)
-        self.stop = stop
+        self.stop, self.cluster = stop, cluster
         self.runs = 0
         self._batches = [_batch(setting, self.names) for setting in self.settings]
 
@@ -64,8 +67,14 @@ class Replica:
         They are read ``later`` [s] than the setting says, and ``until`` a time [s] only: NaN behind it.
         """
         members = np.atleast_2d(values)
-        found = []
-        for position in range(len(self.settings)) if only is None else only:
+        found: list[FloatArray] = []
+        places = range(len(self.settings)) if only is None else only
+        if self.cluster is not None and len(places) > 1:
+            calls = [(position, members, later, until) for position in places]
+            found = self.cluster.in_order(_read_there, _Shared(self.settings, self.names), calls, self.stop)
+            self.runs += len(members) * len(places)
+            return found
+        for position in places:
             if self.stop is not None and self.stop.is_set():
                 raise KeyboardInterrupt
             batch, setting = self._batches[position], self.settings[position]
@@ -74,6 +83,23 @@ class Replica:
             self.runs += len(members)
             found.append(np.array(rows))
         return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Shared:
+    """The settings of a replica, of which a worker makes ready those that it is asked for, once."""
+
+    settings: tuple[Setting, ...]
+    names: tuple[str, ...]
+    ready: dict[int, Replica] = dataclasses.field(default_factory=dict)
+
+
+def _read_there(shared: _Shared, call: tuple[int, FloatArray, float, float]) -> FloatArray:
+    """Return the readings of one setting, on a worker."""
+    position, members, later, until = call
+    if position not in shared.ready:
+        shared.ready[position] = Replica([shared.settings[position]], shared.names)
+    return shared.ready[position].readings(members, None, later, until)[0]
 
 
 class ProgramRuns:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from lathesim.cluster import Cluster
 from lathesim.diagnosis.diagnose import diagnose
 from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.preparation import Question
@@ -44,28 +45,40 @@ class Other:
 
 
 def diagnose_together(
-    case: LoadedCase, others: Sequence[Other], registry: Registry, ask: Callable[[LoadedCase], Question], tell: Callable[[str], None]
-) -> Diagnosis:
+    case: LoadedCase, others: Sequence[Other], registry: Registry, ask: Callable[[LoadedCase], Question], tell: Callable[[str], None],
+    cluster: Cluster | None = None,
+) -> Diagnosis:  # fmt: skip
     """Return one verdict of a recording and the others of the same machine.
 
     The new recording is fitted, and each other one judges: its start, its phases and what else belongs to one recording are fitted anew,
-    values of the machine and of the effects are shared. The likelihoods of all recordings are added up. Raises
-    :class:`LessonError` where a recording is one of another machine.
+    values of the machine and of the effects are shared. The likelihoods of all recordings are added up. With a ``cluster`` its workers
+    make the diagnoses at the same time. Raises :class:`LessonError` where a recording is one of another machine.
     """
     question = ask(case)
-    answers = []
+    answers, questions = [], []
     for left, other in zip(range(len(others), 0, -1), others, strict=True):
         lesson = load_lesson(other.lesson)
         further = load_case(lesson, [other.recording], registry)
         _check_same(case, further, other)
-        tell(f"together with {other.recording.name}")
         judging = further.recordings[0]
         if judging.name == question.fitted.name:
             # both folders of a class hold a recording.csv, and the answer names the one that judged
             judging = replace(judging, name=str(other.recording))
+        if cluster is not None:
+            questions.append(replace(question, validation=judging))
+            continue
+        tell(f"together with {other.recording.name}")
         method = replace(question.method, ends=question.method.ends.share(1.0 / left))
         answers.append(diagnose(replace(question, validation=judging, method=method), tell))
+    if cluster is not None:
+        tell(f"together with {len(questions)} recordings, on the cluster")
+        answers = cluster.in_order(answered, None, questions)
     return joined(answers)
+
+
+def answered(shared: None, question: Question) -> Diagnosis:
+    """Return the diagnosis of a question, on a worker of a cluster."""
+    return diagnose(question, lambda step: None)
 
 
 def _check_same(case: LoadedCase, further: LoadedCase, other: Other) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from threading import Lock
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 
 class RunCount:
@@ -36,6 +36,10 @@ class Deadline:
     def after(cls, limit: float, clock: Callable[[], float] = time.perf_counter) -> Deadline:
         """Return the moment ``limit`` [s] from now."""
         return cls(clock() + limit, clock)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Take the time that is left to another process, whose clock counts from another moment."""
+        return (Deadline.after, (self.moment - self.clock(),)) if self.moment < math.inf else (Deadline, ())
 
     @property
     def is_over(self) -> bool:

@@ -13,10 +13,10 @@ from pathlib import Path
 from lathesim.errors import LatheSimError, nearest
 
 GROUPS = {
-    "Tutorials": ("first_hour", "writing_lessons", "your_recording", "plugins"),
+    "Tutorials": ("first_hour", "writing_lessons", "your_recording", "backlash", "plugins"),
     "How to, on one screen": (
-        "sweeps", "exporting", "grading", "goals", "classes", "sheets", "traces", "comparing", "diagnosing", "remedies", "backlash",
-        "circular_test", "lobes", "recording_live", "fmi", "speed",
+        "sweeps", "exporting", "grading", "goals", "classes", "sheets", "traces", "comparing", "diagnosing", "remedies", "circular_test",
+        "lobes", "recording_live", "fmi", "speed",
     ),
     "Reference": ("app", "commands", "lessons", "programs", "python", "real_machines", "glossary"),
     "Explanations": ("diagnosis", "reliability", "experiments", "contour", "stability", "live", "house"),

@@ -277,7 +277,7 @@ def _time(table: RawTable, mapping: RecordingMapping, findings: list[Finding]) -
 
 
 def _same_length(table: RawTable, mapping: RecordingMapping, columns: dict[str, FloatArray], time: FloatArray) -> None:
-    lengths = {signal.column: len(columns[signal.target]) for signal in mapping.signals}
+    lengths = {signal.column: len(columns[signal.target]) for signal in mapping.signals if signal.target in columns}
     if mapping.time_column is not None:
         lengths[mapping.time_column] = len(time)
     if len(set(lengths.values())) > 1:

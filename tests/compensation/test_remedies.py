@@ -261,7 +261,7 @@ def test_a_table_that_folds_back_is_refused(tmp_path: Path, capsys: pytest.Captu
     assert code == 0
     table = next(out.glob("*.csv"))
     lines = table.read_text().splitlines()
-    table.write_text("\n".join([lines[0], lines[2], lines[1], *lines[3:]]) + "\n")
+    table.write_text("\n".join([*lines[:-2], lines[-1], lines[-2]]) + "\n")
     capsys.readouterr()
     assert run_command_line(["run", str(out / "lesson.yaml"), "--out", str(tmp_path / "r.h5")]) == 1
     assert "the positions of a table rise." in capsys.readouterr().err
@@ -343,7 +343,7 @@ def test_a_mirrored_path_that_gouges_or_leaves_the_travel_is_refused(tmp_path: P
     assert code == 1
     error = capsys.readouterr().err
     assert "the machine travels from 0" in error
-    assert len(error.strip().splitlines()) == 1
+    assert len([row for row in error.strip().splitlines() if not row.startswith("Compiling")]) == 1
 
 
 def removed_again(tmp_path: Path, effect: str, found: dict[str, Any], *options: str, change: tuple[str, str] = ("", "")) -> float:

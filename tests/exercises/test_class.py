@@ -15,6 +15,7 @@ from lathesim.classroom.class_grades import GRADES, NBGRADER, StudentGrade, copi
 from lathesim.classroom.making import HIDDEN, MadeMachine, make_class
 from lathesim.classroom.roster import ClassFolder, Student, read_students
 from lathesim.classroom.teacher_notes import teacher_notes
+from lathesim.cluster import Cluster
 from lathesim.errors import LessonError, RecordingError
 from lathesim.exercises.sealed_answer import opened
 from lathesim.lessons.lesson import load_lesson
@@ -226,6 +227,19 @@ def test_work_is_graded_on_the_students_own_machine(grades: dict[str, StudentGra
         EVIL: ("another machine", 0, 0, 0.0),
         FORMULA: ("unreadable", 0, 0, 0.0),
     }
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_workers_of_a_cluster_grade_alike(handed_in: Path, grades: dict[str, StudentGrade], registry: Registry) -> None:
+    distributed = pytest.importorskip("distributed")
+    for kept in handed_in.rglob("*_grade.json"):
+        kept.unlink()
+    workers = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with distributed.LocalCluster(**workers) as local, Cluster(local.scheduler_address, registry.plugins) as cluster:
+        found = {item.student.id: item for item in grade_class(handed_in, registry, cluster=cluster)}
+    assert found == grades
+    assert len(list(handed_in.rglob("*_grade.json"))) == len(grades)
 
 
 def test_copies_are_named_and_nobody_else(handed_in: Path, grades: dict[str, StudentGrade]) -> None:

@@ -59,6 +59,15 @@ def test_way_points_are_called_as_what_was_run(registry: Registry, short: Path, 
     assert read_waypoints(load_lesson(LESSON), f"{given}{short}", registry).name == name
 
 
+def test_way_points_beside_a_recorded_reference_are_read(registry: Registry, tmp_path: Path) -> None:
+    rows = [f"{0.1 * row:.1f},{row},{row},{row},0,0" for row in range(30)]
+    file = tmp_path / "axis.csv"
+    file.write_text("\n".join(["time,reference,motor,table,voltage,current", *rows]), encoding="utf-8")
+    read = read_waypoints(load_lesson("22_what_is_wrong_with_this_machine"), str(file), registry)
+    assert "x_scale.position" in read.channels
+    assert "x_controller.reference" not in read.channels
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_emulated_machine_follows_a_program_that_was_not_fitted(
@@ -115,6 +124,21 @@ def test_clock_that_runs_apart_is_told(capsys: pytest.CaptureFixture[str], short
     told = json.loads((tmp_path / "e" / "emulation.json").read_text())
     assert [sentence.partition(":")[0] for sentence in told["clocks"]] == [str(told["recordings"][0]["name"]) + ".csv"]
     assert "its clock runs 2 % fast" in (tmp_path / "e" / "report.html").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")
+def test_the_workers_of_a_cluster_learn_the_same(capsys: pytest.CaptureFixture[str], short: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    files = [f"{program}={short}" for program in ("staircase", "three_speeds")]
+    free = ("--free", "x_element_1.gain,x_controller.loop_gain", "--keep-structure")
+    told = []
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
+        for name, where in (("here", ()), ("there", ("--cluster", cluster.scheduler_address))):
+            done = call(capsys, "emulate", LESSON, *files, *free, "--out", tmp_path / name, *where)
+            assert done.code == 0, done.err
+            told.append(json.loads((tmp_path / name / "emulation.json").read_text()))
+    assert [{**data, "wall_time_s": 0.0} for data in told[1:]] == [{**told[0], "wall_time_s": 0.0}]
 
 
 def test_stopped_emulation_keeps_the_best_machine_so_far(

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, option, plugins_option, variant_option
+from lathesim.cli.options import (
+    STOPPED,
+    ChosenLesson,
+    OutputPath,
+    cluster_at,
+    cluster_option,
+    grouped,
+    option,
+    plugins_option,
+    variant_option,
+)
 from lathesim.cli.progress import interruptible, steps, terminated_as_interrupted
 from lathesim.whole_file import check_output, write_text
 
@@ -25,6 +35,7 @@ class RecordingOptions:
 
     recording: Path
     others: tuple[tuple[str, str], ...]
+    cluster: str | None
     validate: Path | None = option("The recording that judges RECORDING [default: its second half].", metavar="FILE")
     before: Path | None = option(
         "A recording from before the machine changed: what changed since is named, however small, and not what the lesson left out.",
@@ -38,6 +49,8 @@ class RecordingOptions:
             raise click.UsageError(f"{fact} Give it with --validate {further[0]}, and it judges, or with --with LESSON {further[0]}.")
         if self.others and self.validate is not None:
             raise click.UsageError("--with and --validate both judge: give one of them. --with may stand several times.")
+        if self.cluster is not None and not self.others:
+            raise click.UsageError("--cluster shares out the recordings of --with: give some.")
         if self.others and self.before is not None:
             raise click.UsageError("--with and --before ask two questions: give one of them.")
 
@@ -83,6 +96,7 @@ class ReportOptions:
     help="A further recording of the same machine, with its lesson; several times, and not with --validate. RECORDING is fitted, each of "
     "these judges, and one verdict comes of all.",
 )
+@cluster_option
 @click.option("--design", is_flag=True, help="Where the answer is tied, write the program whose run would tell, to DIR/next.")
 @grouped(report=ReportOptions)
 @click.option(
@@ -148,28 +162,25 @@ def _answer(question: Question, case: LoadedCase, files: RecordingOptions, chose
         from lathesim.experiments.sequence import Other, diagnose_together
 
         further = [Other(name, Path(file)) for name, file in files.others]
-        return diagnose_together(case, further, chosen.registry, lambda loaded_case: question, tell)
+        with cluster_at(files.cluster, chosen.registry.plugins) as cluster:
+            return diagnose_together(case, further, chosen.registry, lambda loaded_case: question, tell, cluster)
 
 
 def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path, report: ReportOptions) -> None:
     """Print the answer, then write its files: the disk may be full."""
     import json
 
-    from lathesim.diagnosis.records.diagnosis import as_json
-    from lathesim.diagnosis.reporting.answer_files import report_place, write_answer
+    from lathesim.diagnosis.reporting.answer_files import answer_json, report_place, write_answer
     from lathesim.diagnosis.reporting.explanations import explanation_lines
-    from lathesim.diagnosis.reporting.number_text import plain
-    from lathesim.diagnosis.reporting.summary import headline, summary_lines
     from lathesim.diagnosis.reporting.terminal_text import answer_lines
 
-    told = {"sentence": plain(headline(diagnosis)), "summary": [plain(line) for line in summary_lines(diagnosis)]}
     place = None if report.no_report else str(report_place(folder))
-    answer_json = json.dumps({**as_json(diagnosis), **told, "report": place}, indent=2)
+    answer_in_json = json.dumps({**answer_json(diagnosis), "report": place}, indent=2)
     answer_text = [*answer_lines(diagnosis), *(explanation_lines(diagnosis) if report.explained else []), ""]
-    click.echo(answer_json if report.is_quiet else "\n".join(answer_text))
+    click.echo(answer_in_json if report.is_quiet else "\n".join(answer_text))
     files = [] if report.no_report else write_answer(diagnosis, case.lesson, folder)
     if not report.is_quiet:
-        files += [write_text(report.json_file, answer_json + "\n")] if report.json_file is not None else []
+        files += [write_text(report.json_file, answer_in_json + "\n")] if report.json_file is not None else []
         see = f" See {', '.join(map(str, files))}." if files else ""
         click.echo(f"{diagnosis.wall_time:.1f} s.{see}")
 

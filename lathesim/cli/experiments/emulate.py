@@ -7,7 +7,18 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, json_option, option, plugins_option, read_names
+from lathesim.cli.options import (
+    STOPPED,
+    ChosenLesson,
+    OutputPath,
+    cluster_at,
+    cluster_option,
+    grouped,
+    json_option,
+    option,
+    plugins_option,
+    read_names,
+)
 from lathesim.cli.progress import interruptible
 from lathesim.cli.writing import CommandResult, write
 
@@ -43,11 +54,13 @@ class EmulateOptions:
 @grouped(learning=EmulateOptions)
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where lesson and report go.")
 @json_option("lathesim-emulation/1")
+@cluster_option
 @plugins_option
 @grouped(chosen=ChosenLesson)
 def emulate(
-    chosen: ChosenLesson, learning: EmulateOptions, recordings: tuple[str, ...], validate: tuple[str, ...], out: Path, as_json: bool
-) -> int:
+    chosen: ChosenLesson, learning: EmulateOptions, recordings: tuple[str, ...], validate: tuple[str, ...], out: Path, as_json: bool,
+    cluster: str | None,
+) -> int:  # fmt: skip
     """Learn the machine of LESSON from way-points of its programs, and say what they cannot tell.
 
     A recording may be uneven in time and as slow as 10 Hz. PROGRAM is a variant of the lesson or a part program. Without PROGRAM, a file
@@ -76,8 +89,8 @@ def emulate(
         if not as_json:
             click.echo(sentence, err=True)
 
-    with interruptible() as stop:
-        found = learn(chosen.loaded, recordings, validate, chosen.registry, question, say, stop)
+    with interruptible() as stop, cluster_at(cluster, chosen.registry.plugins) as workers:
+        found = learn(chosen.loaded, recordings, validate, chosen.registry, question, say, stop, workers)
     write(CommandResult("lathesim-emulation/1", as_json_of(found), told_lines(found)), as_json)
     places = write_emulation(found, out)
     if not as_json:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import STOPPED, OutputPath, open_registry, plugins_option, variant_option
+from lathesim.cli.options import STOPPED, OutputPath, cluster_at, cluster_option, open_registry, plugins_option, variant_option
 from lathesim.cli.progress import count_bar
 
 _GO_ON = "the same command goes on from there."
@@ -64,8 +64,9 @@ def new(lesson: str, file: Path, out: Path, asked: tuple[str, ...], seed: int | 
 @click.argument("folder", type=click.Path(path_type=Path), metavar="DIR")
 @click.option("--handed-in", type=click.Path(path_type=Path), metavar="FOLDER", help="Where the work is [default: DIR/students].")
 @click.option("--out", type=OutputPath(folder=True), metavar="FOLDER", help="Where the tables go [default: DIR/grades].")
+@cluster_option
 @plugins_option
-def grade(folder: Path, handed_in: Path | None, out: Path | None, plugin_folders: tuple[Path, ...]) -> int:
+def grade(folder: Path, handed_in: Path | None, out: Path | None, cluster: str | None, plugin_folders: tuple[Path, ...]) -> int:
     """Grade the work of the class in DIR: records, answers and diagnoses, in one table.
 
     Each student hands in the records (RUN.h5), their RUN.answers.json, and the diagnosis as JSON, in a folder of the same name as the one
@@ -78,10 +79,12 @@ def grade(folder: Path, handed_in: Path | None, out: Path | None, plugin_folders
     about = ClassFolder(folder).read()
     grades = []
     try:
-        with count_bar("students", len(about["students"])) as tell:
-            for graded in grade_class(folder, open_registry(plugin_folders), handed_in):
+        registry = open_registry(plugin_folders)
+        with cluster_at(cluster, registry.plugins) as workers, count_bar("students", len(about["students"])) as tell:
+            for graded in grade_class(folder, registry, handed_in, workers):
                 grades.append(graded)
                 tell()
+        grades.sort(key=lambda item: about["students"].index(item.student))
     except KeyboardInterrupt:
         click.echo(f"Stopped after {len(grades)} of {len(about['students'])} students; {_GO_ON}", err=True)
         return STOPPED

@@ -13,6 +13,8 @@ from lathesim.cli.options import (
     STOPPED,
     ChosenLesson,
     OutputPath,
+    cluster_address,
+    cluster_at,
     grouped,
     option,
     plugins_option,
@@ -41,7 +43,7 @@ class SweepOptions:
     plot: Path | None = option("The plot [default: beside the table].", type=OutputPath(), metavar="F.png")
     no_plot: bool = option("Draw no plot.")
     threads: int | None = option("Runs at the same time [default: as many as there are cores].", type=click.IntRange(min=1))
-    executor: str | None = option("Make the runs on a Dask cluster.", metavar="dask://HOST:PORT")
+    executor: str | None = option("Make the runs on a Dask cluster.", "--cluster", "--executor", metavar="tcp://HOST:PORT")
 
 
 @click.command()
@@ -63,8 +65,7 @@ def sweep(chosen: ChosenLesson, wish: SweepOptions) -> int:
     from lathesim.lessons.sweep_runs import Members
     from lathesim.lessons.sweep_table import default_metrics, grid, read_range, values_at
 
-    if wish.executor is not None and not wish.executor.startswith("dask://"):
-        raise click.UsageError(f"--executor {wish.executor}: write it as dask://host:port.")
+    cluster_address(wish.executor)
     registry, loaded = chosen.registry, chosen.loaded
     prepared = chosen.prepared
     ranges = [read_range(text, prepared) for text in wish.varied]
@@ -117,13 +118,12 @@ def _sweep_table(
 
 
 def _runs(members: Members, jobs: Sequence[tuple[int, tuple[float, ...]]], wish: SweepOptions, chosen: ChosenLesson) -> Iterator[Member]:
-    from lathesim.lessons.sweep_executors import pack, run_here, run_on_cluster
+    from lathesim.lessons.sweep_executors import run_here, run_on_cluster
 
     if not jobs:
-        return iter(())
-    if wish.executor is None:
-        return run_here(members, jobs, wish.threads or 0)
-    return run_on_cluster(wish.executor, pack(members, chosen.overrides, chosen.registry.plugins), members.digest, jobs)
+        return
+    with cluster_at(wish.executor, chosen.registry.plugins) as cluster:
+        yield from run_here(members, jobs, wish.threads or 0) if cluster is None else run_on_cluster(cluster, members, jobs)
 
 
 def _extremes(ranges: Sequence[SweptRange], points: Sequence[tuple[int, ...]], members: Members, done: dict[int, Member]) -> Iterator[str]:

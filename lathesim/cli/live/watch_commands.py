@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, option, plugins_option, variant_option
+from lathesim.cli.options import (
+    STOPPED,
+    ChosenLesson,
+    OutputPath,
+    cluster_at,
+    cluster_option,
+    grouped,
+    option,
+    plugins_option,
+    variant_option,
+)
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
@@ -136,12 +146,14 @@ class WatchOptions:
 @grouped(watching=WatchOptions)
 @click.option("--json-lines", is_flag=True, help="Write each event as a line of JSON (schema lathesim-watch/1) and nothing else.")
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where windows and answers go.")
+@cluster_option
 @variant_option
 @plugins_option
 @grouped(chosen=ChosenLesson)
 def watch(
-    chosen: ChosenLesson, sources: tuple[str, ...], map_file: Path | None, watching: WatchOptions, json_lines: bool, out: Path | None
-) -> int:
+    chosen: ChosenLesson, sources: tuple[str, ...], map_file: Path | None, watching: WatchOptions, json_lines: bool, out: Path | None,
+    cluster: str | None,
+) -> int:  # fmt: skip
     """Watch a machine: say when it began to differ from LESSON, where, and what that is.
 
     SOURCE is an OPC UA server (opc.tcp://host:port), an MTConnect agent (http://host:port) or a servo side (tcp://host:port). It may also
@@ -169,8 +181,9 @@ def watch(
         waits=not live(sources),
     )
     source = open_source(sources, map_file, prepared, registry)
-    session = WatchSession(prepared, registry, source, settings, _json_line if json_lines else _line)
-    _, stopped = run_until_stopped(session.run)
+    with cluster_at(cluster, registry.plugins) as workers:
+        session = WatchSession(prepared, registry, source, replace(settings, cluster=workers), _json_line if json_lines else _line)
+        _, stopped = run_until_stopped(session.run)
     return STOPPED if stopped else 0
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import Diagnosis
+from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
 from lathesim.diagnosis.reporting.html_report import report_html
+from lathesim.diagnosis.reporting.number_text import plain
+from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson
 from lathesim.whole_file import WholeFiles, make_folder
@@ -16,6 +19,15 @@ from lathesim.whole_file import WholeFiles, make_folder
 def refitted_values(diagnosis: Diagnosis) -> Mapping[str, str]:
     """Return the values of the lesson as they were fitted beside what was found, as a lesson's ``set:`` takes them."""
     return {name: f"{item.refit_with:.6g} {item.unit}".removesuffix(" 1") for name, item in diagnosis.baseline.items()}
+
+
+def answer_json(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
+    """Return a diagnosis as JSON of its schema, with the answer in a sentence and in lines."""
+    return {
+        **as_json(diagnosis),
+        "sentence": plain(headline(diagnosis, method)),
+        "summary": [plain(line) for line in summary_lines(diagnosis, method=method)],
+    }
 
 
 def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path, method: Method = STANDARD) -> list[Path]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from lathesim.cluster import Cluster
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.even_clock import Stretch
@@ -25,6 +26,7 @@ from lathesim.live.watching.states import ReportedChange
 from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_verdict import (
     NAMING,
+    Away,
     BeforeChange,
     Verdict,
     WatchEvent,
@@ -48,7 +50,7 @@ _LEAST = 200
 class WatchSettings:
     """How to watch: seconds to ``learn``, of a ``block``, of the ``window`` for a diagnosis; seconds it may take (``patience``); further
     windows to validate with; tolerances [SI] by channel; where files go; whether to diagnose at all; whether the source ``waits`` for a
-    diagnosis, as recordings can and machines cannot."""
+    diagnosis, as recordings can and machines cannot; the cluster whose workers diagnose, if any."""
 
     learn: float = 60.0
     block: float = 0.2
@@ -60,6 +62,7 @@ class WatchSettings:
     diagnose: bool = True
     plugins: Sequence[Path] = ()
     waits: bool = False
+    cluster: Cluster | None = None
 
 
 class WatchSession:
@@ -259,8 +262,9 @@ class WatchSession:
         number = 0
         try:
             number = free_number(folder)
+            away = Away(self._settings.cluster, self._registry) if self._settings.cluster is not None else None
             verdict = await diagnose_window(
-                self._prepared, before, windows, folder, number, self._settings.patience, self._settings.plugins
+                self._prepared, before, windows, folder, number, self._settings.patience, self._settings.plugins, away
             )
         except (LatheSimError, OSError) as error:
             verdict = Verdict({}, f"it could not be made: {error}")

@@ -9,19 +9,28 @@ import json
 import os
 import signal
 import sys
+import threading
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from lathesim.identification.replay.loading import uncertainties
+from lathesim.cluster import Cluster
+from lathesim.diagnosis.diagnose import ask
+from lathesim.diagnosis.reporting.answer_files import answer_json
+from lathesim.errors import LatheSimError
+from lathesim.experiments.sequence import answered
+from lathesim.identification.execution import Deadline
+from lathesim.identification.replay.loading import load_case, uncertainties
 from lathesim.lessons.changed_lesson import changed_lesson
+from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared
 from lathesim.live.opening import recordings_for
 from lathesim.live.samples import Signal
 from lathesim.live.watching.known_effects import KnownEffect
+from lathesim.plugins import Registry
 from lathesim.record import Channel, FloatArray, Record
 from lathesim.record_writer import save
 from lathesim.whole_file import make_folder, write_text
@@ -103,10 +112,12 @@ def free_number(folder: Path) -> int:
 
 
 async def diagnose_window(
-    prepared: Prepared, before: BeforeChange, windows: Windows, folder: Path, number: int, patience: float, plugins: Sequence[Path]
-) -> Verdict:
+    prepared: Prepared, before: BeforeChange, windows: Windows, folder: Path, number: int, patience: float, plugins: Sequence[Path],
+    away: Away | None = None,
+) -> Verdict:  # fmt: skip
     """Return the diagnosis of a window; its record, lesson and answer stay in ``folder``; ``patience`` [s] bounds it.
 
+    With ``away`` a worker of a cluster makes it.
     It begins from what was known ``before``: what the laps before have shown of a value need not be found again.
     """
     window = windows.asked
@@ -117,13 +128,21 @@ async def diagnose_window(
     variant = prepared.case.variant
     text = changed_lesson(prepared.case.lesson, [], before.values, folder, variant=variant, further=further, sizes=before.sizes)
     write_text(lesson, text)
+    beside: dict[str, Path] = {}
+    for option, further_window in (("validate", windows.validation), ("before", windows.before)):
+        if further_window is not None:
+            beside[option] = folder / f"watch_{number}_{option}.h5"
+            save(further_window.as_record(), beside[option])
+    if away is not None:
+        stop = threading.Event()
+        try:
+            return await asyncio.to_thread(_away, away, lesson, record, beside, patience, answer, stop)
+        finally:
+            stop.set()
     command = [sys.executable, "-m", "lathesim", "diagnose", str(lesson), str(record), "--json", str(answer), "--no-report"]
     command += ["--at-most", f"{patience:g} s", "--out", str(folder / f"watch_{number}")]
-    for option, beside in (("validate", windows.validation), ("before", windows.before)):
-        if beside is not None:
-            place = folder / f"watch_{number}_{option}.h5"
-            save(beside.as_record(), place)
-            command += [f"--{option}", str(place)]
+    for option, place in beside.items():
+        command += [f"--{option}", str(place)]
     for plugin in plugins:
         command += ["--plugins", str(plugin)]
     process = await asyncio.create_subprocess_exec(
@@ -142,6 +161,31 @@ async def diagnose_window(
     except (OSError, ValueError):
         lines = told.decode("utf-8", "replace").strip().splitlines()
         return Verdict({}, lines[-1] if lines else "the diagnosis gave no answer.")
+
+
+@dataclass(frozen=True)
+class Away:
+    """Where windows are diagnosed instead: a cluster, and the registry of the watch."""
+
+    cluster: Cluster
+    registry: Registry
+
+
+def _away(
+    away: Away, lesson: Path, record: Path, beside: Mapping[str, Path], patience: float, file: Path, stop: threading.Event
+) -> Verdict:
+    """Return the diagnosis that a worker made of a window, and keep its answer."""
+    try:
+        loaded = load_lesson(str(lesson))
+        case = load_case(loaded, [record, *beside.values()], away.registry)
+        effects: list[Any] = list(away.registry.effects.values())
+        question = ask(loaded.title, case.machine, case.recordings, effects, changed="before" in beside)
+        question = replace(question, method=replace(question.method, ends=Deadline.after(patience)))
+        (diagnosis,) = away.cluster.in_order(answered, None, [question], stop)
+    except LatheSimError as error:
+        return Verdict({}, str(error))
+    write_text(file, json.dumps(answer_json(diagnosis), indent=2) + "\n")
+    return Verdict(json.loads(file.read_text(encoding="utf-8")))
 
 
 def _end(process: asyncio.subprocess.Process) -> None:
