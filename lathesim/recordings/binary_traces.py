@@ -168,9 +168,26 @@ def _read_mf4(path: Path) -> RawTable:
     return timed_table(path, series)
 
 
+_LEAD = struct.Struct("<4sIIQQ")
+"""The head of a segment of TDMS: tag, contents, version, and the bytes from behind it to the next segment and to the values."""
+
+
+def _check_segments(path: Path) -> None:
+    """Raise ValueError where the segments of a TDMS file do not follow one another up to its end; the library would read on."""
+    size, place = path.stat().st_size, 0
+    with path.open("rb") as file:
+        while place < size:
+            file.seek(place)
+            tag, _, _, following, values = _LEAD.unpack(file.read(_LEAD.size).ljust(_LEAD.size, b"\0"))
+            place += _LEAD.size + following
+            if tag != b"TDSm" or values > following or place > size:
+                raise ValueError("the file is cut off within a segment")
+
+
 def _read_tdms(path: Path) -> RawTable:
     from nptdms import TdmsFile
 
+    _check_segments(path)
     series: list[TimedChannel] = []
     plain: dict[str, FloatArray] = {}
     units: dict[str, str] = {}

@@ -148,8 +148,6 @@ _SCOPE = re.compile(r"Name([\t ;,:])[^\n]*\nFile\1")
 _TYPES = "Data-Type"
 _KEYS = ("Name", _TYPES, "SymbolName", "Unit", "ScaleFactor", "Offset")
 _PLAIN = {"ScaleFactor": "1", "Offset": "0"}
-_FILE_TIMES = 1e15
-"""From here on a time counts 100 ns since 1601, as the option for full time stamps writes it, and no milliseconds."""
 
 
 @dataclass(frozen=True)
@@ -234,14 +232,8 @@ def read_scope(path: Path) -> RawTable:
     for time, cell, name, unit in layout.channels:
         known = np.flatnonzero(np.isfinite(rows.values[time]) | np.isfinite(rows.values[cell]))
         length = int(known[-1]) + 1 if len(known) else 0
-        series.append(TimedChannel(name, unit, _seconds(rows.values[time, :length]), rows.values[cell, :length]))
+        series.append(TimedChannel(name, unit, 1e-3 * rows.values[time, :length], rows.values[cell, :length]))
     return timed_table(path, series, (*layout.notes, *told(replace(rows, texts=()), [])))
-
-
-def _seconds(times: FloatArray) -> FloatArray:
-    """Return times in ms, or in 100 ns since 1601, in s, the latter since the first."""
-    known = times[np.isfinite(times)]
-    return (times - known[0]) * 1e-7 if len(known) and known[0] > _FILE_TIMES else times * 1e-3
 
 
 @dataclass(frozen=True)

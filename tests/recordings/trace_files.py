@@ -244,12 +244,14 @@ def write_mcap(path: Path) -> None:
         schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", JOINT_STATE.encode())
         plain = writer.register_schema("power", "jsonschema", b"{}")
         joints = writer.register_channel("/joint_states", "cdr", schema)
-        power = writer.register_channel("/power", "json", plain)
+        old = writer.register_schema("my/Labelled", "ros1msg", b"string label\nfloat64 data\n")
+        power, labelled = writer.register_channel("/power", "json", plain), writer.register_channel("/old", "ros1", old)
         for row in range(ROWS):
             at = round(1e9 * (100.0 + TIME[row]))
             writer.add_message(joints, at + 7, cdr(row), at + 7)
             if row % 4 == 0:
                 writer.add_message(power, at, json.dumps({"volt": CURRENT[row]}).encode(), at)
+                writer.add_message(labelled, at, struct.pack("<I3sd", 3, b"abc", PLACE[row]), at)
         writer.finish()
 
 
@@ -322,7 +324,7 @@ FILES = {
     "MCAP": TraceFile("ros.mcap", write_mcap, {
         "time": ("s", TIME), "/joint_states.position.a1": ("", PLACE), "/joint_states.position.a2": ("", SPEED),
         "/joint_states.effort.a1": ("", CURRENT), "/joint_states.effort.a2": ("", np.full(ROWS, 0.25)),
-        "time of /power.volt": ("s", TIME[FOURTH]), "/power.volt": ("", CURRENT[FOURTH]),
+        "time of /power.volt": ("s", TIME[FOURTH]), "/power.volt": ("", CURRENT[FOURTH]), "/old.data": ("", PLACE[FOURTH]),
     }, "mcap"),
     "MF4": TraceFile("car.mf4", write_mf4, {
         "time": ("s", TIME), "current": ("A", CURRENT), "place": ("mm", PLACE), "time of fast": ("s", FAST), "fast": ("V", FAST),
