@@ -164,7 +164,7 @@ def _chosen(
         choices = remedies_for(item, diagnosed.registry, control)
         if not choices and control is not None and remedies_for(item, diagnosed.registry):
             refused.append(item.named.effect)
-            without.append(NotMended(item.named.effect, item.named.at, f"{control.lacks}. {_NEAREST}"))
+            without.append(NotMended(item.named.effect, item.named.at, f"{control.lacks}. {_NEAREST}".rstrip(".")))
         elif not choices:
             without.append(NotMended(item.named.effect, item.named.at, _why_none(diagnosed, item)))
         if not choices:

@@ -230,6 +230,16 @@ def test_the_remedy_of_a_plug_in_is_written_or_refused(tmp_path: Path, capsys: p
 
 
 @pytest.mark.slow
+def test_what_a_control_does_not_hold_is_said_beside_what_it_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out = remedied(tmp_path, diagnosis(PLAY, FRICTION), "--for", "grblhal")
+    assert code == 0
+    assert settings((out / "grblhal.txt").read_text()).keys() == {"$160"}
+    (row,) = [row for row in capsys.readouterr().out.splitlines() if row.startswith("CoulombFriction at x_axis: ")]
+    assert "has no setting for screw, friction or vibration. The nearest is" in row
+    assert row.endswith("holds all numbers.")
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("control", "effects", "left"),
     [
