@@ -191,25 +191,7 @@ def design_for_precision(
     mixtures = candidates(room, walking, wish.candidates, wish.seed, arcs=wish.arcs)
     found = lay_those_that_fit([*strokes, *mixtures], room, wish.at_most)[: wish.candidates]
     say(f"{len(free)} values. Trying {len(found)} programs ...")
-    judged: list[tuple[Laid, float]] = []
-    averaged: list[tuple[Laid, float]] = []
-    stopped = False
-    try:
-        for first in range(0, len(found), _BATCH):
-            some = found[first : first + _BATCH]
-            judged += zip(some, bench.values(some, central=False), strict=True)
-            say(f"  {len(judged)} of {len(found)}; the best has {criterion} = {max(value for _, value in judged):.4g}")
-        draws = wish.draws if wish.conditions.average else 1
-        best = [program for program, _ in sorted(judged, key=lambda pair: -pair[1])[:_AVERAGED]]
-        averaged = list(zip(best, bench.values(best, draws), strict=True))
-        for step in exchanges(bench, max(averaged, key=lambda pair: pair[1]), draws, say):
-            averaged.append(step)
-    except KeyboardInterrupt:
-        if not judged:
-            raise
-        stopped = True
-        if stop is not None:
-            stop.clear()
+    judged, averaged, stopped = _searched(bench, found, say, stop)
     all_judged, judged = [*judged, *averaged], averaged or judged
     program, value = max(judged, key=lambda pair: pair[1])
     told = bench.told(program)
@@ -229,6 +211,32 @@ def design_for_precision(
         clock.perf_counter() - began,
         stopped,
     )
+
+
+def _searched(
+    bench: PrecisionBench, found: list[Laid], say: Callable[[str], None], stop: threading.Event | None
+) -> tuple[list[tuple[Laid, float]], list[tuple[Laid, float]], bool]:
+    """Return the programs with their sizes: all at the given values, the best over all draws; and whether Ctrl-C ended the search."""
+    judged: list[tuple[Laid, float]] = []
+    averaged: list[tuple[Laid, float]] = []
+    stopped = False
+    try:
+        for first in range(0, len(found), _BATCH):
+            some = found[first : first + _BATCH]
+            judged += zip(some, bench.values(some, central=False), strict=True)
+            say(f"  {len(judged)} of {len(found)}; the best has {bench.criterion} = {max(value for _, value in judged):.4g}")
+        draws = bench.wish.draws if bench.wish.conditions.average else 1
+        best = [program for program, _ in sorted(judged, key=lambda pair: -pair[1])[:_AVERAGED]]
+        averaged = list(zip(best, bench.values(best, draws), strict=True))
+        for step in exchanges(bench, max(averaged, key=lambda pair: pair[1]), draws, say):
+            averaged.append(step)
+    except KeyboardInterrupt:
+        if not judged:
+            raise
+        stopped = True
+        if stop is not None:
+            stop.clear()
+    return judged, averaged, stopped
 
 
 def exchanges(
