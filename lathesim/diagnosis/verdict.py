@@ -218,7 +218,7 @@ def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, m
     channels = recordable(experiment)
     if chosen is None or not rivals or not channels:
         return None
-    first, *others = _simulated(experiment, channels, [chosen.model.fitted, *rivals])
+    first, *others = simulated(experiment, channels, [one.by_name for one in (chosen.model.fitted, *rivals)])
     sizes = np.maximum(np.std(first, axis=1), 1e-300)
     apart = np.array([[root_mean_square(row) for row in other - first] for other in others]) / sizes
     least = np.min(np.nan_to_num(apart, nan=0.0, posinf=0.0), axis=0)
@@ -241,13 +241,13 @@ def recordable(experiment: Experiment) -> list[str]:
     return [name for name in dict.fromkeys(found) if name not in shown and measured_output(assembly, name) not in shown]
 
 
-def _simulated(experiment: Experiment, channels: Sequence[str], fits: Sequence[Fitted]) -> list[FloatArray]:
-    """Return channels (channels, samples) of the lesson's own simulation for each fit."""
+def simulated(experiment: Experiment, channels: Sequence[str], values: Sequence[Mapping[str, float]]) -> list[FloatArray]:
+    """Return channels (channels, samples) of the lesson's own simulation with each of some values by name."""
     own = experiment.own
     plan = wire(replace(own.plan.assembly, record=tuple(seen(experiment.with_candidates, name) for name in channels)))
-    names = own.settable([name for fitted in fits for name in fitted.by_name])
+    names = own.settable([name for some in values for name in some])
     given = {name: own.given(name) for name in names}
-    rows = np.array([[{**given, **fitted.by_name}[name] for name in names] for fitted in fits])
+    rows = np.array([[{**given, **some}[name] for name in names] for some in values])
     samples, begin = (own.samples - 1) * own.every + 1, int(SETTLING * own.samples)
     runs = Batch(plan, samples, noisy=False).run(names, rows, lambda record: record[:, :: own.every][:, begin:].copy())
     return [np.asarray(run) for run in runs]

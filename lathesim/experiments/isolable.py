@@ -7,7 +7,7 @@ gives the command in the place of a program, and what the lesson leaves of it gi
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -19,19 +19,28 @@ from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.explaining.plausible import with_possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.isolation.answerable import Isolation, isolated
+from lathesim.diagnosis.isolation.apart import FittedRival
 from lathesim.diagnosis.isolation.visible import Looking
 from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.reporting.isolation_report import as_json, isolation_lines
-from lathesim.engine.assembly import Assembly, Place
+from lathesim.diagnosis.verdict import recordable, simulated
+from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
-from lathesim.errors import LessonError, nearest
+from lathesim.errors import LatheSimError, LessonError, nearest
+from lathesim.experiments.candidate_programs import lay_what_fits, walking_time
+from lathesim.experiments.discrimination import Ablation, worths
+from lathesim.experiments.families import candidates
+from lathesim.experiments.rivals import NamedRival, place_rivals
+from lathesim.experiments.room import room_of
+from lathesim.experiments.scene import Scene
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
 from lathesim.identification.replay.controller_rate import decisions_for_each
 from lathesim.identification.replay.experiment import Machine, baseline_free, build_experiments
 from lathesim.identification.replay.loading import at_period, coarser_than_decided, load_case, uncertainties
 from lathesim.identification.roles import readings_of
+from lathesim.identification.signal import channel_floor, root_mean_square
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare, run_prepared
@@ -39,6 +48,8 @@ from lathesim.plugins import Registry
 from lathesim.record import Channel, Record
 from lathesim.recordings.raw_table import ENOUGH_SAMPLES, too_short
 
+_LONGEST, _PROGRAMS = 10.0, 12
+"""How long a program may be recorded that would tell effects apart [s], and how many are tried."""
 _MOST_SAMPLES = 60_000
 """Samples of a run that are looked at: a few hundred runs of them fit the memory of an ordinary computer."""
 
@@ -55,6 +66,23 @@ class Means:
     effects: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class SensorThatTells:
+    """A channel that is not recorded, and the pairs of effects (rows of the matrix) that it tells apart."""
+
+    channel: str
+    pairs: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class ProgramThatTells:
+    """A part program, how long it is recorded [s], and the pairs of effects (rows of the matrix) whose run is expected to decide."""
+
+    title: str
+    seconds: float
+    pairs: tuple[tuple[int, int], ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Isolable:
     """What a recording of a lesson could tell, of which sensors, how often and how long [Hz, s]; ``notes`` say what was assumed."""
@@ -66,12 +94,19 @@ class Isolable:
     rate: float
     seconds: float
     notes: tuple[str, ...]
+    sensors_that_tell: tuple[SensorThatTells, ...] = ()
+    program_that_tells: ProgramThatTells | None = None
     wall_time: float = 0.0
 
     def as_json(self) -> dict[str, Any]:
         """Return what was asked and what was found for programs."""
         asked = {"lesson": self.lesson.name, "sensors": self.sensors, "rate_hz": self.rate, "seconds": self.seconds, "notes": self.notes}
-        return {**asked, **as_json(self.found), "wall_time_s": self.wall_time}
+        told: dict[str, Any] = {
+            "sensors_that_tell": [_remedy(one.pairs, self.found, channel=one.channel) for one in self.sensors_that_tell]
+        }
+        program = self.program_that_tells
+        told |= {"program_that_tells": program and _remedy(program.pairs, self.found, title=program.title, seconds=program.seconds)}
+        return {**asked, **as_json(self.found), **told, "wall_time_s": self.wall_time}
 
     def lines(self) -> Iterator[str]:
         """Yield what was asked and what was found as a person reads it at a terminal."""
@@ -80,6 +115,11 @@ class Isolable:
         yield ""
         yield from isolation_lines(self.found)
         yield ""
+        for one in self.sensors_that_tell:
+            yield f"Record {one.channel} too, and {_in_words(one.pairs, self.found)}."
+        if program := self.program_that_tells:
+            yield f"Run {program.title} for {program.seconds:.1f} s, and {_in_words(program.pairs, self.found)}."
+            yield "'lathesim experiment LESSON --between A@part,B@part' writes such a program."
         seen, pairs = sum(one.is_visible for one in self.found.effects), len(self.found.pairs)
         yield f"{seen} of {len(self.found.effects)} effects would be seen, {pairs} pairs could not be told apart. {self.wall_time:.1f} s."
 
@@ -96,8 +136,15 @@ def isolable(
     experiment = looking.study.estimation
     tell(f"{len(experiment.candidates)} effects at their places, each for itself")
     found, machine = isolated(looking), experiment.machine
-    period, spent = machine.assembly.sample_period, clock.perf_counter() - began
-    return Isolable(lesson, looking, found, machine.compare, 1.0 / period, period * len(experiment.record), notes, spent)
+    sensors: tuple[SensorThatTells, ...] = ()
+    program = None
+    if found.pairs:
+        tell("looking for a sensor and a program that would tell")
+        sensors = _sensors_that_tell(looking, found)
+        program = _program_that_tells(prepare(lesson, registry, variant), looking, found, registry)
+    period = machine.assembly.sample_period
+    seconds, spent = period * len(experiment.record), clock.perf_counter() - began
+    return Isolable(lesson, looking, found, machine.compare, 1.0 / period, seconds, notes, sensors, program, spent)
 
 
 def looking_at(
@@ -188,3 +235,86 @@ def _along(machine: Machine, record: Record, sensors: Sequence[str]) -> Record:
     (made,) = Batch(plan, len(record)).run([], np.zeros((1, 0)))
     channels = {name: Channel(name, plan.unit(name), values) for name, values in zip(sensors, made, strict=True)}
     return replace(record, channels={**record.channels, **channels})
+
+
+def _remedy(pairs: Sequence[tuple[int, int]], found: Isolation, **what: Any) -> dict[str, Any]:
+    return {**what, "tells": [[found.effects[row].name for row in pair] for pair in pairs]}
+
+
+def _in_words(pairs: Sequence[tuple[int, int]], found: Isolation) -> str:
+    names = [" from ".join(found.effects[row].name for row in pair) for pair in pairs]
+    return f"{len(names)} of {len(found.pairs)} pairs can be told apart: {', '.join(names)}"
+
+
+def _sensors_that_tell(looking: Looking, found: Isolation) -> tuple[SensorThatTells, ...]:
+    """Return the channels, the easiest to log first, that tell pairs apart which no channel before them tells.
+
+    The lesson's own simulation has one effect or the other: they are told where the channel differs between them by more than a little of
+    what the first does there, and by more than rounding.
+    """
+    experiment, method = looking.study.estimation, looking.study.method
+    channels = recordable(experiment)
+    ties = {(row, column): rival for row, column, rival in _ties(found)}
+    if not channels or not ties:
+        return ()
+    values: list[Mapping[str, float]] = [looking.fitted.by_name]
+    for (row, _), rival in ties.items():
+        change = found.changes[row]
+        assert change is not None
+        truth = dict(zip(change.candidate.parameters, change.values.tolist(), strict=True))
+        values += [{**looking.fitted.by_name, **truth}, rival.values]
+    sound, *runs = simulated(experiment, channels, values)
+    told: dict[tuple[int, int], FloatArray] = {}
+    for pair, one, other in zip(ties, runs[::2], runs[1::2], strict=True):
+        apart, does = (np.array([root_mean_square(line) for line in lines]) for lines in (one - other, one - sound))
+        least = np.array([channel_floor(line) for line in sound])
+        told[_once(pair)] = told.get(_once(pair), np.ones(len(channels), dtype=bool)) & (apart > np.maximum(method.little * does, least))
+    left, found_channels = list(told), []
+    for place, channel in enumerate(channels):
+        if pairs := tuple(pair for pair in left if told[pair][place]):
+            found_channels.append(SensorThatTells(channel, pairs))
+            left = [pair for pair in left if pair not in pairs]
+    return tuple(found_channels)
+
+
+def _once(pair: tuple[int, int]) -> tuple[int, int]:
+    return (min(pair), max(pair))
+
+
+def _ties(found: Isolation) -> Iterator[tuple[int, int, FittedRival]]:
+    """Yield the rows and columns of the matrix that are tied, with the rival that was fitted."""
+    places = {change.candidate.part: row for row, change in enumerate(found.changes) if change is not None}
+    for row, rivals in enumerate(found.rivals):
+        yield from ((row, places[one.candidate.part], one) for one in rivals if one.is_tied and one.candidate.part in places)
+
+
+def _program_that_tells(prepared: Prepared, looking: Looking, found: Isolation, registry: Registry) -> ProgramThatTells | None:
+    """Return the program that is expected to decide most of the tied pairs, of those that decide as many the shortest; none where no
+    program moves the machine, or none decides any.
+
+    The candidates are those of a design of experiments, and so is what they are worth (:mod:`lathesim.experiments.discrimination`).
+    """
+    rows = sorted({row for row, _, _ in _ties(found)} | {column for _, column, _ in _ties(found)})
+    pairs = list(dict.fromkeys(_once((row, column)) for row, column, _ in _ties(found)))
+    machine, changes = looking.study.estimation.machine, [found.changes[row] for row in rows]
+    named = [
+        NamedRival(one.candidate.name, one.candidate.at, {name: (value, value) for name, value in one.by_name.items()})
+        for one in changes
+        if one is not None
+    ]
+    try:
+        room = room_of(prepared)
+        assembly, rivals = place_rivals(named, prepared.machinery, machine.compare, registry, 1, 0, "--sensors")
+    except LatheSimError:
+        return None
+    laid = lay_what_fits(candidates(room, walking_time(_LONGEST), _PROGRAMS, 0), room, _LONGEST)
+    if not laid or len(named) != len(rows):
+        return None
+    scene = Scene(assembly, rivals, machine.compare, dict(machine.uncertain), room, dict(machine.resolution), 1.1 * _LONGEST + 1.0)
+    floors = np.max([scene.floors(program) for program in laid], axis=0)
+    best: ProgramThatTells | None = None
+    for program, worth in zip(laid, worths(scene, laid, floors, 1, Ablation()), strict=True):
+        told = tuple(pair for pair in pairs if worth.decided_pair(rows.index(pair[0]), rows.index(pair[1])) > STANDARD.larger_part)
+        if told and (best is None or (-len(told), program.seconds) < (-len(best.pairs), best.seconds)):
+            best = ProgramThatTells(program.candidate.title, program.seconds, told)
+    return best

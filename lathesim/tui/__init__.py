@@ -18,6 +18,7 @@ _ENTRIES = (
     ("sweep", "views:sweep_form", "w", "Sweep", "bench", "Run the lesson over ranges of its parameters"),
     ("circle", "views:circle_form", "o", "Circle", "bench", "Run the circular test of ISO 230-4 on the lesson"),
     ("grade", "views:grade_form", "k", "Grade", "results", "Hold records against the goals of the lesson on the bench"),
+    ("isolable", "views:isolable_form", "a", "Ask first", "detective", "See what a recording would show, before it is made"),
     ("remedy", "views:remedy_form", "r", "Remedy", "detective", "Go from a diagnosis to its compensation, with a promise"),
     (
         "class_new",

@@ -1,7 +1,6 @@
 """What a recording could tell, before it is made: sizes that are just seen, effects that are alike, and why."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,18 +43,6 @@ def test_an_effect_of_its_smallest_size_is_just_seen(tmp_path: Path) -> None:
         assert below.above < 1.0 < above.above
 
 
-def test_what_acts_alike_is_a_tie_and_another_sensor_breaks_it(tmp_path: Path) -> None:
-    lesson, registry = load_lesson(write_lesson(tmp_path)), load_registry(installed=False)
-    asked = Means(effects=("ForceOffset", "ConverterOffset"))
-    tied = {}
-    for sensors in (("x_encoder.position",), ("x_encoder.position", "x_controller.voltage", "x_drive.current")):
-        found = isolated(looking_at(lesson, registry, replace(asked, sensors=sensors))[0])
-        offset = next(row for row, one in enumerate(found.effects) if one.effect == "ForceOffset")
-        tied[len(sensors)] = [found.effects[column].name for column in found.tied_with(offset)]
-    assert "ConverterOffset at x_drive" in tied[1]
-    assert "ConverterOffset at x_drive" not in tied[3]
-
-
 def test_one_way_at_one_speed_answers_little_and_says_why(
     one_speed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
@@ -82,3 +69,16 @@ def test_a_sensor_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.Capt
     said = call(capsys, "isolable", write_lesson(tmp_path), "--sensors", "x_encoder.positon")
     assert said.code == 1
     assert said.err == "--sensors: the machine has no output 'x_encoder.positon'. Did you mean 'x_encoder.position'?\n"
+
+
+def test_the_sensor_and_the_program_that_tell_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    effects, sensors = only("ForceOffset", "ConverterOffset"), ("--sensors", "x_encoder.position")
+    said = call(capsys, "isolable", write_lesson(tmp_path), *effects, *sensors, "--json")
+    assert said.code == 0, said.err
+    told = json.loads(said.out)
+    ((channel, pairs),) = [(one["channel"], one["tells"]) for one in told["sensors_that_tell"]]
+    assert channel == "x_drive.current"
+    assert ["ForceOffset at x_axis", "ConverterOffset at x_drive"] in pairs
+    assert told["program_that_tells"] is None or told["program_that_tells"]["seconds"] <= 10.0
+    said = call(capsys, "isolable", write_lesson(tmp_path), *effects, "--sensors", f"x_encoder.position,{channel}", "--json")
+    assert not [one for one in json.loads(said.out)["effects"] if one["effect"] == "ForceOffset" and one["tied_with"]]

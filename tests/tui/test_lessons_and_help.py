@@ -208,6 +208,13 @@ async def test_commands_are_forms_that_show_what_the_command_prints() -> None:
         await pilot.pause()
         line = "$ lathesim sweep 01_contour_error --vary x_dac.bits=8,12 --variant I"
         assert str(app.screen.query_one("#line", Static).content) == line
+        await pilot.press("escape", "f7")
+        await until(pilot, lambda: app.current_mode == "detective", "the detective")
+        await pilot.press("a")
+        await until(pilot, lambda: bool(app.screen.query("#field-3")), "the form")
+        app.screen.query_one("#field-3", Input).value = "Backlash"
+        await pilot.pause()
+        assert str(app.screen.query_one("#line", Static).content) == "$ lathesim isolable 01_contour_error --effect Backlash"
         await pilot.press("escape", "f6")
         await until(pilot, lambda: app.current_mode == "lessons", "the lessons")
         await pilot.press("g")

@@ -10,8 +10,8 @@ is held against the limit below which a diagnosis calls two explanations tied.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,13 +33,14 @@ from lathesim.identification.records import QUARTER_TURNS, Candidate, is_full_ba
 
 @dataclass(frozen=True, eq=False)
 class FittedRival:
-    """A rival of an effect, fitted to what that does: by how much it stays behind, below what it is a tie, and what the effect explains
-    [nats]."""
+    """A rival of an effect, fitted to what that does, with all values of that fit: by how much it stays behind, below what it is a tie, and
+    what the effect explains [nats]."""
 
     candidate: Candidate
     behind: float
     limit: float
     explained: float
+    values: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def is_tied(self) -> bool:
@@ -146,5 +147,5 @@ def _fitted_to(looking: Looking, truth: ChannelChange, begun: Sequence[tuple[Can
         behind = gain(fitted, made, full_band=wide or is_full_band((candidate,)))
         if is_usual(study, candidate, made.by_name):
             explained = truth.gain.nats
-            found.append(FittedRival(candidate, behind.nats, unresolved(behind, explained, study.method), explained))
+            found.append(FittedRival(candidate, behind.nats, unresolved(behind, explained, study.method), explained, made.by_name))
     return sorted(found, key=lambda one: one.behind / one.limit)

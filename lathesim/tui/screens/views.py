@@ -342,6 +342,18 @@ def circle_form(lesson: Lesson) -> CommandForm:
     return CommandForm("Circular test", ["circle", _word(lesson)], [CommandField("Picture", "circle.png", "--save")], of_bench=True)
 
 
+def isolable_form(lesson: Lesson) -> CommandForm:
+    """Return the form that asks what a recording of a lesson could tell, before it is made."""
+    fields = [
+        CommandField("Sensors", "x_encoder.position,x_controller.voltage; empty: those of the lesson", "--sensors"),
+        CommandField("Rows a second", "200 Hz, or empty", "--rate"),
+        CommandField("Part program", "another one, or empty", "--program"),
+        CommandField("Effect", "CoulombFriction, or empty for all", "--effect"),
+        CommandField("Case", "a variant of the lesson, or empty", "--variant"),
+    ]
+    return CommandForm("Ask before you record", ["isolable", _word(lesson)], fields)
+
+
 def remedy_form(lesson: Lesson) -> CommandForm:
     """Return the form that goes from a diagnosis to its compensation."""
     fields = [
