@@ -15,7 +15,7 @@ import numpy as np
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
-from lathesim.recordings.raw_table import USUAL_PERIOD, Finding, RawTable, is_unit
+from lathesim.recordings.raw_table import ENOUGH_SAMPLES, USUAL_PERIOD, Finding, RawTable, is_unit
 from lathesim.recordings.sample_grid import SampleGrid, even_grid
 from lathesim.units import conversion, convertible
 
@@ -83,6 +83,9 @@ _MEASURED = frozenset(
 _FILLING = frozenset(
     "nck servo data ctrl in mot motor nd main state states joint joints value val controller end side ec".split()  # noqa: SIM905
 )
+_UNIT_IN_NAME = re.compile(r"_((?:um|mm|m|deg|rad|rev)(?:_s)?|rpm|k?N|Nm|m?A|m?V|[mu]?s)$")
+_TURNING_WORDS = frozenset(("rpm", "angle", "winkel", "drehzahl"))
+_SLIDING_AXES = re.compile(r"[xyzuvw]\d?")
 _TURNING_AXES = re.compile(r"[abc]\d?|sp\d?|spindle")
 _SPLIT = re.compile(r"[A-Za-z]\d+(?![A-Za-z\d])|[A-Z]{2}[a-z]+|[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
 
@@ -106,18 +109,25 @@ class ColumnSense:
 
 
 def sense_of(name: str, unit: str, values: FloatArray) -> ColumnSense:
-    """Return what a column seems to be: by its unit where it has one, and by the words in its name."""
-    words = [word.lower() for word in _SPLIT.findall(name)]
+    """Return what a column seems to be: by its unit, in the head or at the end of its name, and by the words in its name."""
+    bare, match = name, _UNIT_IN_NAME.search(name)
+    if not is_unit(unit):
+        unit = match[1].replace("_", "/").replace("Nm", "N*m") if match else ""
+        named = [_QUANTITIES[word.lower()] for word in _SPLIT.findall(name) if word.lower() in _QUANTITIES]
+        if match and named and named[0] not in ("error", _kind(unit)):
+            unit = ""
+        bare = name[: match.start()] if match and unit else name
+    words = [word.lower() for word in _SPLIT.findall(bare)]
+    named = [_QUANTITIES[word] for word in words if word in _QUANTITIES]
     axis = name.rpartition("|")[2] if "|" in name else " ".join(
         word for word in words if word not in _QUANTITIES and word not in _COMMANDED | _MEASURED | _FILLING
     )  # fmt: skip
-    known = is_unit(unit)
-    turning = bool(_TURNS.search(unit)) if known else True if _TURNING_AXES.fullmatch(axis) else None
-    named = [_QUANTITIES[word] for word in words if word in _QUANTITIES]
-    quantity = "error" if "error" in named else named[0] if named and not known else _kind(unit) if known else ""
+    turns = True if _TURNING_AXES.fullmatch(axis) or _TURNING_WORDS & set(words) else False if _SLIDING_AXES.fullmatch(axis) else None
+    turning = bool(_TURNS.search(unit)) if unit else turns
+    quantity = "error" if "error" in named else _kind(unit) if unit else named[0] if named else ""
     finite = values[np.isfinite(values)]
     span = float(np.ptp(finite)) if len(finite) else 0.0
-    return ColumnSense(name, unit if known else "", quantity, bool(_COMMANDED & set(words)), axis, turning, span)
+    return ColumnSense(name, unit, quantity, bool(_COMMANDED & set(words)), axis, turning, span)
 
 
 def _kind(unit: str) -> str:
@@ -196,17 +206,17 @@ class ProposedLesson:
     @cached_property
     def time(self) -> str | None:
         """The column of times: one called so, or else one with a unit of time that rises."""
-        senses = [sense_of(name, unit, self.table.columns[name]) for name, unit in self.table.units.items()]
-        named = [item.column for item in senses if item.quantity == "time"]
-        return next((name for name in named if bool((np.diff(self.table.columns[name]) >= 0.0).mean() > 0.5)), None)
+        columns = self.table.columns
+        senses = [sense_of(name, unit, columns[name]) for name, unit in self.table.units.items() if name in columns]
+        named = [item.column for item in senses if item.quantity == "time" and item.span > 0.0]
+        return next((name for name in named if 2 * np.count_nonzero(np.diff(columns[name]) >= 0.0) > len(columns[name])), None)
 
     @cached_property
     def clock(self) -> tuple[SampleGrid, tuple[Finding, ...]] | None:
         """The even clock behind the times [s], with what was found about it; None without times."""
         if self.time is None:
             return None
-        unit = self.table.units[self.time]
-        values = self.table.columns[self.time] * (conversion(unit, "s") if is_unit(unit) and convertible(unit, "s") else 1.0)
+        values = self.table.columns[self.time] * conversion(self._time_unit, "s")
         finite = values[np.isfinite(values)]
         findings: list[Finding] = []
         return even_grid(values - (finite[0] if len(finite) else 0.0), findings), tuple(findings)
@@ -217,15 +227,21 @@ class ProposedLesson:
         rows = len(self.table.columns[self.time]) if self.time is not None else max(map(len, self.table.columns.values()))
         usable = {name: v for name, v in self.table.columns.items() if name != self.time and len(v) == rows and np.isfinite(v).any()}
         found = [sense_of(name, self.table.units[name], values) for name, values in usable.items()]
-        rotary = any(item.quantity == "torque" for item in found) and not any(item.turning is False for item in found)
+        rotary = any(item.quantity in ("torque", "current") for item in found)  # of a motor, unless an axis is known to slide
+        rotary &= not any(item.turning is False and item.quantity in ("position", "speed") for item in found)
         return tuple(replace(item, turning=True) if item.turning is None and rotary else item for item in found)
 
     @cached_property
     def fitting(self) -> dict[str, tuple[TemplateRule, dict[str, ColumnSense]]]:
         """For each axis the first template that fits it, with the column of each quantity; those that move come first.
 
-        A column whose name has no axis belongs to all of them. If no axis fits, all columns count as one.
+        Columns whose names have no axis count first, and otherwise belong to each axis. If no axis fits, all columns count as one.
+        Too few rows fit nothing.
         """
+        if not self.senses or len(self.table.columns[self.senses[0].column]) < ENOUGH_SAMPLES:
+            return {}
+        if (fit := self._fit([item for item in self.senses if not item.axis])) is not None:
+            return {"": fit}
         axes = dict.fromkeys(item.axis for item in self.senses if item.axis) or {"": None}
         found = {axis: fit for axis in axes if (fit := self._fit([item for item in self.senses if item.axis in (axis, "")])) is not None}
         if not found and (fit := self._fit(self.senses)) is not None:
@@ -286,8 +302,9 @@ class ProposedLesson:
 
     @property
     def _time_unit(self) -> str:
-        unit = self.table.units[self.time] if self.time is not None else ""
-        return unit if is_unit(unit) and convertible(unit, "s") else "s"
+        name = self.time or ""
+        unit = sense_of(name, self.table.units.get(name, ""), np.zeros(0)).unit
+        return unit if unit and convertible(unit, "s") else "s"
 
     def _assumed_unit(self, item: ColumnSense) -> str:
         turning = self.chosen is not None and self.chosen[0].turning
@@ -333,6 +350,6 @@ class ProposedLesson:
             "lesson": title, "machine": rule.machine, "sample_period": f"{1e3 * self.period:.10g} ms", "step": f"{1e3 * step:.10g} ms",
             "recordings": recordings_entry(self.meanings, rate),
         }  # fmt: skip
-        if rule.uncertain and any(item.target.endswith(("current", "position", "angle", "velocity", "speed")) for item in self.meanings):
+        if rule.uncertain:
             lesson["uncertain"] = dict.fromkeys(rule.uncertain, "100 %")
         return lesson

@@ -163,7 +163,9 @@ def read_trace(path: Path) -> RawTable:
     units, told = _units(trace, columns, slots.period)
     named = {"time": slots.times} | {names[key]: values for key, values in columns.items() if np.isfinite(values).any()}
     found = {"time": "s"} | {names[key]: unit for key, unit in units.items()}
-    others = {channel.get("description", ""): names[key] for key, channel in trace.channels.items() if names[key] in named}
+    others = {
+        text: names[key] for key, channel in trace.channels.items() if (text := channel.get("description", "")) and names[key] in named
+    }
     return replace(as_table(path, named, found, (*notes, told), {}), other_names=others)
 
 
@@ -380,8 +382,9 @@ def read_edge(path: Path) -> RawTable:
         names = [str(signal["Name"]) for signal in signals]
         units = [_edge_unit(str(signal["Name"]), str(signal["Axis"])) for signal in signals]
         rows = [row for entry in data["Payload"] for row in entry.get("HFData", ())]
-        odd = [len(row) != len(names) or not all(isinstance(value, (int, float)) for value in row) for row in rows]
-        values = np.array([[np.nan] * len(names) if bad else row for row, bad in zip(rows, odd, strict=True)], dtype=np.float64)
+        odd = [len(row) != len(names) for row in rows]
+        whole = ([np.nan] * len(names) if bad else [_cell(value) for value in row] for row, bad in zip(rows, odd, strict=True))
+        values = np.array(list(whole), dtype=np.float64)
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
         raise RecordingError("the JSON is damaged, or it is none of SINUMERIK Edge.", place=str(path), remedy="Export it again.") from None
     if 2 * sum(odd) > len(rows):
@@ -394,6 +397,11 @@ def read_edge(path: Path) -> RawTable:
     found = unique_names(["time", *names])
     columns = dict(zip(found, [cycle * number, *values.T], strict=True))
     return as_table(path, columns, dict(zip(found, ["s", *units], strict=True)), notes, {})
+
+
+def _cell(value: object) -> float:
+    """Return a value of a signal; NaN for a text or none."""
+    return float(value) if isinstance(value, (int, float)) else np.nan
 
 
 def _edge_unit(name: str, axis: str) -> str:

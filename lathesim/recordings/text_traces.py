@@ -90,6 +90,7 @@ TEXT_FORMS = (
             (r"(?:.*[. ])?(?:current|i[qd]_(?:measured|setpoint)|ibus)", "A"),
             (r"(?:.*[. ])?(?:torque_(?:estimate|setpoint)|input_torque|torque)", "N*m"), (r"(?:.*[. ])?vbus_voltage", "V"),
         ),
+        note="positions count in turns, as ODrive counts from firmware 0.5 on",
     ),
     TextForm(
         "moteus log", (".csv", ".log"), re.compile(r"(?i)^(?=.*\bq_current)(?=.*\bvelocity)", re.MULTILINE),
@@ -101,7 +102,7 @@ TEXT_FORMS = (
     ),
     TextForm(
         "SINUMERIK Edge table", (".csv",),
-        re.compile(rf"^(?=.*(?:ENC_POS\|\d|\bpos_{_AXIS}\b))(?=.*(?:DES_POS\|\d|\bcmd_pos_{_AXIS}\b))(?=.*(?:CURRENT\|\d|\bcurr_))", re.M),
+        re.compile(rf"^(?=.*(?:DES_POS\|\d|\bcmd_pos_{_AXIS}\b))(?=.*(?:CONT_DEV\|\d|\bcont_dev_{_AXIS}\b))", re.MULTILINE),
         (
             _TIME, (rf"(?:(?:cmd_)?pos|cont_dev){_LINEAR}", "mm"), (rf"(?:(?:cmd_)?pos|cont_dev){_TURNING}", "deg"),
             (rf"(?:cmd_)?v{_LINEAR}", "mm/s"), (rf"(?:cmd_)?v{_TURNING}", "deg/s"), (rf"a{_LINEAR}", "mm/s^2"),

@@ -276,6 +276,7 @@ def write_tdms(path: Path) -> None:
 
 EVERY_SECOND = np.where(np.arange(ROWS) % 2 == 1, ANGLE - 0.5, np.nan)
 FOURTH = np.arange(0, ROWS, 4)
+EDGE = "time,pos_x,cmd_pos_x,v_x,cont_dev_x,curr_x\n"
 ODRIVE = "time,ODrive 2 Position,ODrive 2 Velocity,ODrive 2 Current\n"
 MOTEUS = "timestamp,POSITION,VELOCITY,TORQUE,Q_CURRENT\n"
 HALSCOPE = "# Sampling period is 2000000 ns\njoint.0.pos-cmd;joint.0.f-error\n# Position: 0.5;0.5\n# Scale: 0;1\n"
@@ -292,8 +293,9 @@ FILES = {
         "time": ("s", 10.0 + TIME), "CYCLE": ("", 5000.0 + np.arange(ROWS)), "DES_POS|1": ("mm", PLACE), "ENC_POS|1": ("mm", SPEED),
         "CURRENT|1": ("A", CURRENT),
     }),
-    "SINUMERIK Edge table": TraceFile("edge.csv", text_file("time,pos_x,cmd_pos_x,v_x,curr_x\n", TIME, PLACE, PLACE, SPEED, CURRENT), {
-        "time": ("s", TIME), "pos_x": ("mm", PLACE), "cmd_pos_x": ("mm", PLACE), "v_x": ("mm/s", SPEED), "curr_x": ("A", CURRENT),
+    "SINUMERIK Edge table": TraceFile("edge.csv", text_file(EDGE, TIME, PLACE, PLACE, SPEED, CURRENT, CURRENT), {
+        "time": ("s", TIME), "pos_x": ("mm", PLACE), "cmd_pos_x": ("mm", PLACE), "v_x": ("mm/s", SPEED), "cont_dev_x": ("mm", CURRENT),
+        "curr_x": ("A", CURRENT),
     }),
     "Heidenhain scope": TraceFile("scope.csv", text_file("x_s_actual,x_i_nominal\n", PLACE, CURRENT), {
         "x_s_actual": ("", PLACE), "x_i_nominal": ("", CURRENT),

@@ -111,7 +111,7 @@ def _lines(data: dict[str, Any], proposal: ProposedLesson) -> Iterator[str]:
     yield ""
     yield from (f"Note: {note}." for note in data["notes"])
     if data["machine"] is None:
-        yield "No machine fits: nothing in the file drives a motion that it shows."
+        yield "No machine fits: nothing in the file drives a motion that it shows, for 100 rows at least."
         return
     yield f"Machine: {data['machine']}."
     for item in data["mapping"]:
