@@ -40,6 +40,8 @@ _NAME, _UNIT, _KIND, _FILE, _ORDER, _TYPE, _COUNT, _POINTER, _OFFSET, _FACTOR = 
 _ORDERS = {"BLOCK": True, "CHANNEL": False}
 """Whether the values of a row stand together, or those of a channel."""
 _IMPLICIT = ("IMPLIZIT", "IMPLICIT")
+_LONGEST_HEADER = 1 << 20
+"""Bytes of a header that are read: it has half a kilobyte for a channel."""
 _NO_VALUE = 9.8e34
 """From here on a number of DIAdem means no value (9.9e34)."""
 
@@ -52,6 +54,8 @@ def reads_diadem(path: Path) -> bool:
 
 def read_diadem(path: Path) -> RawTable:
     """Read the channels of a header with their values from the files beside it."""
+    if path.stat().st_size > _LONGEST_HEADER:
+        raise RecordingError(f"the header has more than {_LONGEST_HEADER} bytes.", place=str(path), remedy="Save fewer channels.")
     text = path.read_text(encoding="utf-8", errors="replace")
     order = ">" if re.search(r"^112,Low -> High", text, re.MULTILINE) else "<"
     columns: dict[str, FloatArray] = {}
