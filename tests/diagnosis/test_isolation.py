@@ -32,6 +32,14 @@ def test_a_rival_that_the_search_passed_by_is_found_and_tied() -> None:
     assert unanswerable == ()
 
 
+def test_an_effect_without_rivals_is_locked_by_nothing() -> None:
+    estimation, validation = experiments(with_a_wave(1), with_a_wave(2), effects=(PeriodicPitchError,))
+    found = searched(estimation, validation)
+    again, unanswerable = locked(study(estimation, validation), found)
+    assert [rivals for rivals in again.rivals.values() if rivals] == []
+    assert unanswerable == ()
+
+
 def test_an_effect_that_no_size_shows_is_said_with_its_reason() -> None:
     """A table that goes one way at one speed all the time: a dry friction is another viscous one."""
     push, time = 40.0, PERIOD * np.arange(1500)

@@ -67,6 +67,8 @@ def alike(
     resonances = frequency_points(looking.study.estimation, list(candidates.values()), method=looking.study.method)
     shaped += [(candidates[part], values) for part, points in resonances.items() for values in points]
     many = [*others, *(change for change in looking.changes(shaped, judged=False) if change is not None)]
+    if not (truths and many):
+        return [[] for _ in truths]
     white = _white(looking, many)
     power = np.maximum(np.sum(white * white, axis=1), 1e-300)
     found = []

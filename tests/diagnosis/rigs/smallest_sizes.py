@@ -1,6 +1,7 @@
 """The smallest size of an effect that shows, as ``isolable`` predicts it from a sound recording, held against answers at other sizes.
 
-At twice the predicted size a diagnosis has to name the effect, and at half of it not: then the smallest size is within a factor of two.
+At twice the predicted size a diagnosis has to name the effect, and at half of it not: then the smallest size is within a factor of two. It
+is asked about this effect alone: whether a search among all of them comes to it is another question.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def asked(cases: Sequence[tuple[Case, Path]], name: str, limit: float) -> Iterat
         for factor in (AWAY * size, size / AWAY):
             place = folder.parent / "sizes" / f"{factor:.3g}"
             (written,) = (one for one in write_case(case, place, factor) if one.name == folder.name)
-            answer = ask_case(written, limit=limit)
+            answer = ask_case(written, limit=limit, more=("--effect", named["effect"]))
             keep(written / "told.json", answer)
             found.append(named_right(truth, answer) is not None)
         yield f"{folder.name} {key}", size, found[0], found[1]
