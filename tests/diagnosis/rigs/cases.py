@@ -36,6 +36,13 @@ VISIBLE = 0.5
 """What an effect has to change in some recorded channel, over what new noise changes there (both root mean squares), to be asked about."""
 
 
+SIZES = (
+    "coulomb", "offset_torque", "converter_offset", "dead_zone", "cogging", "backlash", "pitch", "bristle", "sag", "interpolation",
+    "lead_error", "wind_up", "warmed_viscous",
+)  # fmt: skip
+"""Physics in proportion to which an effect acts; periods, times and ways keep theirs."""
+
+
 @dataclass(frozen=True)
 class Case:
     """One case of one rig: what kind, what is hidden, the seed of its chance, and the descriptions that it is asked in."""
@@ -168,7 +175,7 @@ def write_case(case: Case, folder: Path, size: float = 1.0) -> list[Path]:
     rig, rng = case.rig, np.random.default_rng(case.seed)
     physics = hide(rig, case.keys, rng, large_current(rig) if "saturation" in case.keys else 0.0)
     usual = rig.physics
-    hidden = {name: value for name, value in physics._asdict().items() if value != getattr(usual, name)}
+    hidden = {name: value for name, value in physics._asdict().items() if name in SIZES and value != getattr(usual, name)}
     physics = physics._replace(**{name: getattr(usual, name) + size * (value - getattr(usual, name)) for name, value in hidden.items()})
     given, beside = given_values(case, rng), given_values(replace(case, kind="sound"), rng)
     drawn = {name: draw(rig, rng) for name in ("fit.csv", "validate.csv")}

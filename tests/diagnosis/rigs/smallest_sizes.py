@@ -15,7 +15,7 @@ from lathesim.diagnosis.isolation.visible import Shape, smallest_visible
 from tests.diagnosis.asking import ask_case, keep, kept, truth_of
 from tests.diagnosis.rigs.cases import Case, write_case
 from tests.diagnosis.rigs.predicted_ties import named_right, sound_of, with_answer
-from tests.diagnosis.scoring import share
+from tests.diagnosis.scoring import effects_of, share
 
 IN_PROPORTION = (
     "coulomb", "gravity", "converter_offset", "dead_zone", "cogging", "backlash", "pitch_wave", "presliding", "sag", "interpolation",
@@ -43,7 +43,7 @@ def asked(cases: Sequence[tuple[Case, Path]], name: str, limit: float) -> Iterat
         truth = truth_of(folder)
         key = next(iter(truth["right"]), "")
         named = named_right(truth, answers[folder]) if folder in answers and len(truth["right"]) == 1 else None
-        if named is None or key not in IN_PROPORTION or truth["rig"] not in sound:
+        if named is None or key not in IN_PROPORTION or truth["rig"] not in sound or case.keys != (key,):
             continue
         size = predicted_size(folder, sound[truth["rig"]], named)
         if math.isinf(size):
@@ -54,7 +54,7 @@ def asked(cases: Sequence[tuple[Case, Path]], name: str, limit: float) -> Iterat
             (written,) = (one for one in write_case(case, place, factor) if one.name == folder.name)
             answer = ask_case(written, limit=limit, more=("--effect", named["effect"]))
             keep(written / "told.json", answer)
-            found.append(named_right(truth, answer) is not None)
+            found.append(named["effect"] in [one["effect"] for one in effects_of(answer.told)])
         yield f"{folder.name} {key}", size, found[0], found[1]
 
 
