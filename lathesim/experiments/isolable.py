@@ -172,6 +172,9 @@ def _recorded(prepared: Prepared, registry: Registry, means: Means, variant: str
         if set(sensors) <= set(record.channels):
             return machine, record, (*notes, f"What the lesson leaves of {means.recording.name} is taken for noise.")
         return machine, _along(machine, record, sensors), tuple(notes)
+    if prepared.duration is None and not assembly.finish:
+        fact = "nothing says how this machine is moved: a recording drives it, and none is given."
+        raise LessonError(fact, place=lesson.name, remedy="Give one of the machine as it is: 'lathesim isolable LESSON RECORDING'.")
     driven = _driven(lesson, assembly)
     made = run_prepared(replace(prepared, plan=wire(replace(assembly, record=tuple(dict.fromkeys((*sensors, *driven.values())))))))
     every = _every(lesson, assembly, means)

@@ -1,6 +1,7 @@
 """What a recording could tell, before it is made: sizes that are just seen, effects that are alike, and why."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,7 @@ def one_speed(tmp_path: Path) -> Path:
 
 
 def test_an_effect_of_its_smallest_size_is_just_seen(tmp_path: Path) -> None:
-    means = Means(effects=("CoulombFriction", "TransportDelay"))
+    means = Means(effects=("CoulombFriction", "AmplifierDeadZone"))
     looking, notes = looking_at(load_lesson(write_lesson(tmp_path)), load_registry(installed=False), means)
     assert notes == ()
     found = isolated(looking)
@@ -82,3 +83,13 @@ def test_the_sensor_and_the_program_that_tell_are_named(tmp_path: Path, capsys: 
     assert told["program_that_tells"] is None or told["program_that_tells"]["seconds"] <= 10.0
     said = call(capsys, "isolable", write_lesson(tmp_path), *effects, "--sensors", f"x_encoder.position,{channel}", "--json")
     assert not [one for one in json.loads(said.out)["effects"] if one["effect"] == "ForceOffset" and one["tied_with"]]
+
+
+def test_a_lesson_that_a_recording_drives_asks_for_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_lesson(tmp_path)
+    text = path.read_text(encoding="utf-8").replace("program: small.nc\n", "").replace("duration: 2.2 s\n", "")
+    text = re.sub(r"(?m)^(add|wires):.*\n(  exercise.*\n)?", "", text)
+    path.write_text(text, encoding="utf-8")
+    said = call(capsys, "isolable", path)
+    assert said.code == 1
+    assert said.err.startswith("small: nothing says how this machine is moved: a recording drives it, and none is given.")

@@ -302,4 +302,8 @@ def _factors(shape: Shape, study: Study) -> tuple[float, float]:
         return 1.0, settings.lowest_limit
     place = shape.candidate.parameters.index(shape.size)
     usual = abs(float(shape.point[place] - shape.candidate.neutral[place]))
-    return 1.0 / settings.smallest_size, max(study.method.largest_size, study.method.possible.get(shape.size, 0.0) / usual)
+    smallest = 1.0 / settings.smallest_size
+    if shape.size == f"{shape.candidate.part}.{shape.candidate.effect.identification.whole_samples}":
+        # a replay knows no shorter delay than a sample
+        smallest = max(smallest, study.estimation.machine.assembly.sample_period / usual)
+    return smallest, max(study.method.largest_size, study.method.possible.get(shape.size, 0.0) / usual)
