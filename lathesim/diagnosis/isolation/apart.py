@@ -53,20 +53,21 @@ def rivals_of(looking: Looking, truths: Sequence[ChannelChange], others: Sequenc
 
     ``others`` are changes that all candidates make.
     """
-    begun = alike(looking, truths, others, looking.study.method.explaining.rival)
+    candidates = {change.candidate.part: change.candidate for change in others}
+    resonances = frequency_points(looking.study.estimation, list(candidates.values()), method=looking.study.method)
+    shaped = [(candidates[part], values) for part, points in resonances.items() for values in points]
+    swinging = [change for change in looking.changes(shaped, judged=False) if change is not None]
+    begun = alike(looking, truths, others, looking.study.method.explaining.rival, swinging)
     return list(together(lambda pair: _fitted_to(looking, *pair), zip(truths, begun, strict=True)))
 
 
 def alike(
-    looking: Looking, truths: Sequence[ChannelChange], others: Sequence[ChannelChange], least: float
+    looking: Looking, truths: Sequence[ChannelChange], others: Sequence[ChannelChange], least: float, more: Sequence[ChannelChange] = ()
 ) -> list[list[tuple[Candidate, FloatArray]]]:
     """Return for each change the candidates that promise to do the same, for a share of at ``least``, with the values from which each is
-    fitted to it."""
+    fitted to it. The ``others`` are tried with the shape of an effect too, ``more`` as they are."""
     shaped = [(change.candidate, values) for truth in truths for change in others for values in _as_shaped(truth, change)]
-    candidates = {change.candidate.part: change.candidate for change in others}
-    resonances = frequency_points(looking.study.estimation, list(candidates.values()), method=looking.study.method)
-    shaped += [(candidates[part], values) for part, points in resonances.items() for values in points]
-    many = [*others, *(change for change in looking.changes(shaped, judged=False) if change is not None)]
+    many = [*others, *more, *(change for change in looking.changes(shaped, judged=False) if change is not None)]
     if not (truths and many):
         return [[] for _ in truths]
     white = _white(looking, many)
