@@ -6,9 +6,12 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 
+import numpy as np
+
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
-from lathesim.diagnosis.explaining.plausible import with_possible_sizes
+from lathesim.diagnosis.explaining.density import gain
+from lathesim.diagnosis.explaining.plausible import own_residuals, with_possible_sizes
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -25,10 +28,14 @@ from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, stays_off
 from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
+from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.estimation.transfer import begun_anew
 from lathesim.identification.execution import Progress
-from lathesim.identification.records import Standing
+from lathesim.identification.records import Fitted, Model, Standing, is_full_band, with_start
 from lathesim.identification.replay.experiment import Machine
+from lathesim.identification.replay.joined import JoinedExperiment, joined
 from lathesim.identification.replay.loading import Recorded
+from lathesim.identification.replay.simulator import Simulator
 
 _STEPS = (
     "step 1 of 4, checking the recordings",
@@ -60,6 +67,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     study.progress("the lesson as it stands")
     prepared, study, found = _with_signs(prepared, study, replace(explain(study), controller=prepared.controller))
     prepared, study, found = _with_the_motion(prepared, study, found)
+    prepared, study, found = _fitted_together(prepared, study, found)
     if not found.model.candidates and (
         faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None)
     ):
@@ -80,14 +88,20 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
-    answer = replace(with_added_signals(answer, prepared.added), unanswerable=unanswerable)
-    spent, complete = time.perf_counter() - began, found.complete and not question.method.ends.is_over
+    answer = _completed(replace(answer, unanswerable=unanswerable), prepared, found)
+    return replace(answer, wall_time=time.perf_counter() - began)
+
+
+def _completed(answer: Diagnosis, prepared: PreparedQuestion, found: Found) -> Diagnosis:
+    """Return an answer with what is known of the recordings, its first line, and what stays off."""
+    question, together = prepared.question, isinstance(prepared.experiment, JoinedExperiment)
+    answer = replace(with_added_signals(answer, prepared.added), together=together, judges_itself=question.validation is None)
     answer = replace(answer, turned=prepared.turned, validation=prepared.validation_name, untried=_untried(prepared, found))
     answer = replace(answer, sentence=headline(answer, question.method), findings=(*prepared.findings, *prepared.turned))
     if answer.verdict in OF_VALUES and (off := stays_off(answer, question.method)):
         # a lesson that explains a part of a recording is no adequate one, though nothing predicts the rest
         answer = replace(answer, adequate=False, left=(*answer.left, *off))
-    return replace(answer, wall_time=spent, complete=complete, judges_itself=question.validation is None)
+    return replace(answer, complete=found.complete and not question.method.ends.is_over)
 
 
 def _study(prepared: PreparedQuestion, progress: Progress) -> Study:
@@ -156,6 +170,55 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
     said = "Unmeasured forces would have to be as large as those that act: the error of the simulation was fitted, without such forces."
     simulated = replace(simulated, findings=(*simulated.findings, said))
     return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
+
+
+def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
+    """Return what explains both recordings fitted together, where each of them wants other values of the same model.
+
+    One recording may leave a mixture of values open that two determine. Nothing is left then to judge the answer, so that each value is due
+    half the logarithm of the samples.
+    """
+    one_alone = prepared.question.validation is None or prepared.before is not None
+    if one_alone or not found.complete or not _wants_other_values(study, found.model):
+        return prepared, study, found
+    study.progress("each recording wants other values: fitting both together")
+    both = joined(prepared.experiments)
+    together = replace(prepared, experiments=(both, both), whole=both)
+    study_of_both = _study(together, study.progress)
+    other = explain(study_of_both)
+    if not other.model.candidates or not other.complete:
+        return prepared, study, found
+    constant = {name: found.model.fitted.constant[name] for name in both.sensed.settable(found.model.fitted.constant)}
+    as_found = fit(both.sensed, with_start(found.model.fitted), constant, rounds=3)
+    gained = gain(other.model.fitted, as_found, full_band=is_full_band((*other.model.candidates, *found.model.candidates)))
+    if not is_clear(gained, study_of_both.method, len(other.model.free)):
+        return prepared, study, found
+    why = "each recording wants other values of what was found on the first one"
+    step = Step("both together", (), (), gained.nats, gained.nats, why)
+    return together, study_of_both, replace(other, controller=found.controller, history=(step, *other.history))
+
+
+def _wants_other_values(study: Study, model: Model) -> bool:
+    """Return whether a model explains each recording by itself, and the second one only with other values than the first gave."""
+    off = np.sqrt(np.mean(np.square(own_residuals(study, model)[1]), axis=1))
+    if np.all(off <= study.method.tie_errors * study.validation.own.seen_floors):
+        return False
+    judge, fitted = study.validation.by_output_error().sensed, study.estimation.by_output_error().sensed
+    starts = begun_anew(study.validation, model.candidates)
+    values = [one for one in with_start(model.fitted) if one.name not in {item.name for item in starts}]
+    constant = {name: model.fitted.constant[name] for name in judge.settable(model.fitted.constant)}
+    as_found = fit(judge, starts, {**constant, **{one.name: one.start for one in values}}, rounds=2)
+    anew = fit(judge, [*values, *with_start(as_found)], constant, rounds=2)
+    gained = gain(anew, as_found, full_band=is_full_band(model.candidates))
+    if gained.share <= study.method.larger_part or not is_clear(gained, study.method, len(values)):
+        return False
+    own = fit(fitted, with_start(model.fitted), constant, rounds=2)
+    return _is_explained(judge, anew, study.method) and _is_explained(fitted, own, study.method)
+
+
+def _is_explained(simulator: Simulator, fitted: Fitted, method: Method) -> bool:
+    """Return whether a fit leaves no more of any channel than a few times what the recording resolves."""
+    return bool(np.all(np.sqrt(np.mean(np.square(fitted.residual), axis=1)) <= method.errors * simulator.replayed_floors))
 
 
 def _untried(prepared: PreparedQuestion, found: Found) -> tuple[str, ...]:

@@ -113,7 +113,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             if found.model is model:
                 break
             continue
-        found = _finer_instead(study, found, best)
+        found = _simpler_pair(study, _finer_instead(study, found, best), best, trials, rounds)
         if found.model is not model:
             yield found
             continue
@@ -156,10 +156,30 @@ def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Round
         both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
         worth = _worth(study, second.model, first.candidate, without(study, second.model, first.candidate))
         if significant(both, study) and significant(worth, study):
-            why = f"predict better by {both.predicted.nats:.0f} nats together"
-            study.progress(f"{first.name} and {second.name} {why}")
-            step = Step("add", (first.name, second.name), (), both.fitted.nats, both.predicted.nats, why)
-            return replace(found, model=second.model, worth={}, rivals={}, history=(*found.history, step))
+            return _with_both(study, found, first, both, f"predict better by {both.predicted.nats:.0f} nats together")
+    return found
+
+
+def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str) -> Found:
+    study.progress(f"{first.name} and {both.name} {why}")
+    step = Step("add", (first.name, both.name), (), both.fitted.nats, both.predicted.nats, why)
+    return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
+
+
+def _simpler_pair(study: Study, found: Found, best: Tried, trials: Sequence[Tried], rounds: Rounds) -> Found:
+    """Return the search with the simpler form of the best effect and a further one where these predict as well with no more values; as it
+    was where they do not.
+
+    A friction that differs by direction does what dry friction and a weight do, neither of which may be clear without the other.
+    """
+    simple = [one for one in trials if one.before is found.model and is_finer(best.candidate, [one.candidate])]
+    for first in (one for one in simple if min(one.fitted.nats, one.predicted.nats) > due(study.method)):
+        beside = rounds.on(first.model)
+        found, second = found.having_tried(beside), chosen(study, beside)
+        few = second is not None and first.parameters + second.parameters <= best.parameters
+        if second is not None and few and as_good(second.model, best, study):
+            both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
+            return _with_both(study, found, first, both, f"predict as well as {best.name}, and are simpler")
     return found
 
 
@@ -215,7 +235,8 @@ def _with_finer(study: Study, found: Found, candidate: Candidate, best: Tried) -
 
 
 def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
-    """Return the search with a finer form of an effect that predicts as well as a further effect would; as it was where there is none.
+    """Return the search with a finer form of an effect that predicts as well as a further effect would and has no more values; as it was
+    where there is none.
 
     Otherwise several effects stand in the end for what one is, as two late sensors do for a slow loop.
     """
@@ -223,7 +244,8 @@ def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
         trials = _finer_forms(study, found.model, candidate)
         found = found.having_tried(trials)
         best = chosen(study, trials)
-        if best is not None and as_good(best.model, added, study):
+        few = best is not None and best.parameters <= len(candidate.parameters) - len(candidate.spare) + added.parameters
+        if best is not None and few and as_good(best.model, added, study):
             return _with_finer(study, found, candidate, best)
     return found
 

@@ -218,6 +218,8 @@ class Diagnosis:
     """The text of a plug-in file with the discovered candidate as an effect; empty where none was discovered."""
     judges_itself: bool = False
     """Whether one part of the recording judged what was fitted to another part of it."""
+    together: bool = False
+    """Whether both recordings were fitted, so that none was left to judge."""
     unnamed: tuple[Unnamed, ...] = ()
     """What is left that could be predicted and has no name."""
     far_off: tuple[str, ...] = ()

@@ -247,6 +247,8 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     said = [f"{probable} among all that was compared."]
     if diagnosis.is_one_stroke:
         said = ["Less than the gains say: one stroke cannot judge itself, and there is no second one."]
+    elif diagnosis.together:
+        said.append("No recording was left to judge that.")
     elif worse := _worse(diagnosis):
         said = [f"Less than the gains say: {listed(worse)} {'are' if len(worse) > 1 else 'is'} further off than with the lesson alone."]
     tied = [f"{effect.effect} from {listed(list(effect.tied_with))}" for effect in finds if effect.tied_with]
@@ -299,6 +301,8 @@ def _competitors(diagnosis: Diagnosis) -> list[str]:
     fitted = f"Each was fitted to {diagnosis.recording} and judged by {judged}."
     if diagnosis.is_one_stroke:
         fitted = f"{diagnosis.recording} holds one stroke, whose halves show other things: it was fitted whole and judges itself."
+    elif diagnosis.together:
+        fitted = f"{diagnosis.recording} and {judged} were fitted together: each alone leaves open what the two determine."
     elif diagnosis.judges_itself:
         part = judged.removeprefix(f"{diagnosis.recording}, ")
         fitted = f"{diagnosis.recording} judges itself: each was fitted to one part of it and judged by the other ({part})."

@@ -1,0 +1,50 @@
+"""A motor on one step of voltage: the speed at which it settles is a sum of dry and viscous friction, and a second step parts them."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.asking import answer_in
+
+LESSON = """
+lesson: A small motor on an amplifier
+machine: torque_spindle
+sample_period: 4 ms
+step: 1 ms
+set: {spindle.inertia: 3e-5 kg*m^2, spindle.viscous: 5.5e-4 N*m*s/rad}
+recordings:
+  time: {column: t, unit: s}
+  drive: {spindle.torque: {column: torque, unit: N*m, held: true}}
+  compare: {spindle.speed: {column: speed, unit: rad/s}}
+uncertain: {spindle.inertia: 30 %, spindle.viscous: 30 %}
+"""
+INERTIA, VISCOUS, FRICTION, PERIOD, FINE = 3.1e-5, 4e-4, 12e-3, 4e-3, 40
+
+
+def write_log(file: Path, torque: float, seed: int) -> None:
+    """Write 1 s of a motor that one step of torque [N m] turns."""
+    rng = np.random.default_rng(seed)
+    speed, step, rows = 0.0, PERIOD / FINE, []
+    for sample in range(250):
+        pull = torque if sample >= 25 else 0.0
+        rows.append((sample * PERIOD, pull, speed + 0.3 * rng.standard_normal()))
+        for _ in range(FINE):
+            left = pull - VISCOUS * speed
+            speed = (
+                0.0 if speed == 0.0 and abs(left) < FRICTION else speed + step * (left - math.copysign(FRICTION, speed or left)) / INERTIA
+            )
+    np.savetxt(file, rows, delimiter=",", header="t,torque,speed", comments="")
+
+
+def test_dry_friction_that_two_steps_determine_together_is_named(tmp_path: Path) -> None:
+    (tmp_path / "lesson.yaml").write_text(LESSON, encoding="utf-8")
+    write_log(tmp_path / "log.csv", 0.12, 1)
+    write_log(tmp_path / "other.csv", 0.06, 2)
+    answer = answer_in(tmp_path, "--effect", "CoulombFriction")
+    (effect,) = answer["effects"]
+    assert effect["effect"] == "CoulombFriction"
+    assert effect["parameters"]["level"]["value"] == pytest.approx(FRICTION, rel=0.03)
+    assert answer["baseline"]["spindle.viscous"]["refit_with"] == pytest.approx(VISCOUS, rel=0.03)
+    assert any("log.csv and other.csv were fitted together" in line for line in answer["summary"])
