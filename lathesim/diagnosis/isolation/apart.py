@@ -70,28 +70,37 @@ def alike(
     many = [*others, *more, *(change for change in looking.changes(shaped, judged=False) if change is not None)]
     if not (truths and many):
         return [[] for _ in truths]
-    white = _white(looking, many)
-    power = np.maximum(np.sum(white * white, axis=1), 1e-300)
+    white, sizes = _white(looking, many)
     found = []
-    for truth, own in zip(truths, _white(looking, truths), strict=True):
-        scale = (white @ own) / power
-        share = scale * scale * power / max(float(own @ own), 1e-300)
-        starts: dict[str, tuple[float, Candidate, FloatArray]] = {}
-        for change, factor, promised in zip(many, scale.tolist(), share.tolist(), strict=True):
-            values = _scaled(change, factor)
-            known = starts.get(change.candidate.part)
-            if values is not None and _is_rival(change.candidate, truth.candidate) and (known is None or known[0] < promised):
-                starts[change.candidate.part] = promised, change.candidate, values
-        method = looking.study.method
-        best = sorted((one for one in starts.values() if one[0] > least), key=lambda one: -one[0])
-        found.append([(candidate, values) for _, candidate, values in best[: method.isolation.rivals]])
+    for truth, own, size in zip(truths, *_white(looking, truths), strict=True):
+        along = white @ own
+        factors = along * size / sizes
+        promised = [one for one in zip(many, factors.tolist(), np.square(along).tolist(), strict=True) if one[2] > least]
+        best = _best_of_each([one for one in promised if _is_rival(one[0].candidate, truth.candidate)])
+        found.append(best[: looking.study.method.isolation.rivals])
     return found
 
 
-def _white(looking: Looking, changes: Sequence[ChannelChange]) -> FloatArray:
-    """Return what the model leaves of changes, whitened, (changes, numbers): to rank them, no more digits are needed."""
-    rows = [whitened(looking.fitted.noise, change.left[None])[0].astype(np.float32) for change in changes]
-    return np.array(rows)
+def _best_of_each(promised: Sequence[tuple[ChannelChange, float, float]]) -> list[tuple[Candidate, FloatArray]]:
+    """Return each candidate with the values from which it promises most, the best first; of changes, by how much each is to be scaled, and
+    the share that it promises."""
+    found: dict[str, tuple[Candidate, FloatArray]] = {}
+    for change, factor, _ in sorted(promised, key=lambda one: -one[2]):
+        values = _scaled(change, factor)
+        if values is not None:
+            found.setdefault(change.candidate.part, (change.candidate, values))
+    return list(found.values())
+
+
+def _white(looking: Looking, changes: Sequence[ChannelChange]) -> tuple[FloatArray, FloatArray]:
+    """Return what the model leaves of changes, whitened and of length one, (changes, numbers), and their lengths: to rank them, no more
+    digits are needed."""
+    rows, sizes = [], []
+    for change in changes:
+        row = whitened(looking.fitted.noise, change.left[None])[0]
+        sizes.append(max(float(np.linalg.norm(row)), 1e-300))
+        rows.append((row / sizes[-1]).astype(np.float32))
+    return np.array(rows), np.array(sizes)
 
 
 def _is_rival(candidate: Candidate, truth: Candidate) -> bool:
