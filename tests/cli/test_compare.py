@@ -40,7 +40,7 @@ def test_compare_as_json_is_json_and_nothing_else(case: Path, capsys: pytest.Cap
 
 @pytest.mark.parametrize(
     ("recording", "sentence"),
-    [("missing.csv", "there is no such file."), ("seal.json", "the file is no recording of a known kind.")],
+    [("missing.csv", "there is no such file."), ("seal.json", "the file ends in .json and holds no recording of SINUMERIK Edge.")],
 )
 def test_what_cannot_be_compared_leaves_with_one(recording: str, sentence: str, case: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = call(capsys, "compare", case / "lesson.yaml", case / recording, "--no-plots")
