@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.plausible import own_residuals, with_possible_sizes
+from lathesim.diagnosis.explaining.plausible import with_possible_sizes
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -29,13 +29,11 @@ from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signa
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.estimation.transfer import begun_anew
 from lathesim.identification.execution import Progress
-from lathesim.identification.records import Fitted, Model, Standing, is_full_band, with_start
-from lathesim.identification.replay.experiment import Machine
+from lathesim.identification.records import Fitted, Standing, is_full_band, with_start
+from lathesim.identification.replay.experiment import Experiment, Machine
 from lathesim.identification.replay.joined import JoinedExperiment, joined
 from lathesim.identification.replay.loading import Recorded
-from lathesim.identification.replay.simulator import Simulator
 
 _STEPS = (
     "step 1 of 4, checking the recordings",
@@ -179,46 +177,40 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     half the logarithm of the samples.
     """
     one_alone = prepared.question.validation is None or prepared.before is not None
-    if one_alone or not found.complete or not _wants_other_values(study, found.model):
+    off = np.sqrt(np.mean(np.square(found.model.validation_fit.residual), axis=1))
+    if one_alone or not found.complete or np.all(off <= study.method.tie_errors * study.validation.sensed.replayed_floors):
+        return prepared, study, found
+    both = joined(prepared.experiments)
+    shared = _fitted_anew(both, found.model.fitted)
+    if not _want_other_values(both, shared, study.method):
         return prepared, study, found
     study.progress("each recording wants other values: fitting both together")
-    both = joined(prepared.experiments)
     together = replace(prepared, experiments=(both, both), whole=both)
     study_of_both = _study(together, study.progress)
     other = explain(study_of_both)
-    if not other.model.candidates or not other.complete:
-        return prepared, study, found
-    constant = {name: found.model.fitted.constant[name] for name in both.sensed.settable(found.model.fitted.constant)}
-    as_found = fit(both.sensed, with_start(found.model.fitted), constant, rounds=3)
-    gained = gain(other.model.fitted, as_found, full_band=is_full_band((*other.model.candidates, *found.model.candidates)))
-    if not is_clear(gained, study_of_both.method, len(other.model.free)):
+    gained = gain(other.model.fitted, shared, full_band=is_full_band((*other.model.candidates, *found.model.candidates)))
+    if not other.complete or not other.model.candidates or not is_clear(gained, study_of_both.method, len(other.model.free)):
         return prepared, study, found
     why = "each recording wants other values of what was found on the first one"
     step = Step("both together", (), (), gained.nats, gained.nats, why)
     return together, study_of_both, replace(other, controller=found.controller, history=(step, *other.history))
 
 
-def _wants_other_values(study: Study, model: Model) -> bool:
-    """Return whether a model explains each recording by itself, and the second one only with other values than the first gave."""
-    off = np.sqrt(np.mean(np.square(own_residuals(study, model)[1]), axis=1))
-    if np.all(off <= study.method.tie_errors * study.validation.own.seen_floors):
-        return False
-    judge, fitted = study.validation.by_output_error().sensed, study.estimation.by_output_error().sensed
-    starts = begun_anew(study.validation, model.candidates)
-    values = [one for one in with_start(model.fitted) if one.name not in {item.name for item in starts}]
-    constant = {name: model.fitted.constant[name] for name in judge.settable(model.fitted.constant)}
-    as_found = fit(judge, starts, {**constant, **{one.name: one.start for one in values}}, rounds=2)
-    anew = fit(judge, [*values, *with_start(as_found)], constant, rounds=2)
-    gained = gain(anew, as_found, full_band=is_full_band(model.candidates))
-    if gained.share <= study.method.larger_part or not is_clear(gained, study.method, len(values)):
-        return False
-    own = fit(fitted, with_start(model.fitted), constant, rounds=2)
-    return _is_explained(judge, anew, study.method) and _is_explained(fitted, own, study.method)
+def _want_other_values(both: JoinedExperiment, shared: Fitted, method: Method) -> bool:
+    """Return whether a model explains each recording by itself, and values that both share leave more than twice the power."""
+    alone = [_fitted_anew(part, shared) for part in both.parts]
+    explained = all(
+        np.all(np.sqrt(np.mean(np.square(one.residual), axis=1)) <= method.errors * part.sensed.replayed_floors)
+        for part, one in zip(both.parts, alone, strict=True)
+    )
+    left, power = (np.sum(np.square(rows), axis=1) for rows in (np.hstack([one.residual for one in alone]), shared.residual))
+    return bool(explained and np.any(left < (1.0 - method.larger_part) * power))
 
 
-def _is_explained(simulator: Simulator, fitted: Fitted, method: Method) -> bool:
-    """Return whether a fit leaves no more of any channel than a few times what the recording resolves."""
-    return bool(np.all(np.sqrt(np.mean(np.square(fitted.residual), axis=1)) <= method.errors * simulator.replayed_floors))
+def _fitted_anew(experiment: Experiment, fitted: Fitted) -> Fitted:
+    """Return a fit gone on with on another recording of the machine."""
+    constant = {name: fitted.constant[name] for name in experiment.sensed.settable(fitted.constant)}
+    return fit(experiment.sensed, with_start(fitted), constant, rounds=2)
 
 
 def _untried(prepared: PreparedQuestion, found: Found) -> tuple[str, ...]:
