@@ -216,7 +216,7 @@ class ProposedLesson:
         """The even clock behind the times [s], with what was found about it; None without times."""
         if self.time is None:
             return None
-        values = self.table.columns[self.time] * conversion(self._time_unit, "s")
+        values = self.table.columns[self.time] * conversion(self._time_unit or "s", "s")
         finite = values[np.isfinite(values)]
         findings: list[Finding] = []
         return even_grid(values - (finite[0] if len(finite) else 0.0), findings), tuple(findings)
@@ -290,7 +290,7 @@ class ProposedLesson:
         if self.chosen is None:
             return ()
         rule, columns = self.chosen
-        found = [] if self.time is None else [ColumnMeaning(self.time, TIME, "", self._time_unit)]
+        found = [] if self.time is None else [ColumnMeaning(self.time, TIME, "", self._time_unit or "s")]
         for role, targets in ((DRIVE, rule.drive), (COMPARE, rule.compare)):
             for target, key in targets.items():
                 if key in columns:
@@ -304,7 +304,7 @@ class ProposedLesson:
     def _time_unit(self) -> str:
         name = self.time or ""
         unit = sense_of(name, self.table.units.get(name, ""), np.zeros(0)).unit
-        return unit if unit and convertible(unit, "s") else "s"
+        return unit if unit and convertible(unit, "s") else ""
 
     def _assumed_unit(self, item: ColumnSense) -> str:
         turning = self.chosen is not None and self.chosen[0].turning
@@ -316,6 +316,8 @@ class ProposedLesson:
             return
         rule, columns = self.chosen
         used = {*rule.drive.values(), *rule.compare.values()}
+        if self.time is not None and not self._time_unit:
+            yield f"'{self.time}' is in s"
         for key, item in columns.items():
             if key in used and not item.unit:
                 yield f"'{item.column}' is in {self._assumed_unit(item)}"

@@ -72,8 +72,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "summary": [pretty(line).partition(": ")[::2] for line in summary[1:]],
         "before": before_text(diagnosis),
         "lesson": diagnosis.lesson,
-        "recording": diagnosis.recording,
-        "held_out": diagnosis.validation if diagnosis.validation != diagnosis.recording else "",
+        **_recordings(diagnosis),
         "findings": list(diagnosis.findings),
         "effects": [(name, words(at), size, probability) for name, at, size, probability in effect_rows(diagnosis)],
         "docs": [(effect.effect, effect.doc) for effect in diagnosis.effects if effect.doc],
@@ -82,7 +81,6 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
         "suspects": _suspects(diagnosis),
         "strip": _strip(diagnosis),
-        "judged": f"on {diagnosis.validation}" if diagnosis.validation else "",
         "changed": changed,
         "modelled": modelled,
         "changes": changes,
@@ -101,6 +99,19 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
         "decided": decided, "decided_head": HEAD, "decided_legend": " ".join([*more, *legend(method)]), "rule": diagnosis.rule,
     }  # fmt: skip
+
+
+def _recordings(diagnosis: Diagnosis) -> dict[str, str]:
+    """Return which recording was fitted, which one judged, and which one the errors are of."""
+    if diagnosis.together:
+        both = f"{diagnosis.recording} and {diagnosis.validation}"
+        return {"recording": both, "held_out": "", "judged": f"on {both}"}
+    judge = diagnosis.validation
+    return {
+        "recording": diagnosis.recording,
+        "held_out": judge if judge != diagnosis.recording else "",
+        "judged": f"on {judge}" if judge else "",
+    }
 
 
 def _shown_verdict(diagnosis: Diagnosis, method: Method) -> dict[str, str]:
