@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.plausible import with_possible_sizes
+from lathesim.diagnosis.explaining.plausible import own_residuals, with_possible_sizes
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -189,7 +189,9 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     study_of_both = _study(together, study.progress)
     other = explain(study_of_both)
     gained = gain(other.model.fitted, shared, full_band=is_full_band((*other.model.candidates, *found.model.candidates)))
-    if not other.complete or not other.model.candidates or not is_clear(gained, study_of_both.method, len(other.model.free)):
+    before, after = (np.sum(np.square(own_residuals(study_of_both, one)[1]), axis=1) for one in (other.baseline, other.model))
+    helps = bool(other.model.candidates) and np.all(after <= before) and is_clear(gained, study_of_both.method, len(other.model.free))
+    if not (other.complete and helps):
         return prepared, study, found
     why = "each recording wants other values of what was found on the first one"
     step = Step("both together", (), (), gained.nats, gained.nats, why)
@@ -197,14 +199,10 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
 
 
 def _want_other_values(both: JoinedExperiment, shared: Fitted, method: Method) -> bool:
-    """Return whether a model explains each recording by itself, and values that both share leave more than twice the power."""
-    alone = [_fitted_anew(part, shared) for part in both.parts]
-    explained = all(
-        np.all(np.sqrt(np.mean(np.square(one.residual), axis=1)) <= method.errors * part.sensed.replayed_floors)
-        for part, one in zip(both.parts, alone, strict=True)
-    )
-    left, power = (np.sum(np.square(rows), axis=1) for rows in (np.hstack([one.residual for one in alone]), shared.residual))
-    return bool(explained and np.any(left < (1.0 - method.larger_part) * power))
+    """Return whether values that both recordings share leave more than twice the power in a channel that values of their own leave."""
+    alone = np.hstack([_fitted_anew(part, shared).residual for part in both.parts])
+    left, power = (np.sum(np.square(rows), axis=1) for rows in (alone, shared.residual))
+    return bool(np.any(left < (1.0 - method.larger_part) * power))
 
 
 def _fitted_anew(experiment: Experiment, fitted: Fitted) -> Fitted:

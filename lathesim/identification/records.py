@@ -85,6 +85,11 @@ class Candidate:
         return tuple(name for name, low, item in items if low == 0.0 and item not in self.effect.neutral and declared[item].default == 0.0)
 
     @property
+    def counted(self) -> int:
+        """How many of its values are not nothing by themselves."""
+        return len(self.parameters) - len(self.spare)
+
+    @property
     def family(self) -> str:
         """The family in which ties are reported."""
         return self.effect.family

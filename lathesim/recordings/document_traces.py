@@ -6,6 +6,7 @@ and as Analyze MyWorkpiece /Capture4Analysis writes them. Left out: settings, tr
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable
@@ -92,8 +93,9 @@ _BESIDE = 0.05
 """Share of a period by which a record may lie beside its slot (assumed: times have six decimals, and the fastest period is 125 us)."""
 _SPEEDS = {("deg", "rpm"): 6.0, ("mm", "mm/min"): 1.0 / 60.0, ("mm", "m/min"): 1000.0 / 60.0, ("mm", "mm/s"): 1.0}
 """Units of place and speed, and how many units of place a second one of speed is."""
-_NEAR = 0.1
-"""Share by which speed and change of place may disagree (assumed: a set speed leads the place by a controller)."""
+_NEAR = 0.5 * math.log(1000.0 / 60.0 / 6.0)
+"""Logarithm by which the change of a place may differ from its speed: half way between the two pairs of units that are nearest to each
+other, 1000/60 and 6 times a second."""
 
 
 @dataclass
@@ -269,7 +271,7 @@ def _units(trace: _Trace, columns: dict[str, FloatArray], period: float) -> tupl
             moving = np.isfinite(change) & (fast > 0.5 * np.nanmax(fast, initial=0.0))
             ratio = float(np.median(change[moving] / fast[moving])) if moving.any() else 0.0
             for (a, b), expected in _SPEEDS.items():
-                if abs(ratio / expected - 1.0) < _NEAR:
+                if ratio > 0.0 and abs(math.log(ratio / expected)) < _NEAR:
                     place, speed, why = a, b, f"the file tells kinds of units only; its places change as its speeds say in {a} and {b}"
     units = {"posn": place, "velo": speed, "accel": f"{place}/s^2", "current": "A"}
     return {key: units.get(kind, "") for key, kind in kinds.items()}, why

@@ -244,7 +244,7 @@ def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
         trials = _finer_forms(study, found.model, candidate)
         found = found.having_tried(trials)
         best = chosen(study, trials)
-        few = best is not None and best.parameters <= len(candidate.parameters) - len(candidate.spare) + added.parameters
+        few = best is not None and best.parameters <= candidate.counted + added.parameters
         if best is not None and few and as_good(best.model, added, study):
             return _with_finer(study, found, candidate, best)
     return found

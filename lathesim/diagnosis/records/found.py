@@ -89,7 +89,7 @@ class Tried:
     @property
     def parameters(self) -> int:
         """How many values were fitted that are not nothing by themselves."""
-        return len(self.candidate.parameters) - len(self.candidate.spare)
+        return self.candidate.counted
 
 
 @dataclass(frozen=True)
