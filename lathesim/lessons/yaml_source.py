@@ -25,6 +25,7 @@ class _LineLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignor
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}
 
 
+_SUFFIXES = (".yaml", ".yml")
 _NUMBER = re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$")
 _LineLoader.add_implicit_resolver("tag:yaml.org,2002:bool", re.compile(r"^(true|false)$"), list("tf"))
 _LineLoader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"^(null|~|)$"), ["n", "~", ""])
@@ -61,7 +62,13 @@ def read_source(path: Path, *, what: str = "lesson") -> YamlFile:
         raise LessonError(f"byte {error.start} is not UTF-8 text.", place=name, remedy="Save the file as UTF-8.") from None
     except OSError as error:
         raise LessonError(f"the file cannot be read: {error.strerror}.", place=name) from None
-    return source_of(text, name)
+    try:
+        return source_of(text, name)
+    except LessonError:
+        if what != "lesson" or path.suffix.lower() in _SUFFIXES:
+            raise
+        remedy = f"A lesson names its part program in a line 'program: {path.name}': give the lesson."
+        raise LessonError("the file is no lesson, which is YAML.", place=name, remedy=remedy) from None
 
 
 def source_of(text: str, name: str) -> YamlFile:

@@ -174,6 +174,13 @@ def test_a_file_that_is_no_lesson(content: bytes, sentence: str, tmp_path: Path)
     assert str(refused.value) == f"{path}{sentence}"
 
 
+@pytest.mark.parametrize("program", ["G21 G90\nG00 X42. Z2.\n", "(Groove: 2 mm)\nG21\n"])
+def test_a_part_program_given_as_a_lesson_says_where_it_belongs(program: str, tmp_path: Path) -> None:
+    (tmp_path / "groove.nc").write_text(program, encoding="utf-8")
+    with pytest.raises(LatheSimError, match=r"groove\.nc: the file is no lesson, which is YAML\. A lesson names .*'program: groove\.nc'"):
+        load_lesson(tmp_path / "groove.nc")
+
+
 def test_a_lesson_that_is_not_there_names_the_nearest() -> None:
     with pytest.raises(LatheSimError) as refused:
         load_lesson("01_contour_eror")
