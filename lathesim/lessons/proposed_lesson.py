@@ -17,20 +17,21 @@ from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import ENOUGH_SAMPLES, USUAL_PERIOD, Finding, RawTable, is_unit
 from lathesim.recordings.sample_grid import SampleGrid, even_grid
-from lathesim.units import conversion, convertible
+from lathesim.units import conversion, convertible, is_count
 
 IGNORE, TIME, COMPARE, DRIVE = "ignore", "time", "compare", "drive"
 
 
 @dataclass(frozen=True)
 class ColumnMeaning:
-    """A column, what it is used for, the channel or input it stands for, its unit and scale."""
+    """A column, what it is used for, the channel or input it stands for, its unit and scale, and whether it is held until the next row."""
 
     column: str
     role: str = IGNORE
     target: str = ""
     unit: str = ""
     scale: float = 1.0
+    held: bool = False
 
 
 def recordings_entry(columns: Sequence[ColumnMeaning], rate: str = "") -> dict[str, Any]:
@@ -54,7 +55,7 @@ def recordings_entry(columns: Sequence[ColumnMeaning], rate: str = "") -> dict[s
 
 def _signal(item: ColumnMeaning) -> dict[str, Any]:
     found: dict[str, Any] = {"column": item.column, "unit": item.unit}
-    return found | ({"scale": item.scale} if item.scale != 1.0 else {})
+    return found | ({"scale": item.scale} if item.scale != 1.0 else {}) | ({"held": True} if item.held else {})
 
 
 _KINDS = (
@@ -106,6 +107,12 @@ class ColumnSense:
     def key(self) -> str:
         """The quantity, with whether it was commanded: a command of a force or current pushes as one."""
         return f"commanded {self.quantity}" if self.commanded and self.quantity in ("position", "speed") else self.quantity
+
+    def may_be(self, unit: str) -> bool:
+        """Return whether it can be a channel of a unit: by its own unit, or else by its quantity, where one is known."""
+        if self.unit:
+            return is_count(self.unit) or convertible(self.unit, unit)
+        return self.quantity in ("", "error", _kind(unit))
 
 
 def sense_of(name: str, unit: str, values: FloatArray) -> ColumnSense:
@@ -179,6 +186,8 @@ _ASSUMED_UNITS = {
     ("position", False): "mm", ("position", True): "rad", ("speed", False): "mm/s", ("speed", True): "rad/s",
     ("current", None): "A", ("torque", None): "N*m", ("force", None): "N", ("voltage", None): "V",
 }  # fmt: skip
+_EFFORTS = ("current", "torque", "force")
+"""Quantities that push, measured as a rule: where a name says that one was commanded, it is held until the next row."""
 _PERIOD = 1e-3
 """Period [s] that is assumed for a file without a clock, unless the program that wrote it has a usual one."""
 _LED = ("led_axis", "led_rotary_table")
@@ -297,7 +306,8 @@ class ProposedLesson:
                     unit, scale = columns[key].unit or self._assumed_unit(columns[key]), 1.0
                     if role == DRIVE and rule.scale:
                         unit, scale = rule.unit, self.scale if self.scale is not None else rule.constant
-                    found.append(ColumnMeaning(columns[key].column, role, target, unit, scale))
+                    held = role == DRIVE and key in _EFFORTS and columns[key].commanded
+                    found.append(ColumnMeaning(columns[key].column, role, target, unit, scale, held))
         return tuple(found)
 
     @property

@@ -66,6 +66,15 @@ def test_the_machine_follows_from_what_was_recorded(machine: str, capsys: Captur
     assert told["clock"]["period"] == pytest.approx(1e-3)
 
 
+@pytest.mark.parametrize(("column", "held"), [("torque_cmd [N*m]", True), ("iq_set [A]", True), ("torque_act [N*m]", False)])
+def test_a_commanded_torque_or_current_is_held_until_the_next_row(column: str, held: bool, capsys: Capture) -> None:
+    time = 1e-3 * np.arange(200)
+    said = call(capsys, "look", table(f"time [s],{column},speed [rpm]", time, np.sin(30.0 * time), time), "--lesson", "mine.yaml")
+    assert (", held until the next row\n" in said.out) == held
+    assert ("held: true" in Path("mine.yaml").read_text(encoding="utf-8")) == held
+    assert call(capsys, "check", "mine.yaml").code == 0
+
+
 def test_gaps_and_missing_values_are_counted(capsys: Capture) -> None:
     time = np.delete(1e-3 * np.arange(300), slice(100, 150))
     force = np.where(np.arange(250) == 20, np.nan, np.sin(30.0 * time))

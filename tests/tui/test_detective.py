@@ -15,11 +15,11 @@ from textual.widgets import Button, Input, Select, Static, TabbedContent
 from lathesim.cli.main import run_command_line
 from lathesim.identification.records import CandidateStanding
 from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.proposed_lesson import COMPARE, TIME, ColumnMeaning, recordings_entry
-from lathesim.lessons.simulate import simulate
+from lathesim.lessons.proposed_lesson import COMPARE, IGNORE, TIME, ColumnMeaning, recordings_entry
+from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
 from lathesim.tui.app import LathesimApp
-from lathesim.tui.model.case_file import CaseFile, Guess
+from lathesim.tui.model.case_file import CaseFile, Guess, guessed_columns
 from lathesim.tui.screens.detective import DetectiveScreen
 from lathesim.tui.widgets.case_panes import standing_bars
 from tests.tui.driving import opened, told, until
@@ -219,6 +219,17 @@ def test_candidates_stand_in_the_order_of_what_they_gain() -> None:
         "TorqueRipple at x_axis                  4%    -13",
         "Backlash at x_encoder                   1%   (26)",
     ]
+
+
+def test_columns_are_guessed_by_the_words_and_units_that_look_knows(tmp_path: Path) -> None:
+    rows = np.column_stack([np.arange(200.0), np.arange(200.0), np.sin(np.arange(200.0)), np.arange(200.0)])
+    file = tmp_path / "log.csv"
+    np.savetxt(file, rows, delimiter=",", header="zeit_ms,x_encoder_position_um,x_drive_current,x_axis_velocity [mm]", comments="")
+    registry = load_registry(installed=False)
+    guessed = guessed_columns(file, prepare(load_lesson("01_contour_error"), registry), registry)
+    assert [(item.role, item.unit) for item in guessed[:3]] == [(TIME, "ms"), (COMPARE, "um"), (IGNORE, "")]
+    assert guessed[1].target == "x_encoder.position"
+    assert (guessed[3].unit, "velocity" in guessed[3].target) == ("mm", False), "no speed is in mm"
 
 
 def test_a_mapping_needs_a_time_and_something_to_compare() -> None:

@@ -116,7 +116,8 @@ def _lines(data: dict[str, Any], proposal: ProposedLesson) -> Iterator[str]:
     yield f"Machine: {data['machine']}."
     for item in data["mapping"]:
         scale = f", times {item.scale:g}" if item.scale != 1.0 else ""
-        yield f"  {item.role:8}{item.target or 'time':24} '{item.column}' in {item.unit}{scale}"
+        held = ", held until the next row" if item.held else ""
+        yield f"  {item.role:8}{item.target or 'time':24} '{item.column}' in {item.unit}{scale}{held}"
     yield from (f"Assumed: {text}." for text in data["assumed"])
     if data["lesson"] is None:
         yield f"Next: lathesim look {data['recording']} --lesson L.yaml"

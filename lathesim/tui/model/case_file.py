@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError, RecordingError
-from lathesim.lessons.proposed_lesson import COMPARE, IGNORE, TIME, ColumnMeaning, recordings_entry
+from lathesim.lessons.proposed_lesson import COMPARE, IGNORE, TIME, ColumnMeaning, ColumnSense, ProposedLesson, recordings_entry, sense_of
 from lathesim.whole_file import write_text
 
 if TYPE_CHECKING:
@@ -34,27 +34,31 @@ _LIKE = 0.55
 
 
 def guessed_columns(file: Path, case: Prepared, registry: Registry) -> list[ColumnMeaning]:
-    """Return a guess for each column of a recording, by its name and the unit in its header; raises :class:`RecordingError`."""
-    from lathesim.recordings.raw_table import read_recording, split_unit
+    """Return a guess for each column of a recording, by its name and unit; raises :class:`RecordingError`."""
+    from lathesim.recordings.raw_table import read_recording
 
     table = read_recording(file, registry.readers)
-    found = []
-    for name in table.columns:
-        word, unit = split_unit(name)
-        given = table.units.get(name, "") or unit
-        if word.strip().lower() in ("time", "t", "zeit", "timestamp"):
-            found.append(ColumnMeaning(name, TIME, "", given or "s"))
+    time, found = ProposedLesson(table).time, []
+    for name, values in table.columns.items():
+        sense = sense_of(name, table.units.get(name, ""), values)
+        if name == time:
+            found.append(ColumnMeaning(name, TIME, "", sense.unit or "s"))
             continue
-        target = _nearest_channel(word, case)
-        unit = given or (case.plan.unit(target) if target else "")
+        target = _nearest_channel(sense, case)
+        unit = sense.unit or (case.plan.unit(target) if target else "")
         found.append(ColumnMeaning(name, COMPARE if target else IGNORE, target, unit))
     return found
 
 
-def _nearest_channel(word: str, case: Prepared) -> str:
-    plain = word.lower().replace(" ", "_")
+def _nearest_channel(sense: ColumnSense, case: Prepared) -> str:
+    """Return the channel whose name is most like that of a column, of those that the column can be."""
+    from lathesim.recordings.raw_table import split_unit
+
+    plain = split_unit(sense.column)[0].lower().replace(" ", "_")
     best, likeness = "", _LIKE
     for channel in case.plan.channels:
+        if not sense.may_be(case.plan.unit(channel)):
+            continue
         part, item = Place.of(channel)
         for name in (channel.lower(), f"{part}_{item}", item):
             ratio = difflib.SequenceMatcher(None, plain, name).ratio()
