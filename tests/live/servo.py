@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -19,6 +20,13 @@ from lathesim.record import FloatArray
 
 LESSON = "22_what_is_wrong_with_this_machine"
 PERIOD = 1e-3
+
+
+def free_port() -> int:
+    """Return a port that nobody listens at."""
+    with socket.socket() as trial:
+        trial.bind(("127.0.0.1", 0))
+        return int(trial.getsockname()[1])
 
 
 def prepared() -> Prepared:

@@ -9,8 +9,8 @@ import pytest
 
 from lathesim.record import load
 from tests.cli.command import call
-from tests.live.servo import LESSON
-from tests.live.test_stopping import free_port, interrupted, running, says
+from tests.live.servo import LESSON, free_port
+from tests.live.test_stopping import interrupted, running, says
 
 EFFECT = "CoulombFriction:level=20 N@x_axis"
 

@@ -20,10 +20,10 @@ from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.live.watching.watch_verdict import Verdict, WatchEvent
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
-from tests.live.other_axis import PERIOD, stream
+from tests.live.campaign.machines import PERIOD
 from tests.live.servo import LESSON
 from tests.live.servo import prepared as lesson_machine
-from tests.live.test_watch import COMPARE, DRIVE, Stream
+from tests.live.streams import COMPARE, DRIVE, Streamed, stream
 
 EVERY = 20.0
 
@@ -79,7 +79,7 @@ def watched(prepared: Prepared, values: FloatArray, folder: Path, tolerance: dic
     """Return what a watch tells of a stream."""
     events: list[WatchEvent] = []
     settings = WatchSettings(learn=30.0, folder=folder, waits=True, diagnose=False, tolerance=tolerance)
-    asyncio.run(WatchSession(prepared, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event()))
+    asyncio.run(WatchSession(prepared, load_registry([]), Streamed(values), settings, events.append).run(asyncio.Event()))
     return events
 
 
@@ -108,7 +108,7 @@ def test_an_inserted_friction_that_moves_is_told_without_an_alarm(tmp_path: Path
 
 async def test_what_was_named_is_followed_and_forecast_from_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A friction that a diagnosis names grows on: growth and a forecast, and no further alarm."""
-    seconds, begin = 200.0, 30.0
+    seconds, begin = 160.0, 32.0
     time = np.arange(int(seconds / PERIOD)) * PERIOD
     friction = np.where(time < begin, 0.0, 4.0 + 4.0 * (time - begin) / (seconds - begin))
     warm = 1.0 + 0.05 * np.exp(-time / 60.0)
@@ -124,10 +124,9 @@ async def test_what_was_named_is_followed_and_forecast_from_there(tmp_path: Path
 
     monkeypatch.setattr("lathesim.live.watching.watch_session.diagnose_window", diagnosed)
     events: list[WatchEvent] = []
-    settings = WatchSettings(learn=14.0, window=20.0, folder=tmp_path, waits=True, tolerance={"x_encoder.position": 1.0})
-    prepared = prepare(load_lesson(LESSON), load_registry([]))
+    settings = WatchSettings(learn=16.0, window=20.0, folder=tmp_path, waits=True, tolerance={"x_encoder.position": 1.0})
     await WatchSession(
-        prepared, load_registry([]), Stream(stream(seconds, 13, friction=friction, viscous=warm)), settings, events.append
+        lesson_machine(), load_registry([]), Streamed(stream(seconds, 13, friction=friction, viscous=warm)), settings, events.append
     ).run(asyncio.Event())
     assert [event.kind for event in events if event.kind in ("change", "drift")] in (["change"], ["drift"])
     (growth,) = (event for event in events if event.kind == "growth")

@@ -7,7 +7,6 @@ import contextlib
 import json
 import os
 import signal
-import socket
 import struct
 import subprocess
 import sys
@@ -26,16 +25,9 @@ from lathesim.live.recording_run import Recorder, record
 from lathesim.live.samples import LiveError, SampleBlock, Signal
 from lathesim.record import load
 from tests.cli.command import environment
-from tests.live.servo import prepared
+from tests.live.servo import free_port, prepared
 
 asyncua = pytest.importorskip("asyncua", reason="the extra 'live' is not installed")
-
-
-def free_port() -> int:
-    """Return a port that nobody listens at."""
-    with socket.socket() as trial:
-        trial.bind(("127.0.0.1", 0))
-        return int(trial.getsockname()[1])
 
 
 def ramp(channels: int, rate: float, seconds: float) -> PublishedRun:

@@ -20,8 +20,8 @@ from lathesim.live.streaming import StreamJob, stream
 from lathesim.live.wire_format import FrameKind, text_frame
 from lathesim.record import load
 from tests.cli.command import call
-from tests.live.other_axis import stream as measured
 from tests.live.servo import LESSON, PERIOD, Kept, servo_side, wave
+from tests.live.streams import stream as measured
 
 X = [(Signal("x_scale.position", "m"), 1e-3), (Signal("x_drive.current", "A"), 1.0)]
 

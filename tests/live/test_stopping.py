@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -18,18 +17,12 @@ import pytest
 from lathesim.record import Channel, Record, load
 from lathesim.record_writer import save
 from tests.cli.command import environment
-from tests.live.other_axis import PERIOD, step, stream
-from tests.live.servo import LESSON, wave
+from tests.live.campaign.machines import PERIOD, step
+from tests.live.servo import LESSON, free_port, wave
+from tests.live.streams import stream, written
 
 SOON = 10.0
 """Seconds that a busy computer may take for what takes two on an idle one."""
-
-
-def free_port() -> int:
-    """Return a port that nobody listens at."""
-    with socket.socket() as trial:
-        trial.bind(("127.0.0.1", 0))
-        return int(trial.getsockname()[1])
 
 
 @contextmanager
@@ -67,18 +60,9 @@ def interrupted(process: subprocess.Popen[str]) -> str:
     return said
 
 
-def recording(place: Path, seconds: float) -> Path:
-    """Write a recording of the lesson's machine."""
-    values = stream(seconds, 1)
-    names = ["x_controller.reference", "x_encoder.position", "x_scale.position", "x_controller.voltage", "x_drive.current"]
-    channels = {name: Channel(name, unit, row) for name, unit, row in zip(names, ["m", "m", "m", "V", "A"], values, strict=True)}
-    save(Record(np.arange(values.shape[1]) * PERIOD, channels, {"sample_period": PERIOD}), place)
-    return place
-
-
 @pytest.mark.slow
 def test_a_twin_ends_and_keeps_what_it_showed(tmp_path: Path) -> None:
-    long = recording(tmp_path / "long.h5", 60.0)
+    long = written(stream(60.0, 1), tmp_path / "long.h5")
     with running(tmp_path, "twin", LESSON, long, "--every", "0.2 s", "--out", "twin.h5") as twin:
         says(twin, "t = ")
         interrupted(twin)
@@ -89,7 +73,7 @@ def test_a_twin_ends_and_keeps_what_it_showed(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_watch_ends(tmp_path: Path) -> None:
-    long = recording(tmp_path / "long.h5", 120.0)
+    long = written(stream(120.0, 1), tmp_path / "long.h5")
     with running(tmp_path, "watch", LESSON, *[long] * 20, "--learn", "20 s") as watch:
         says(watch, "what is usual is learnt")
         interrupted(watch)
@@ -98,10 +82,7 @@ def test_a_watch_ends(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are looked for in /proc")
 def test_a_watch_ends_with_the_diagnosis_that_it_began(tmp_path: Path) -> None:
-    values = stream(80.0, 5, friction=step(80.0, 40.0, 0.0, 8.0))
-    names = ["x_controller.reference", "x_encoder.position", "x_scale.position", "x_controller.voltage", "x_drive.current"]
-    channels = {name: Channel(name, unit, row) for name, unit, row in zip(names, ["m", "m", "m", "V", "A"], values, strict=True)}
-    save(Record(np.arange(values.shape[1]) * PERIOD, channels, {"sample_period": PERIOD}), tmp_path / "r.h5")
+    written(stream(80.0, 5, friction=step(80.0, 40.0, 0.0, 8.0)), tmp_path / "r.h5")
 
     def diagnoses() -> list[Path]:
         found = []
@@ -191,7 +172,7 @@ sys.exit(code)
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="the size of a file cannot be limited there")
 def test_a_full_disk_is_told_once_and_what_came_before_is_kept(tmp_path: Path) -> None:
-    recording(tmp_path / "long.h5", 20.0)
+    written(stream(20.0, 1), tmp_path / "long.h5")
     commands = ["record", f"twin {LESSON} long.h5 --fast --out twin.h5"]
     done = subprocess.run(
         [sys.executable, "-c", FULL, *commands], cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False

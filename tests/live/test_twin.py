@@ -14,9 +14,9 @@ from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.plugins import load_registry
 from lathesim.record import load
 from tests.cli.command import call
-from tests.live.other_axis import step, stream
+from tests.live.campaign.machines import step
 from tests.live.servo import LESSON
-from tests.live.test_watch import written
+from tests.live.streams import stream, written
 
 
 def test_each_axis_of_a_lathe_follows_its_own_set_points() -> None:

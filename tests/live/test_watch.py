@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
 from lathesim.live.even_clock import SampleClock
-from lathesim.live.samples import SampleBlock, Signal
+from lathesim.live.samples import SampleBlock
 from lathesim.live.watching.change_test import Cusum
 from lathesim.live.watching.forecast import forecast
 from lathesim.live.watching.residual_stream import ResidualStream
@@ -26,15 +26,12 @@ from lathesim.live.watching.watch import Watch
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.live.watching.watch_verdict import Verdict, WatchEvent
 from lathesim.plugins import load_registry
-from lathesim.record import Channel, FloatArray, Record
-from lathesim.record_writer import save
+from lathesim.record import FloatArray
 from tests.cli.command import call
-from tests.live.other_axis import PERIOD, step, stream
+from tests.live.campaign.machines import PERIOD, step
 from tests.live.servo import LESSON, prepared
+from tests.live.streams import COMPARE, DRIVE, Streamed, in_blocks, stream, written
 
-DRIVE = ["x_controller.reference"]
-COMPARE = ["x_encoder.position", "x_scale.position", "x_controller.voltage", "x_drive.current"]
-UNITS = ["m", "m", "m", "V", "A"]
 LEARN = 14.0
 """Seconds to learn: two laps."""
 
@@ -45,42 +42,12 @@ def ready() -> Prepared:
     return prepared()
 
 
-def watched(ready: Prepared, values: FloatArray, learn: float = LEARN, start: float = 0.0) -> tuple[list[ReportedChange], Watch]:
-    """Return the alarms of a stream and its watch."""
-    watch = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=learn)
-    clock, alarms = SampleClock(PERIOD), []
-    for begin in range(0, values.shape[1], 5000):
-        part = values[:, begin : begin + 5000]
-        for stretch in clock.take(SampleBlock(start + (begin + np.arange(part.shape[1])) * PERIOD, part)):
-            alarms += watch.take(stretch)
-    return alarms, watch
-
-
-def mean_run_length(shift: float, k: float, h: float, points: int = 200) -> float:
-    """Return the mean number of samples to an alarm of the one-sided sum at a shift: Page's integral equation by Gauss' rule."""
-    from scipy.stats import norm
-
-    nodes, weights = np.polynomial.legendre.leggauss(points)
-    y, w = 0.5 * h * (nodes + 1.0), 0.5 * h * weights
-    kernel = w * norm.pdf(y[None, :] - y[:, None] + k - shift)
-    at_zero = norm.cdf(k - shift - y)
-    matrix = np.eye(points + 1)
-    matrix[:points, :points] -= kernel
-    matrix[:points, points] -= at_zero
-    matrix[points, :points] = -w * norm.pdf(y + k - shift)
-    matrix[points, points] -= norm.cdf(k - shift)
-    return float(np.linalg.solve(matrix, np.ones(points + 1))[points])
-
-
-def test_the_mean_run_lengths_are_those_of_the_tables() -> None:
-    for h, lengths in {
-        4.0: (167.68, 26.63, 8.383, 3.343),
-        5.0: (465.44, 38.00, 10.376, 4.009),
-        8.0: (9482.9, 84.00, 16.372, 6.009),
-    }.items():
-        for shift, expected in zip((0.0, 0.5, 1.0, 2.0), lengths, strict=True):
-            both = 1.0 / (1.0 / mean_run_length(shift, 0.5, h) + 1.0 / mean_run_length(-shift, 0.5, h))
-            assert both == pytest.approx(expected, rel=1e-3)
+def watched(ready: Prepared, blocks: Iterable[SampleBlock]) -> tuple[list[ReportedChange], Watch, SampleClock]:
+    """Return the alarms of a stream, its watch and its clock."""
+    watch = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=LEARN)
+    clock = SampleClock(PERIOD)
+    alarms = [alarm for block in blocks for stretch in clock.take(block) for alarm in watch.take(stretch)]
+    return alarms, watch, clock
 
 
 def test_the_sums_run_as_long_as_computed() -> None:
@@ -98,9 +65,9 @@ def test_the_sums_run_as_long_as_computed() -> None:
 
 def test_a_sound_machine_that_warms_up_and_takes_another_load_stays_quiet(ready: Prepared) -> None:
     seconds = 60.0
-    count = len(stream(seconds, 0)[0])
-    warm = 1.1 - 0.2 * (1.0 - np.exp(-np.arange(count) * PERIOD / 60.0))
-    alarms, watch = watched(ready, stream(seconds, 1, mass=step(seconds, 40.0, 1.01, 0.98), viscous=warm))
+    warm = 1.1 - 0.2 * (1.0 - np.exp(-np.arange(round(seconds / PERIOD)) * PERIOD / 60.0))
+    values = stream(seconds, 1, mass=step(seconds, 40.0, 1.01, 0.98), viscous=warm)
+    alarms, watch, _ = watched(ready, in_blocks(values, 5000))
     assert alarms == []
     assert abs(watch.values["x_axis.mass"]) < 3.0
 
@@ -117,7 +84,7 @@ def test_a_sound_machine_that_warms_up_and_takes_another_load_stays_quiet(ready:
 )
 def test_a_change_is_told_soon_with_its_time_and_place(ready: Prepared, change: dict[str, tuple[float, float]], channel: str) -> None:
     (name, (before, after)), at = next(iter(change.items())), 24.0
-    alarms, _ = watched(ready, stream(31.0, 2, **{name: step(31.0, at, before, after)}))
+    alarms, _, _ = watched(ready, in_blocks(stream(31.0, 2, **{name: step(31.0, at, before, after)}), 5000))
     assert len(alarms) >= 1
     assert at <= alarms[0].time < at + 10.0
     assert alarms[0].begun == pytest.approx(at, abs=0.7)
@@ -127,16 +94,10 @@ def test_a_change_is_told_soon_with_its_time_and_place(ready: Prepared, change: 
 
 def test_memory_and_answers_do_not_depend_on_how_the_stream_was_cut(ready: Prepared) -> None:
     values = stream(27.0, 3, friction=step(27.0, 24.0, 0.0, 8.0))
-    alarms, watch = watched(ready, values)
-    other = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=LEARN)
-    clock, again = SampleClock(PERIOD), []
-    rng, begin = np.random.default_rng(0), 0
-    while begin < values.shape[1]:
-        end = begin + int(rng.integers(1, 900))
-        part = values[:, begin:end]
-        for stretch in clock.take(SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)):
-            again += other.take(stretch)
-        begin = end
+    alarms, watch, _ = watched(ready, in_blocks(values, 5000))
+    ends = np.cumsum(np.random.default_rng(0).integers(1, 900, 100))
+    parts = zip(np.split(np.arange(values.shape[1]) * PERIOD, ends), np.split(values, ends, axis=1), strict=True)
+    again, other, _ = watched(ready, (SampleBlock(*part) for part in parts if len(part[0])))
     assert alarms
     assert [(alarm.time, alarm.channel) for alarm in again] == [(pytest.approx(alarm.time), alarm.channel) for alarm in alarms]
     assert watch.blocks == other.blocks
@@ -153,12 +114,8 @@ def test_lost_doubled_and_reordered_samples_are_the_recordings_fault(ready: Prep
     for at in rng.integers(30_000, 40_000, 50):
         order[[at, at + 1]] = order[[at + 1, at]]
     order = np.insert(order, rng.integers(30_000, 40_000, 50), order[rng.integers(30_000, 40_000, 50)])
-    watch = Watch(ResidualStream(ready, DRIVE, COMPARE, PERIOD), PERIOD, learn=LEARN)
-    clock, alarms = SampleClock(PERIOD), []
-    for begin in range(0, len(order), 777):
-        rows = order[begin : begin + 777]
-        for stretch in clock.take(SampleBlock(time[rows], values[:, rows])):
-            alarms += watch.take(stretch)
+    parts = np.split(order, range(777, len(order), 777))
+    alarms, _, clock = watched(ready, (SampleBlock(time[rows], values[:, rows]) for rows in parts))
     assert alarms == []
     assert clock.counts["missing"] >= 900
     assert clock.counts["came twice or out of order"] >= 50
@@ -191,27 +148,11 @@ def test_a_forecast_holds_the_truth_as_often_as_it_says() -> None:
     assert forecast(time, rng.normal(size=60), 20.0) is None
 
 
-class Stream:
-    """A source that gives a stream at once."""
-
-    name = "stream"
-    signals = tuple(Signal(name, unit) for name, unit in zip([*DRIVE, *COMPARE], UNITS, strict=True))
-
-    def __init__(self, values: FloatArray) -> None:
-        self._values = values
-
-    async def blocks(self) -> AsyncIterator[SampleBlock]:
-        """Return the stream in blocks of 2 s."""
-        for begin in range(0, self._values.shape[1], 2000):
-            part = self._values[:, begin : begin + 2000]
-            yield SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)
-
-
 async def test_a_session_tells_what_it_learnt_what_changed_and_how_it_ended(ready: Prepared, tmp_path: Path) -> None:
     events: list[WatchEvent] = []
     values = stream(30.0, 5, friction=step(30.0, 26.0, 0.0, 8.0))
     settings = WatchSettings(learn=LEARN, diagnose=False, folder=tmp_path)
-    await WatchSession(ready, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event())
+    await WatchSession(ready, load_registry([]), Streamed(values), settings, events.append).run(asyncio.Event())
     kinds = [event.kind for event in events]
     assert kinds[0] == "learnt"
     assert "change" in kinds
@@ -240,7 +181,7 @@ async def told(
     patch.setattr("lathesim.live.watching.watch_session.diagnose_window", answer)
     events: list[WatchEvent] = []
     settings = WatchSettings(learn=LEARN, window=5.0, folder=folder, waits=True)
-    await WatchSession(ready, load_registry([]), Stream(values), settings, events.append).run(asyncio.Event())
+    await WatchSession(ready, load_registry([]), Streamed(values), settings, events.append).run(asyncio.Event())
     return events
 
 
@@ -270,14 +211,6 @@ async def test_without_a_name_the_watch_goes_on_from_the_changed_state(
     continued = next(event for event in events if event.kind == "continued")
     assert continued.sentence.endswith("watching goes on from the changed state.")
     assert [event.kind for event in events].count("learnt") == 2
-
-
-def written(values: FloatArray, place: Path) -> Path:
-    """Write a stream as a record whose channels are called as the machine's."""
-    rows = zip(Stream.signals, values, strict=True)
-    channels = {signal.name: Channel(signal.name, signal.unit, row) for signal, row in rows}
-    save(Record(np.arange(values.shape[1]) * PERIOD, channels, {"sample_period": PERIOD}), place)
-    return place
 
 
 def test_recordings_one_after_another_are_a_stream(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,8 +8,7 @@ import shutil
 import socket
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import aiohttp
@@ -17,28 +16,14 @@ import pytest
 
 from lathesim.cli.main import run_command_line
 from tests.cli.command import environment
+from tests.live.servo import free_port
+from tests.tui.terminal import wait
 
 pytestmark = [pytest.mark.skipif(not Path("/proc").is_dir(), reason="asks /proc for the children"), pytest.mark.timeout(120)]
-PATIENCE = 30.0
 BROWSER = [
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
 ]  # fmt: skip
-
-
-def wait(holds: Callable[[], bool]) -> bool:
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        if holds():
-            return True
-        time.sleep(0.1)
-    return False
-
-
-def free_port() -> int:
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 def children(pid: int) -> list[int]:

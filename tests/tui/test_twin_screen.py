@@ -3,49 +3,28 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
 from pathlib import Path
 
 import numpy as np
 from textual.widgets import Label, ProgressBar, Static
 
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import prepare
-from lathesim.live.samples import SampleBlock, Signal
 from lathesim.live.twin import Twin
-from lathesim.plugins import load_registry
-from lathesim.record import FloatArray, load
+from lathesim.record import load
 from lathesim.tui.twin_app import TwinApp, TwinPicture
 from lathesim.tui.widgets.time_plot import TimePlot
-from tests.live.campaign.cases import LESSONS, channels
+from tests.live.campaign.cases import prepared, signals
 from tests.live.campaign.machines import MACHINES, PERIOD
-
-
-class Played:
-    """A source that gives a stream in blocks of 0.1 s, and tells of a buffer."""
-
-    name = "stream"
-
-    def __init__(self, values: FloatArray, names: tuple[str, ...], pause: float) -> None:
-        units = ["A" if "current" in name else "V" if "voltage" in name else "m" for name in names]
-        self._values, self._pause = values, pause
-        self.signals = tuple(Signal(name, unit) for name, unit in zip(names, units, strict=True))
-
-    async def blocks(self) -> AsyncIterator[SampleBlock]:
-        """Return the blocks."""
-        for begin in range(0, self._values.shape[1], 100):
-            part = self._values[:, begin : begin + 100]
-            yield SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)
-            await asyncio.sleep(self._pause)
+from tests.live.streams import Streamed
 
 
 def twin_app(machine: str, seconds: float, out: Path | None = None, pause: float = 0.0) -> TwinApp:
     """Return the app over a machine with play that rubs."""
     count = round(seconds / PERIOD)
     values = MACHINES[machine](seconds, 1, {"friction": np.full(count, 30.0), "play": np.full(count, 20e-6)})
-    ready = prepare(load_lesson(LESSONS[machine]), load_registry([]))
-    names = tuple(name for group in channels(machine) for name in group)
-    return TwinApp(Twin(ready, Played(values, names, pause), out, every=0.1), f"{ready.name} at stream", lambda: (37.0, 200.0))
+    ready = prepared(machine)
+    return TwinApp(
+        Twin(ready, Streamed(values, signals(machine), 100, pause), out, every=0.1), f"{ready.name} at stream", lambda: (37.0, 200.0)
+    )
 
 
 def words(app: TwinApp, place: str) -> str:

@@ -11,6 +11,8 @@ import numpy as np
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import Prepared, prepare
+from lathesim.live.opening import lesson_signals
+from lathesim.live.samples import Signal
 from lathesim.live.watching.residual_stream import ResidualStream
 from lathesim.plugins import load_registry
 from lathesim.record import FloatArray
@@ -82,6 +84,13 @@ def channels(machine: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     recordings = prepared(machine).case.lesson.settings.recordings
     assert recordings is not None
     return tuple(recordings.drive), tuple(recordings.compare)
+
+
+@cache
+def signals(machine: str) -> tuple[Signal, ...]:
+    """Return the signals of a machine's stream."""
+    known = {signal.name: signal for signal in lesson_signals(prepared(machine))}
+    return tuple(known[name] for names in channels(machine) for name in names)
 
 
 @cache

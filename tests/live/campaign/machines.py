@@ -190,4 +190,9 @@ def cut(seconds: float, seed: int, changes: Changes) -> FloatArray:
     return np.vstack([driven, main * of("gain", 1.0), thrust + outside, feed]) + np.vstack([0.0 * driven, noise])
 
 
+def step(seconds: float, at: float, before: float, after: float) -> FloatArray:
+    """Return a value that changes at a time [s], (samples,)."""
+    return np.where(np.arange(round(seconds / PERIOD)) * PERIOD < at, before, after)
+
+
 MACHINES = {"axis": axis, "lathe": lathe, "cut": cut}

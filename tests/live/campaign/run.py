@@ -6,47 +6,25 @@ import asyncio
 import resource
 import tempfile
 import time
-from collections.abc import AsyncIterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from lathesim.live.opening import lesson_signals
-from lathesim.live.samples import SampleBlock, Signal
 from lathesim.live.watching.watch_session import WatchSession, WatchSettings
 from lathesim.live.watching.watch_verdict import WatchEvent
 from lathesim.plugins import load_registry
-from lathesim.record import FloatArray
-from tests.live.campaign.cases import Case, channels, floor, prepared, stream_of
-from tests.live.campaign.machines import LEARN, PERIOD
+from tests.live.campaign.cases import Case, floor, prepared, signals, stream_of
+from tests.live.campaign.machines import LEARN
+from tests.live.streams import Streamed
 
 WINDOW = 20.0
-
-
-class Streamed:
-    """A source that gives a stream in blocks of 2 s."""
-
-    name = "stream"
-
-    def __init__(self, values: FloatArray, signals: tuple[Signal, ...]) -> None:
-        self._values, self.signals = values, signals
-
-    async def blocks(self) -> AsyncIterator[SampleBlock]:
-        """Return the blocks."""
-        for begin in range(0, self._values.shape[1], 2000):
-            part = self._values[:, begin : begin + 2000]
-            yield SampleBlock((begin + np.arange(part.shape[1])) * PERIOD, part)
 
 
 def run_case(case: Case, patience: float) -> dict[str, Any]:
     """Return what the watch told of a case: its events, its verdicts, and the time [CPU s] that both took."""
     ready = prepared(case.machine)
-    drive, compare = channels(case.machine)
     floor(case.machine)
     stream = stream_of(case)
-    signals = tuple(Signal(name, unit) for name, unit in zip((*drive, *compare), units(case.machine), strict=True))
     events: list[WatchEvent] = []
     children = [_children()]
     spent: list[float] = []
@@ -63,7 +41,7 @@ def run_case(case: Case, patience: float) -> dict[str, Any]:
         settings = WatchSettings(
             learn=LEARN, window=WINDOW, diagnose=patience > 0.0, patience=patience, tolerance=tolerance, folder=Path(folder), waits=True
         )
-        session = WatchSession(ready, load_registry([]), Streamed(stream.values, signals), settings, tell)
+        session = WatchSession(ready, load_registry([]), Streamed(stream.values, signals(case.machine)), settings, tell)
         asyncio.run(session.run(asyncio.Event()))
     watched = time.process_time() - begun
     told = [{"event": event.kind, "time_s": event.time, **event.data} for event in events if event.kind != "learnt"]
@@ -89,10 +67,3 @@ def _children() -> float:
     """Return the CPU time of the diagnoses that ended [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def units(machine: str) -> tuple[str, ...]:
-    """Return the SI units of a machine's stream."""
-    drive, compare = channels(machine)
-    known = {signal.name: signal.unit for signal in lesson_signals(prepared(machine))}
-    return tuple(known[name] for name in (*drive, *compare))
