@@ -31,7 +31,7 @@ from lathesim.identification.estimation.estimates import estimates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
 from lathesim.identification.records import Fitted, Standing, is_full_band, with_start
-from lathesim.identification.replay.experiment import Experiment, Machine
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.joined import JoinedExperiment, joined
 from lathesim.identification.replay.loading import Recorded
 
@@ -222,7 +222,7 @@ def _untried(prepared: PreparedQuestion, found: Found) -> tuple[str, ...]:
 
 def ask(
     lesson: str,
-    machine: Machine,
+    machine: RecordedMachine,
     recordings: tuple[Recorded, ...],
     effects: Iterable[type[Effect]],
     method: Method = STANDARD,

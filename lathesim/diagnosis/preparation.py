@@ -24,7 +24,7 @@ from lathesim.diagnosis.records.found import ControllerValue, Found
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted
-from lathesim.identification.replay.experiment import Experiment, Machine, baseline_free, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, baseline_free, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.identification.replay.validation_split import parted
 from lathesim.recordings.raw_table import Finding
@@ -38,7 +38,7 @@ class Question:
     """
 
     lesson: str
-    machine: Machine
+    machine: RecordedMachine
     fitted: Recorded
     validation: Recorded | None
     effects: tuple[type[Effect], ...]

@@ -37,7 +37,7 @@ from lathesim.experiments.scene import Scene
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
 from lathesim.identification.replay.controller_rate import decisions_for_each
-from lathesim.identification.replay.experiment import Machine, baseline_free, build_experiments
+from lathesim.identification.replay.experiment import RecordedMachine, baseline_free, build_experiments
 from lathesim.identification.replay.loading import at_period, coarser_than_decided, load_case, uncertainties
 from lathesim.identification.roles import readings_of
 from lathesim.identification.signal import channel_floor, root_mean_square
@@ -160,7 +160,7 @@ def looking_at(
     return Looking.at(with_possible_sizes(Study(experiment, experiment, STANDARD, tell)), fitted), notes
 
 
-def _recorded(prepared: Prepared, registry: Registry, means: Means, variant: str | None) -> tuple[Machine, Record, tuple[str, ...]]:
+def _recorded(prepared: Prepared, registry: Registry, means: Means, variant: str | None) -> tuple[RecordedMachine, Record, tuple[str, ...]]:
     """Return the machine of a lesson with a recording of it, made or taken, and what was assumed."""
     lesson, assembly = prepared.case.lesson, prepared.machinery
     sensors = means.sensors or _usual_sensors(lesson, assembly)
@@ -191,7 +191,11 @@ def _recorded(prepared: Prepared, registry: Registry, means: Means, variant: str
     mapped = mapping_of(lesson, assembly).signals if lesson.settings.recordings is not None else ()
     resolution = {signal.target: signal.resolution for signal in mapped if signal.resolution}
     decisions = decisions_for_each(period, assembly)
-    return Machine(at_period(assembly, period), tuple(driven), sensors, uncertain, resolution, decisions=decisions), record, tuple(notes)
+    return (
+        RecordedMachine(at_period(assembly, period), tuple(driven), sensors, uncertain, resolution, decisions=decisions),
+        record,
+        tuple(notes),
+    )
 
 
 def _usual_sensors(lesson: Lesson, assembly: Assembly) -> tuple[str, ...]:
@@ -231,7 +235,7 @@ def _every(lesson: Lesson, assembly: Assembly, means: Means) -> int:
     return max(1, round(1.0 / (rate * assembly.sample_period)))
 
 
-def _along(machine: Machine, record: Record, sensors: Sequence[str]) -> Record:
+def _along(machine: RecordedMachine, record: Record, sensors: Sequence[str]) -> Record:
     """Return what sensors would read of the lesson's own machine where it is driven as it was in a recording."""
     assembly = machine.driven_by(machine.assembly, record)
     plan = wire(replace(assembly, record=tuple(sensors), finish=""))

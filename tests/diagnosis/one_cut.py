@@ -10,7 +10,7 @@ import numpy as np
 from lathesim.components.cutting_forces import CuttingProcess
 from lathesim.components.sensors import Dynamometer
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.identification.replay.experiment import Machine
+from lathesim.identification.replay.experiment import RecordedMachine
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import PERIOD, as_record
 
@@ -49,7 +49,7 @@ def cut_record(wrong: Collection[str] = ()) -> Record:
     return as_record({DEPTH: ("m", depth), FORCE: ("N", cut_force(wrong))})
 
 
-def cut_machine() -> Machine:
+def cut_machine() -> RecordedMachine:
     """Return the machine of the lesson: a linear force, and how sure it is of it."""
     parts = (
         Part("cutting", CuttingProcess, {"specific_force": SPECIFIC, "radius": RADIUS}),
@@ -59,7 +59,7 @@ def cut_machine() -> Machine:
     wires = [Wire(name, constant=value) for name, value in constants.items()]
     wires += [Wire(target, "cutting.main_force") for target in ("cutting.acting_force", "dynamometer.main_force")]
     assembly = Assembly(parts, tuple(wires), PERIOD, 0.5 * PERIOD)
-    return Machine(assembly, (DEPTH,), (FORCE,), {"cutting.specific_force": 0.1 * SPECIFIC}, {})
+    return RecordedMachine(assembly, (DEPTH,), (FORCE,), {"cutting.specific_force": 0.1 * SPECIFIC}, {})
 
 
 LESSON = """\

@@ -29,7 +29,7 @@ from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted
-from lathesim.identification.replay.experiment import Experiment, Machine, baseline_free, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, baseline_free, build_experiments
 from lathesim.record import Channel, Record
 
 MASS, VISCOUS, PERIOD, RESOLUTION = 40.0, 200.0, 2e-3, 1e-6
@@ -105,7 +105,7 @@ def as_record(columns: dict[str, tuple[str, FloatArray]]) -> Record:
     return Record(np.arange(count) * PERIOD, channels, {"sample_period": PERIOD})
 
 
-def machine(mass: float = MASS, viscous: float = VISCOUS, sure: float = 0.05) -> Machine:
+def machine(mass: float = MASS, viscous: float = VISCOUS, sure: float = 0.05) -> RecordedMachine:
     """Return the table as a lesson describes it: values right or wrong, and how sure they are."""
     parts = (
         Part("x_axis", ForceAxis, {"mass": mass, "viscous": viscous}),
@@ -113,10 +113,10 @@ def machine(mass: float = MASS, viscous: float = VISCOUS, sure: float = 0.05) ->
     )
     wires = (Wire("x_axis.force", constant=0.0), Wire("x_encoder.measured", "x_axis.position"))
     uncertain = {"x_axis.mass": sure * mass, "x_axis.viscous": 2.0 * sure * viscous}
-    return Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (FORCE,), (POSITION,), uncertain, {POSITION: RESOLUTION})
+    return RecordedMachine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (FORCE,), (POSITION,), uncertain, {POSITION: RESOLUTION})
 
 
-def experiments(*records: Record, effects: Sequence[type[Effect]] = EFFECTS, of: Machine | None = None) -> list[Experiment]:
+def experiments(*records: Record, effects: Sequence[type[Effect]] = EFFECTS, of: RecordedMachine | None = None) -> list[Experiment]:
     """Return the rigs of recordings, called ``fit``, ``check`` and ``third``."""
     return build_experiments(of or machine(), zip(("fit", "check", "third"), records, strict=False), effects)
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from lathesim.identification.replay.experiment import Machine
+from lathesim.identification.replay.experiment import RecordedMachine
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
@@ -50,10 +50,10 @@ def write_lesson(folder: Path, duration: str = "2.2 s", extra: str = "") -> Path
     return path
 
 
-def controlled_axis(folder: Path, compare: tuple[str, ...] = (POSITION, VOLTAGE)) -> tuple[Machine, Record]:
+def controlled_axis(folder: Path, compare: tuple[str, ...] = (POSITION, VOLTAGE)) -> tuple[RecordedMachine, Record]:
     """Return the machine, of which nothing is uncertain, and a record of the reference and the channels that are compared."""
     prepared = prepare(load_lesson(write_lesson(folder)), load_registry(installed=False))
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
     record = Record(run.time, {**{name: run.channels[name] for name in compare}, REFERENCE: asked}, dict(run.meta))
-    return Machine(prepared.machinery, (REFERENCE,), compare, {}, {}), record
+    return RecordedMachine(prepared.machinery, (REFERENCE,), compare, {}, {}), record

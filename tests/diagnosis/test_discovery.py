@@ -15,7 +15,7 @@ from lathesim.engine.assembly import Part, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import Machine
+from lathesim.identification.replay.experiment import RecordedMachine
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
@@ -104,7 +104,7 @@ def test_an_error_of_a_second_sensor_is_found_in_its_own_channel() -> None:
     parts = (*given.assembly.parts, Part("x_scale", given.assembly.parts[1].component, {"resolution": 1e-6}))
     wires = (*given.assembly.wires, Wire("x_scale.measured", "x_axis.position"))
     assembly = type(given.assembly)(parts, wires, given.assembly.sample_period, given.assembly.step)
-    two = Machine(assembly, (FORCE,), (POSITION, "x_scale.position"), given.uncertain, {POSITION: 1e-6, "x_scale.position": 1e-6})
+    two = RecordedMachine(assembly, (FORCE,), (POSITION, "x_scale.position"), given.uncertain, {POSITION: 1e-6, "x_scale.position": 1e-6})
     records = []
     for seed in (1, 2):
         record = recording(seed=seed)

@@ -14,7 +14,7 @@ from lathesim.diagnosis.reporting.evidence import suspected
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted
-from lathesim.identification.replay.experiment import Experiment, Machine
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.loading import load_case
 from lathesim.identification.replay.validation_split import parted
 from lathesim.lessons.lesson import load_lesson
@@ -85,7 +85,7 @@ def test_what_is_missing_at_a_spindle_without_an_inertia_is_an_angular_accelerat
     voltage = np.sin(2.0 * np.pi * 1.5 * period * np.arange(count))
     parts = (Part("spindle", EmpiricalSpindle), Part("encoder", AngularEncoder, {"resolution": 1e-4}))
     wires = (Wire("spindle.voltage", constant=0.0), Wire("encoder.measured", "spindle.angle"))
-    spindle = Machine(Assembly(parts, wires, period, period), ("spindle.voltage",), ("encoder.angle",), {}, {})
+    spindle = RecordedMachine(Assembly(parts, wires, period, period), ("spindle.voltage",), ("encoder.angle",), {}, {})
     angle = np.cumsum(np.sin(np.arange(count) / 90.0))
     channels = {name: Channel(name, unit, values) for name, unit, values in
                 (("spindle.voltage", "V", voltage), ("encoder.angle", "rad", np.round(angle, 4)))}  # fmt: skip

@@ -14,7 +14,7 @@ from lathesim.diagnosis import preparation
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.replay.experiment import Machine, build_experiments, quickly_transformed
+from lathesim.identification.replay.experiment import RecordedMachine, build_experiments, quickly_transformed
 from lathesim.identification.replay.loading import Recorded, at_period, read_for
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
@@ -26,10 +26,10 @@ from tests.diagnosis.small_case import CURRENT, POSITION, REFERENCE, VOLTAGE, co
 AT_FAULT = "The recording itself is at fault; no physics is named from it. "
 LATE = "1 sample (1 ms) late: with its rows moved earlier by that x_controller.voltage follows from what its controller was given"
 BEHIND, SCALE = "x_dac.voltage", "x_scale.position"
-Axis = tuple[Machine, Record]
+Axis = tuple[RecordedMachine, Record]
 
 
-def with_bits(machine: Machine, bits: float) -> Machine:
+def with_bits(machine: RecordedMachine, bits: float) -> RecordedMachine:
     """Return a machine with another converter."""
     parts = [replace(one, parameters={**one.parameters, "bits": bits}) if one.name == "x_dac" else one for one in machine.assembly.parts]
     return replace(machine, assembly=replace(machine.assembly, parts=tuple(parts)))
@@ -44,7 +44,7 @@ def axis(tmp_path_factory: pytest.TempPathFactory) -> Axis:
 
 
 @pytest.fixture(scope="module")
-def from_the_motor(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record, float]:
+def from_the_motor(tmp_path_factory: pytest.TempPathFactory) -> tuple[RecordedMachine, Record, float]:
     """An axis written down from its motor, a sound recording of it, and how far it goes for each radian."""
     case = case_of("gear_pid_1k", "sound")
     folder = write_case(case, tmp_path_factory.mktemp("rig"))[1]
@@ -53,7 +53,7 @@ def from_the_motor(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, R
     return machine, recorded.record, case.rig.physics.ratio
 
 
-def answered(machine: Machine, *records: Record) -> Diagnosis:
+def answered(machine: RecordedMachine, *records: Record) -> Diagnosis:
     """Return the answer to two recordings, or to one twice, with no effect as a candidate."""
     return diagnose(ask("An axis", machine, [Recorded(f"{place}.csv", records[place % len(records)], ()) for place in (0, 1)], ()))
 
@@ -102,7 +102,7 @@ def test_a_command_and_a_current_that_are_exchanged_are_told(axis: Axis) -> None
     assert found.sentence.startswith(f"{AT_FAULT}{CURRENT} is what the lesson's controller makes of what it was given")
 
 
-def faults(machine: Machine, record: Record) -> str:
+def faults(machine: RecordedMachine, record: Record) -> str:
     """Return the faults that are found before anything is searched."""
     recorded = [Recorded(name, record, ()) for name in ("0.csv", "1.csv")]
     return " ".join(map(str, preparation.prepare(ask("An axis", machine, recorded, ())).faults))
@@ -144,7 +144,7 @@ def test_a_wrong_period_is_told_with_the_right_one(factor: float, sentence: str,
 
 
 @pytest.mark.parametrize(("channel", "made"), [(POSITION, "its controller was given"), (SCALE, "the machine makes")])
-def test_a_reading_on_the_motor_mapped_to_the_table(from_the_motor: tuple[Machine, Record, float], channel: str, made: str) -> None:
+def test_a_reading_on_the_motor_mapped_to_the_table(from_the_motor: tuple[RecordedMachine, Record, float], channel: str, made: str) -> None:
     machine, record, ratio = from_the_motor
     sentence = answered(machine, changed(record, channel, 0.5 / np.pi / ratio * record[channel])).sentence
     assert sentence.startswith(f"{AT_FAULT}{channel} is {0.5 / np.pi / ratio:.4g} times what {made}, as the motion of")
@@ -153,7 +153,7 @@ def test_a_reading_on_the_motor_mapped_to_the_table(from_the_motor: tuple[Machin
     assert scale is not None and float(scale[1]) == pytest.approx(2.0 * np.pi * ratio, rel=1e-4)
 
 
-def test_a_place_that_a_friction_holds_is_no_column_of_the_scale(from_the_motor: tuple[Machine, Record, float]) -> None:
+def test_a_place_that_a_friction_holds_is_no_column_of_the_scale(from_the_motor: tuple[RecordedMachine, Record, float]) -> None:
     """A replay without that friction drifts far from both, and the scale is held against the encoder."""
     machine, record, _ = from_the_motor
     pushed = record[VOLTAGE] + 0.3 * np.sign(np.gradient(record[POSITION]))

@@ -14,7 +14,7 @@ from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.identification.replay.controller_memory import remembered_at_start
 from lathesim.identification.replay.controller_rate import at_controllers_rate, decisions_for_each
-from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from lathesim.identification.replay.loading import at_period
 from lathesim.identification.replay.recorded_parts import LinearSignal
 from lathesim.lessons.lesson import load_lesson
@@ -35,7 +35,7 @@ CONTROLLERS = {
 
 
 @pytest.fixture(scope="module", params=CONTROLLERS)
-def recorded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+def recorded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[RecordedMachine, Record]:
     """An axis with one of the controllers, and a run of it with a load that the integral has to hold."""
     load = "insert: [{effect: ForceOffset, at: x_axis, offset: 60 N}]\n"
     lesson = write_lesson(tmp_path_factory.mktemp("lesson"), extra=CONTROLLERS[request.param] + load)
@@ -43,7 +43,7 @@ def recorded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
     record = Record(run.time, {REFERENCE: asked, POSITION: run.channels[POSITION], VOLTAGE: run.channels[VOLTAGE]}, dict(run.meta))
-    return Machine(prepared.machinery, (REFERENCE,), (POSITION, VOLTAGE), {}, {}), record
+    return RecordedMachine(prepared.machinery, (REFERENCE,), (POSITION, VOLTAGE), {}, {}), record
 
 
 def from_sample(record: Record, first: int) -> Record:
@@ -58,21 +58,21 @@ def unexplained(experiment: Experiment) -> float:
     return float(np.std(experiment.sensed.one({})[row]) / np.std(experiment.record[VOLTAGE]))
 
 
-def test_what_a_controller_remembers_is_found(recorded: tuple[Machine, Record]) -> None:
+def test_what_a_controller_remembers_is_found(recorded: tuple[RecordedMachine, Record]) -> None:
     machine, record = recorded
     (experiment,) = build_experiments(machine, [("late.csv", from_sample(record, 700))], [])
     assert unexplained(experiment) < 1e-3
     assert contradicted(experiment, {}) == ""
 
 
-def test_a_recording_from_rest_is_taken_as_it_is(recorded: tuple[Machine, Record]) -> None:
+def test_a_recording_from_rest_is_taken_as_it_is(recorded: tuple[RecordedMachine, Record]) -> None:
     machine, record = recorded
     (experiment,) = build_experiments(machine, [("whole.csv", record)], [])
     assert experiment.machine is machine
     assert remembered_at_start(machine.assembly, machine.compare, experiment.sensed) == {}
 
 
-def test_a_command_that_is_not_this_controllers_is_not_explained_by_memory(recorded: tuple[Machine, Record]) -> None:
+def test_a_command_that_is_not_this_controllers_is_not_explained_by_memory(recorded: tuple[RecordedMachine, Record]) -> None:
     machine, record = recorded
     turned = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
     (experiment,) = build_experiments(machine, [("turned.csv", from_sample(turned, 700))], [])
@@ -89,7 +89,7 @@ def test_the_current_of_a_drive_tells_what_its_controller_remembers(converter: s
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
     record = Record(run.time, {REFERENCE: asked, POSITION: run.channels[POSITION], CURRENT: run.channels[CURRENT]}, dict(run.meta))
-    machine = Machine(prepared.machinery, (REFERENCE,), (POSITION, CURRENT), {}, {})
+    machine = RecordedMachine(prepared.machinery, (REFERENCE,), (POSITION, CURRENT), {}, {})
     (experiment,) = build_experiments(machine, [("late.csv", from_sample(record, 700))], [])
     row = experiment.machine.compare.index(CURRENT)
     assert np.std(experiment.sensed.one({})[row]) < 0.02 * np.std(experiment.record[CURRENT])
@@ -107,7 +107,7 @@ def every_second(axis: tuple[Assembly, Record], decisions: int) -> Experiment:
     assembly, record = axis
     channels = {name: replace(channel, values=channel.values[::2]) for name, channel in record.channels.items()}
     slow = Record(record.time[::2], channels)
-    lesson = Machine(at_period(assembly, slow.sample_period), (REFERENCE,), (POSITION, VOLTAGE), {}, {}, decisions=decisions)
+    lesson = RecordedMachine(at_period(assembly, slow.sample_period), (REFERENCE,), (POSITION, VOLTAGE), {}, {}, decisions=decisions)
     (experiment,) = build_experiments(lesson, [("slow.csv", slow)], [])
     return experiment
 

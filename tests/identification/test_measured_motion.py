@@ -21,7 +21,7 @@ from lathesim.engine.wiring import wire
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.replay import experiment as problem
 from lathesim.identification.replay.converter_rounding import plain_replay
-from lathesim.identification.replay.experiment import Experiment, Machine
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, smooth, velocity_of
 from lathesim.identification.replay.open_loop import drive, follow
 from lathesim.lessons.insertion import insert_effect
@@ -222,7 +222,7 @@ def test_what_a_converter_rounds_does_not_add_up_in_an_integral(monkeypatch: pyt
     asked = 100.0 + 10.0 * np.sign(np.sin(0.9 * time)) + 3.0 * np.sin(2.3 * time)
     made = run(wire(drive(spindle(), {REFERENCE: asked})), duration=(SAMPLES - 1) * SLOW)
     record = Record(time, {}, {}).with_channel(SPINDLE_SPEED, "rad/s", made[SPINDLE_SPEED]).with_channel(REFERENCE, "rad/s", asked)
-    experiment = Experiment(Machine(spindle(), (REFERENCE,), (SPINDLE_SPEED,), {}, {}), record, "run", (), spindle())
+    experiment = Experiment(RecordedMachine(spindle(), (REFERENCE,), (SPINDLE_SPEED,), {}, {}), record, "run", (), spindle())
     parts = passed_through(experiment.sensed.plan, experiment.sensed.channels[0])
     assert {"adc", "dac", "controller"} <= set(parts)
     assert not any(name.startswith(("rounding_", "rounded_")) for name in parts)
@@ -260,7 +260,7 @@ def test_a_command_that_follows_from_what_a_converter_read_is_no_fault_of_the_re
     rng = np.random.default_rng(1)
     record = Record(time, {}, {}).with_channel(SPINDLE_SPEED, "rad/s", asked).with_channel(REFERENCE, "rad/s", asked)
     record = record.with_channel(command, "V", 3.83 + 0.05 * rng.standard_normal(SAMPLES))
-    machine = Machine(spindle(), (REFERENCE,), (SPINDLE_SPEED, command), {}, {})
+    machine = RecordedMachine(spindle(), (REFERENCE,), (SPINDLE_SPEED, command), {}, {})
     assert contradicted(Experiment(machine, record, "run", (), spindle()), {}) == ""
     direct = tuple(part for part in spindle().parts if part.name not in ("tachometer", "adc"))
     wires = [item for item in spindle().wires if item.target.partition(".")[0] not in ("tachometer", "adc", "controller")]

@@ -6,7 +6,7 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
-from lathesim.identification.replay.experiment import Machine, build_experiments
+from lathesim.identification.replay.experiment import RecordedMachine, build_experiments
 from lathesim.identification.replay.simulator import LOST, RedundantSensor
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
@@ -123,7 +123,7 @@ def test_small_changes_of_a_value_show_through_a_converter(tmp_path: Path) -> No
         "spindle.torque": Channel("spindle.torque", "N*m", 0.01 * np.sin(9.0 * time)),
         "tachometer_adc.reading": Channel("tachometer_adc.reading", "rad/s", 30.0 + 0.0 * time),
     }
-    machine = Machine(assembly, ("spindle.torque",), ("tachometer_adc.reading",), {}, {})
+    machine = RecordedMachine(assembly, ("spindle.torque",), ("tachometer_adc.reading",), {}, {})
     (experiment,) = build_experiments(machine, [("turning", Record(time, channels, {"sample_period": 1e-3}))], [])
     runs = experiment.sensed.outputs(["spindle.rotation"], np.array([[30.0], [30.0 + 1e-4]]))
     assert np.all(np.abs(runs[1][0] - runs[0][0] - 1e-4)[1:20] < 2e-5)

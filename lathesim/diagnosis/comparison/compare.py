@@ -28,7 +28,7 @@ from lathesim.diagnosis.records.shown import Shown
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted
-from lathesim.identification.replay.experiment import SETTLING, Experiment, Machine
+from lathesim.identification.replay.experiment import SETTLING, Experiment, RecordedMachine
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.identification.replay.simulator import LOST
 from lathesim.identification.replay.validation_split import parted
@@ -176,12 +176,12 @@ class Comparison:
         return before[0][0] if len(before) > 1 and before[0] and all(parts == before[0] for parts in before) else ""
 
 
-def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str | None = None) -> tuple[Machine, Recorded]:
+def load_recording(lesson: Lesson, file: Path, registry: Registry, variant: str | None = None) -> tuple[RecordedMachine, Recorded]:
     """Return the machine of a lesson and a recording of it; raises what ``load_case`` raises, but asks for no uncertainties."""
     return read_for(prepare(lesson, registry, variant), file, registry)
 
 
-def compare(lesson: str, machine: Machine, recorded: Recorded, method: Method = STANDARD) -> Comparison:
+def compare(lesson: str, machine: RecordedMachine, recorded: Recorded, method: Method = STANDARD) -> Comparison:
     """Return the comparison of a recording with a machine."""
     first, second, experiment = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (experiment, first, second)]

@@ -31,10 +31,10 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Input, Output, Parameter
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import controller_commands, regressed_share, unexplained_share
-from lathesim.diagnosis.records.added_signal import Shape, UnrecordedInput
+from lathesim.diagnosis.records.added_signal import SignalShape, UnrecordedInput
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.replay.experiment import SETTLING, Experiment, Machine
+from lathesim.identification.replay.experiment import SETTLING, Experiment, RecordedMachine
 from lathesim.lessons.insertion import insert_effect
 from lathesim.record import Record
 
@@ -76,7 +76,7 @@ class AddedInput:
         return f"{self.name}.added"
 
 
-def with_added_input(machine: Machine, added: AddedInput) -> Machine:
+def with_added_input(machine: RecordedMachine, added: AddedInput) -> RecordedMachine:
     """Return the machine with a driven input behind a command; its recordings need that channel (:func:`with_signal`)."""
     assembly = insert_effect(machine.assembly, AddedSignal, added.channel, name=added.name, sources={"added": 0.0})
     return replace(machine, assembly=assembly, drive=(*machine.drive, added.target))
@@ -87,34 +87,34 @@ def with_signal(record: Record, added: AddedInput, values: FloatArray) -> Record
     return record.with_channel(added.target, record.unit(added.channel), values)
 
 
-def shape_of(values: FloatArray, period: float, unit: str, method: Method = STANDARD) -> Shape:
+def shape_of(values: FloatArray, period: float, unit: str, method: Method = STANDARD) -> SignalShape:
     """Return the shape of a signal (samples,): of a command, which is arithmetic, as little may stay unexplained as with any other fault
     mended."""
     largest = float(np.max(np.abs(values), initial=0.0))
     on = np.abs(values) > method.little * largest
     if largest == 0.0 or not on.any():
-        return Shape("", (), 0.0)
+        return SignalShape("", (), 0.0)
     first, last = int(np.argmax(on)), len(on) - int(np.argmax(on[::-1]))
     whole = ((first * period, last * period),)
     steps, sine = _steps(values, period, unit, method), _sine(values[first:last], period, unit, method)
-    best = max((steps, Shape(sine.words, whole, sine.share, repeats=True)), key=lambda shape: shape.share)
-    return best if best.share > 1.0 - method.little**2 else Shape("", whole, 0.0)
+    best = max((steps, SignalShape(sine.words, whole, sine.share, repeats=True)), key=lambda shape: shape.share)
+    return best if best.share > 1.0 - method.little**2 else SignalShape("", whole, 0.0)
 
 
-def _steps(values: FloatArray, period: float, unit: str, method: Method) -> Shape:
+def _steps(values: FloatArray, period: float, unit: str, method: Method) -> SignalShape:
     """Return the shape of a signal as levels between jumps; a share of 0 where there are nearly as many jumps as samples."""
     edges = np.flatnonzero(np.abs(np.diff(values)) > method.signal_jump * float(np.ptp(values))) + 1
     bounds = [0, *edges.tolist(), len(values)]
     if not len(edges) or len(bounds) > len(values) / method.signal_samples:
-        return Shape("", (), 0.0)
+        return SignalShape("", (), 0.0)
     pairs = list(itertools.pairwise(bounds))
     levels = np.array([float(np.median(values[begin:end])) for begin, end in pairs])
     left = np.concatenate([values[begin:end] - level for (begin, end), level in zip(pairs, levels, strict=True)])
     on = np.abs(levels) > method.little * float(np.max(np.abs(levels)))
     if not on.any():
-        return Shape("", (), 0.0)
+        return SignalShape("", (), 0.0)
     stretches = tuple((begin * period, end * period) for (begin, end), is_on in zip(pairs, on, strict=True) if is_on)
-    return Shape(_levels_in_words(pairs, levels, on, period, unit, method), stretches, _explained(values, left))
+    return SignalShape(_levels_in_words(pairs, levels, on, period, unit, method), stretches, _explained(values, left))
 
 
 def _levels_in_words(
@@ -136,10 +136,10 @@ def _span(values: FloatArray, unit: str, method: Method) -> str:
     return f"{shown_with_unit(low, unit, 3)} to {shown_with_unit(high, unit, 3)}"
 
 
-def _sine(values: FloatArray, period: float, unit: str, method: Method) -> Shape:
+def _sine(values: FloatArray, period: float, unit: str, method: Method) -> SignalShape:
     """Return a signal as one sine about a constant."""
     if len(values) < 2 * method.signal_samples:
-        return Shape("", (), 0.0)
+        return SignalShape("", (), 0.0)
     time = np.asarray(np.arange(len(values)) * period, dtype=np.float64)
     resolution = 1.0 / (len(values) * period)
     power = np.abs(rfft(values - values.mean(), n=4 * len(values))) ** 2
@@ -151,8 +151,8 @@ def _sine(values: FloatArray, period: float, unit: str, method: Method) -> Shape
     )  # fmt: skip
     left, amplitude = _beside_sine(values, time, float(found.x))
     if found.x * period * method.signal_samples > 1.0 or found.x < resolution:
-        return Shape("", (), 0.0)
-    return Shape(f"a sine of {shown_with_unit(amplitude, unit, 3)} at {found.x:.4g} Hz", (), _explained(values - values.mean(), left))
+        return SignalShape("", (), 0.0)
+    return SignalShape(f"a sine of {shown_with_unit(amplitude, unit, 3)} at {found.x:.4g} Hz", (), _explained(values - values.mean(), left))
 
 
 def _beside_sine(values: FloatArray, time: FloatArray, frequency: float) -> tuple[FloatArray, float]:
@@ -190,7 +190,7 @@ def _may_be_added(one: UnrecordedInput, method: Method) -> bool:
     return one.shape.share > 0.0 or method.little < one.unexplained < method.larger_part
 
 
-def with_inputs(machine: Machine, added: Sequence[UnrecordedInput]) -> Machine:
+def with_inputs(machine: RecordedMachine, added: Sequence[UnrecordedInput]) -> RecordedMachine:
     """Return the machine with the added signals as driven inputs."""
     for command in dict.fromkeys(one.command for one in added):
         machine = with_added_input(machine, AddedInput(command))
@@ -215,7 +215,7 @@ def _described(experiment: Experiment, command: str, signal: FloatArray, share: 
     )  # fmt: skip
 
 
-def _shape(experiment: Experiment, command: str, signal: FloatArray, method: Method) -> Shape:
+def _shape(experiment: Experiment, command: str, signal: FloatArray, method: Method) -> SignalShape:
     begin = int(SETTLING * len(signal))
     settled = np.concatenate([np.zeros(begin), signal[begin:]])
     return shape_of(settled, experiment.sensed.period, experiment.record.unit(command), method)

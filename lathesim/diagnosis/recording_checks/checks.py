@@ -22,7 +22,7 @@ from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found
 from lathesim.identification.replay.controller_rate import MOST
-from lathesim.identification.replay.experiment import Experiment, Machine
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.roles import closes_a_loop
 from lathesim.recordings.raw_table import Finding
 
@@ -101,7 +101,7 @@ def too_slow_for_commands(findings: Iterable[Finding], compared: Iterable[str]) 
     )
 
 
-def of_a_slow_log(findings: Iterable[Finding], machine: Machine, answer: Diagnosis) -> tuple[Finding, ...]:
+def of_a_slow_log(findings: Iterable[Finding], machine: RecordedMachine, answer: Diagnosis) -> tuple[Finding, ...]:
     """Return a finding where what nothing explains sits in a controller that decided more often than was recorded; empty where it does
     not."""
     slow = next((finding for finding in findings if finding.kind == "coarse"), None)

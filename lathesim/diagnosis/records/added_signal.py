@@ -11,7 +11,7 @@ from lathesim.engine.assembly import FloatArray
 
 
 @dataclass(frozen=True)
-class Shape:
+class SignalShape:
     """The shape of a signal: its ``kind`` in words with sizes, the stretches in which it is there [s], and the ``share`` of its power that
     the kind explains (0 for one of no simple shape)."""
 
@@ -35,7 +35,7 @@ class UnrecordedInput:
     values: FloatArray
     total: FloatArray
     unexplained: float
-    shape: Shape
+    shape: SignalShape
 
     @property
     def wire(self) -> str:

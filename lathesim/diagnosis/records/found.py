@@ -10,7 +10,7 @@ from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import with_unit
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records import Candidate, Model
-from lathesim.identification.replay.experiment import POSSIBLE, Machine
+from lathesim.identification.replay.experiment import POSSIBLE, RecordedMachine
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class ControllerValue:
         follows = f"{self.command} follows from what its controller was given with {self.name} of {value} ({off})"
         return f"{follows}; with the lesson's {given} {self.share:.0%} of it does not. Taken so for the rest."
 
-    def in_machine(self, machine: Machine) -> Machine:
+    def in_machine(self, machine: RecordedMachine) -> RecordedMachine:
         """Return the machine with the value that was found."""
         return replace(machine, assembly=machine.assembly.with_parameters({self.name: self.value}))
 

@@ -12,7 +12,7 @@ from lathesim.engine.assembly import Part, of_part
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError
 from lathesim.identification.replay.controller_rate import at_controllers_rate
-from lathesim.identification.replay.experiment import Machine, build_experiments
+from lathesim.identification.replay.experiment import RecordedMachine, build_experiments
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.lessons.case import Given
 from lathesim.lessons.insertion import Machinery
@@ -53,7 +53,7 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
     return Driven(ready, tuple(str(finding) for finding in recorded.findings))
 
 
-def _recorded_starts(machine: Machine, recorded: Recorded, plan: Plan) -> dict[str, float]:
+def _recorded_starts(machine: RecordedMachine, recorded: Recorded, plan: Plan) -> dict[str, float]:
     """Return the starting values that the recorded motion shows."""
     (experiment,) = build_experiments(machine, [(recorded.name, recorded.record)], ())
     return {item.name: item.start for item in experiment.start_states(plan) if np.isfinite(item.uncertainty)}

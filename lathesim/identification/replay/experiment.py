@@ -29,7 +29,7 @@ from lathesim.record import Record
 
 
 @dataclass(frozen=True)
-class Machine:
+class RecordedMachine:
     """What a lesson says of the machine: the assembly [SI], the inputs that recordings drive, the channels they are compared with.
 
     ``uncertain`` gives one standard deviation of given values [SI] by ``part.parameter``; ``resolution`` that of a recorded channel.
@@ -71,7 +71,7 @@ class Experiment:
     ``replayed`` lets them sense the simulated motion; ``own`` is the lesson's simulation, in which only the drive is recorded.
     """
 
-    machine: Machine
+    machine: RecordedMachine
     record: Record
     name: str
     candidates: tuple[Candidate, ...]
@@ -312,7 +312,7 @@ def _quickest(part: Part) -> float:
     return min((one for one in (*lags, *swings) if one > 0.0), default=math.inf)
 
 
-def build_experiments(machine: Machine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Experiment]:
+def build_experiments(machine: RecordedMachine, records: Iterable[tuple[str, Record]], effects: Iterable[type[Effect]]) -> list[Experiment]:
     """Return one experiment for each recording, all with the same candidates in the same machine."""
     assembly, candidates = insert_candidates(machine.assembly, effects, machine.compare)
     experiments = [Experiment(machine, quickly_transformed(record), name, tuple(candidates), assembly) for name, record in records]
@@ -348,7 +348,7 @@ POSSIBLE = 3.5
 """Declared standard deviations by which a value of the lesson may be off; further off is not believed, whatever it would explain."""
 
 
-def baseline_free(machine: Machine, wider: float = 1.0) -> list[Free]:
+def baseline_free(machine: RecordedMachine, wider: float = 1.0) -> list[Free]:
     """Return the uncertain parameters as free ones, held by their uncertainty, ``wider`` than the lesson says, and within what that makes
     possible."""
     plan = wire(replace(machine.assembly, finish=""))

@@ -15,7 +15,7 @@ from lathesim.engine.assembly import Assembly, Place
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, RecordingError
 from lathesim.identification.replay.controller_rate import clock_beside, decisions_for_each, dividing
-from lathesim.identification.replay.experiment import Machine
+from lathesim.identification.replay.experiment import RecordedMachine
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import closes_a_loop, is_led
 from lathesim.identification.signal import grid_spacing, smallest_step
@@ -62,7 +62,7 @@ class LoadedCase:
 
     lesson: Lesson
     prepared: Prepared
-    machine: Machine
+    machine: RecordedMachine
     recordings: tuple[Recorded, ...]
 
 
@@ -92,7 +92,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
         noise |= {name: max(size, noise.get(name, 0.0)) for name, size in noise_of_rows(mapped).items()}
-    machine = Machine(
+    machine = RecordedMachine(
         at_period(prepared.machinery, period),
         driven_of(mapping, recordings[0].record),
         mapping.targets("compare"),
@@ -106,7 +106,7 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
 
 
-def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machine, Recorded]:
+def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[RecordedMachine, Recorded]:
     """Return the machine of a prepared case and a recording of it; raises what :func:`load_case` raises, but asks for no uncertainties."""
     mapping = mapping_of(prepared.case.lesson, prepared.machinery)
     mapped = with_rates(read_mapped(file, registry, mapping, MOST_COMPARED), prepared.machinery)
@@ -117,7 +117,7 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Machin
     coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
     findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
     period = mapped.record.sample_period
-    machine = Machine(
+    machine = RecordedMachine(
         at_period(prepared.machinery, period),
         driven_of(mapping, mapped.record),
         mapping.targets("compare"),

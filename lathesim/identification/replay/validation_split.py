@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.effects.effect import Effect
-from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from lathesim.identification.replay.measured_motion import recorded_motion
 from lathesim.identification.signal import LARGER_PART
 from lathesim.record import FloatArray, Record
@@ -36,7 +36,9 @@ _EDGE = 8
 """A stretch fades in and out over about one part in so many of the shortest one."""
 
 
-def parted(machine: Machine, name: str, record: Record, effects: Iterable[type[Effect]]) -> tuple[Experiment, Experiment, Experiment]:
+def parted(
+    machine: RecordedMachine, name: str, record: Record, effects: Iterable[type[Effect]]
+) -> tuple[Experiment, Experiment, Experiment]:
     """Return the experiments of one recording: of what is fitted, of what judges (its name says how it was chosen), and of the whole."""
     if halves_miss_a_switch(record, machine.drive) and not _shows_a_motion(machine, record):
         whole = build_experiments(machine, [(name, record)], effects)[0]
@@ -51,7 +53,7 @@ def parted(machine: Machine, name: str, record: Record, effects: Iterable[type[E
     return fitted, judge, whole
 
 
-def is_one_stroke(machine: Machine, record: Record) -> bool:
+def is_one_stroke(machine: RecordedMachine, record: Record) -> bool:
     """Return whether all that moves moves once, and slows down in the half in which it does not speed up."""
     motion = recorded_motion(machine.assembly, {name: record[name] for name in machine.compare if np.isfinite(record[name]).all()})
     flows = {f"{part.name}.{part.component.ports['flow']}" for part in machine.assembly.parts if "flow" in part.component.ports}
@@ -74,7 +76,7 @@ def _is_stroke(speed: FloatArray) -> bool:
     return first - second > LARGER_PART
 
 
-def _shows_a_motion(machine: Machine, record: Record) -> bool:
+def _shows_a_motion(machine: RecordedMachine, record: Record) -> bool:
     return bool(recorded_motion(machine.assembly, {name: record[name] for name in machine.compare}))
 
 

@@ -267,7 +267,7 @@ class BenchScreen(WorkbenchScreen):
         plot.show(curves, span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True, about=self._about)
         self.query_one(ReadOuts).show(readings(record, sample, as_diameter=lathe.view.as_diameter, first=self._lesson_keys("read_outs")))
         self.query_one(ProgramListing).mark(program_line(record, sample))
-        with self.prevent(Slider.Moved):
+        with self.prevent(Slider.Slid):
             self.query_one(Slider).value = sample / max(1, len(record) - 1)
 
     def _expected_end(self) -> float:
@@ -301,8 +301,8 @@ class BenchScreen(WorkbenchScreen):
             self.workbench.shown = None if self.workbench.live is None else self.workbench.shown
             self.workbench.change(setup.with_variant(event.value))
 
-    @on(Slider.Moved)
-    def _go_to(self, event: Slider.Moved) -> None:
+    @on(Slider.Slid)
+    def _go_to(self, event: Slider.Slid) -> None:
         if self._record is not None and len(self._record):
             self._playing = 0
             self._sample = 1 + round(event.value * (len(self._record) - 1))

@@ -176,8 +176,8 @@ class ConfigureScreen(WorkbenchScreen):
     def _checked(self, entry: Entry, typed: str) -> str:
         return taken_value(self.workbench.prepared(), entry, typed)
 
-    @on(ValuesPane.Taken)
-    def _take(self, event: ValuesPane.Taken) -> None:
+    @on(ValuesPane.ValueTaken)
+    def _take(self, event: ValuesPane.ValueTaken) -> None:
         if self._setup is not None:
             self._try(with_entry(self._setup, event.entry, event.text))
 

@@ -44,7 +44,7 @@ class Slider(Widget, can_focus=True):
         Binding("end", "step(1.0)", "End", show=False),
     ]
 
-    class Moved(Message):
+    class Slid(Message):
         """A person moved the slider to ``value``."""
 
         def __init__(self, value: float) -> None:
@@ -90,7 +90,7 @@ class Slider(Widget, can_focus=True):
 
     def _move(self, value: float) -> None:
         self.value = value
-        self.post_message(self.Moved(self._value))
+        self.post_message(self.Slid(self._value))
 
     def render_line(self, y: int) -> Strip:
         """Return the row."""

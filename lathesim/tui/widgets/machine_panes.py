@@ -130,7 +130,7 @@ class ValuesPane(Vertical):
     ValuesPane #fault.-wrong { color: $error; }
     """
 
-    class Taken(Message):
+    class ValueTaken(Message):
         """A person gave an entry another value, as text with its unit."""
 
         def __init__(self, entry: Entry, text: str) -> None:
@@ -256,5 +256,5 @@ class ValuesPane(Vertical):
         if entry is None or text is None:
             return
         if text != entry.text:
-            self.post_message(self.Taken(entry, text))
+            self.post_message(self.ValueTaken(entry, text))
         self.focus_table()

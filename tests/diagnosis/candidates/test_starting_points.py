@@ -16,7 +16,7 @@ from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import instants_of
-from lathesim.identification.replay.experiment import Machine, baseline_free, build_experiments
+from lathesim.identification.replay.experiment import RecordedMachine, baseline_free, build_experiments
 from lathesim.identification.signal import behind, strongest_jumps
 from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, as_record, machine, recording
 
@@ -103,7 +103,9 @@ def test_a_delay_is_looked_for_between_the_samples_that_hold_it() -> None:
     )
     fed = {"drive.velocity": "motor.velocity", "motor.force": "drive.effort"}
     wires = (Wire("drive.voltage", constant=0.0), *[Wire(target, source) for target, source in fed.items()])
-    held = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), ("drive.voltage",), ("drive.current",), {"drive.conductance": 0.1}, {})
+    held = RecordedMachine(
+        Assembly(parts, wires, PERIOD, 0.5 * PERIOD), ("drive.voltage",), ("drive.current",), {"drive.conductance": 0.1}, {}
+    )
     record = as_record({"drive.voltage": ("V", command), "drive.current": ("A", current)})
     experiment, _ = build_experiments(held, [("a", record), ("b", record)], [TransportDelay])
     (candidate,) = (candidate for candidate in experiment.candidates if candidate.at == "drive")

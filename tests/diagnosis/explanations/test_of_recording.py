@@ -13,7 +13,7 @@ from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.explanations.one_speed import at_one_speed
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import Machine, build_experiments
+from lathesim.identification.replay.experiment import RecordedMachine, build_experiments
 from lathesim.record import Channel, Record
 from tests.diagnosis.pushed_table import POSITION, Hidden, baselines, pair
 
@@ -89,7 +89,7 @@ def test_a_current_that_tells_a_force_at_once_is_taken_for_that_force():
         current = (10.0 * speed + 3.0 * np.sign(speed)) / 4.0 + 0.1 * np.random.default_rng(seed).standard_normal(len(time))
         channels = {REFERENCE: ("m", place), SPEED: ("m/s", speed), CURRENT: ("A", current)}
         records.append(Record(time, {name: Channel(name, *one) for name, one in channels.items()}, {"sample_period": 5e-3}))
-    led = Machine(Assembly(parts, (), 5e-3, 5e-3), (REFERENCE, SPEED), (CURRENT,), {}, {})
+    led = RecordedMachine(Assembly(parts, (), 5e-3, 5e-3), (REFERENCE, SPEED), (CURRENT,), {}, {})
     here, there = build_experiments(led, [("fit", records[0]), ("check", records[1])], ())
     fitted, judged = (fit(one.sensed, []) for one in (here, there))
     missing, found = of_channels(here, fitted, there, judged)[CURRENT]

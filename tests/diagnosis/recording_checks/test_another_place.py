@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.diagnosis.recording_checks.another_place import of_another_place
 from lathesim.diagnosis.recording_checks.controllers import controller_value, with_commands_followed
-from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
@@ -24,21 +24,21 @@ set: {x_drive.back_emf: 120 V*s/m, x_drive.conductance: 6 A/V, x_controller.prop
 
 
 @pytest.fixture(scope="module")
-def proportional(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+def proportional(tmp_path_factory: pytest.TempPathFactory) -> tuple[RecordedMachine, Record]:
     """An axis whose controller is a gain alone, and a run of it, with the command as its converter gives it."""
     prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"), "1.2 s", P_CONTROL)), load_registry(installed=False))
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
     record = Record(run.time, {**{name: run.channels[name] for name in (POSITION, BEHIND)}, REFERENCE: asked}, dict(run.meta))
-    return Machine(prepared.machinery, (REFERENCE,), (POSITION, BEHIND), {}, {}), record
+    return RecordedMachine(prepared.machinery, (REFERENCE,), (POSITION, BEHIND), {}, {}), record
 
 
-def experiment(machine: Machine, record: Record) -> Experiment:
+def experiment(machine: RecordedMachine, record: Record) -> Experiment:
     (found,) = build_experiments(machine, [("run.csv", record)], [])
     return found
 
 
-def test_a_gain_of_the_controller_is_no_factor_on_the_column_of_its_command(proportional: tuple[Machine, Record]) -> None:
+def test_a_gain_of_the_controller_is_no_factor_on_the_column_of_its_command(proportional: tuple[RecordedMachine, Record]) -> None:
     machine, record = proportional
     lesson, true = with_value(machine, GAIN, 1.0 / 0.7)
     lesson = replace(lesson, uncertain={GAIN: 0.08 * true / 0.7})
@@ -51,7 +51,9 @@ def test_a_gain_of_the_controller_is_no_factor_on_the_column_of_its_command(prop
     assert found.share > 0.3  # with the lesson's gain, and not with the nearest one that it holds possible
 
 
-def test_a_command_in_another_unit_is_told_as_the_machine_behind_it_follows_from_what_it_was(proportional: tuple[Machine, Record]) -> None:
+def test_a_command_in_another_unit_is_told_as_the_machine_behind_it_follows_from_what_it_was(
+    proportional: tuple[RecordedMachine, Record],
+) -> None:
     machine, record = proportional
     scaled = record.with_channel(BEHIND, "V", 0.7 * record[BEHIND])
     assert of_another_place(experiment(machine, scaled), {}).startswith(f"{BEHIND} is 0.7 times what its controller was given")

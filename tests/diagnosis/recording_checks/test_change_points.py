@@ -12,7 +12,7 @@ from lathesim.diagnosis.recording_checks.change_points import changed_midway, ju
 from lathesim.diagnosis.recording_checks.clipping import clipped_reading
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from tests.diagnosis.pushed_table import FORCE, MASS, PERIOD, POSITION, RESOLUTION, VISCOUS, Hidden, as_record, baseline, force, travel
 
 SCALE, SAMPLES, HALF = "x_scale.position", 4000, 2000
@@ -24,7 +24,7 @@ def experiment(column: Callable[[FloatArray], FloatArray]) -> Experiment:
     parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}), *sensors)
     wires = (Wire(FORCE, constant=0.0), *[Wire(f"{part.name}.measured", "x_axis.position") for part in sensors])
     uncertain = {"x_axis.mass": 0.05 * MASS, "x_axis.viscous": 0.1 * VISCOUS}
-    machine = Machine(
+    machine = RecordedMachine(
         Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (FORCE,), (POSITION, SCALE), uncertain, {POSITION: RESOLUTION, SCALE: RESOLUTION}
     )
     pushed = force(SAMPLES)
@@ -105,7 +105,9 @@ def driven(volts: FloatArray, newtons: FloatArray, amperes: FloatArray) -> Exper
     fed = {"x_drive.velocity": "x_axis.velocity", "x_axis.force": "x_drive.effort", "x_encoder.measured": "x_axis.position"}
     wires = (Wire(VOLTAGE, constant=0.0), *[Wire(target, source) for target, source in fed.items()])
     uncertain = {"x_axis.mass": 0.05 * MASS, "x_axis.viscous": 0.1 * VISCOUS}
-    machine = Machine(Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (VOLTAGE,), (POSITION, CURRENT), uncertain, {POSITION: RESOLUTION})
+    machine = RecordedMachine(
+        Assembly(parts, wires, PERIOD, 0.5 * PERIOD), (VOLTAGE,), (POSITION, CURRENT), uncertain, {POSITION: RESOLUTION}
+    )
     seen = np.round(travel(newtons, Hidden()) / RESOLUTION) * RESOLUTION
     return build_experiments(machine, [("fit", as_record({VOLTAGE: ("V", volts), POSITION: ("m", seen), CURRENT: ("A", amperes)}))], [])[0]
 

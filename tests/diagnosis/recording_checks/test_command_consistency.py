@@ -19,7 +19,7 @@ from lathesim.effects.offset_and_gain import ScaleFactorError
 from lathesim.engine.assembly import FloatArray, Part, Wire
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.replay.controller_rate import clock_beside
-from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from lathesim.identification.replay.loading import at_period
 from lathesim.identification.replay.validation_split import parted
 from lathesim.record import Record
@@ -40,7 +40,9 @@ def with_period(experiment: Experiment, factor: float) -> Experiment:
     """Return the rig of one who takes the sample period for ``factor`` times as long as it is."""
     wrong = Record(factor * experiment.record.time, experiment.record.channels, dict(experiment.record.meta))
     assembly = at_period(experiment.machine.assembly, factor * experiment.machine.assembly.sample_period)
-    (found,) = build_experiments(Machine(assembly, experiment.machine.drive, experiment.machine.compare, {}, {}), [("run.csv", wrong)], [])
+    (found,) = build_experiments(
+        RecordedMachine(assembly, experiment.machine.drive, experiment.machine.compare, {}, {}), [("run.csv", wrong)], []
+    )
     return found
 
 

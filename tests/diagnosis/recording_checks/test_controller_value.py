@@ -10,14 +10,14 @@ import pytest
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.recording_checks.command_consistency import contradicted
 from lathesim.diagnosis.recording_checks.controllers import controller_value, with_commands_followed
-from lathesim.identification.replay.experiment import Machine, build_experiments
+from lathesim.identification.replay.experiment import RecordedMachine, build_experiments
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from tests.diagnosis.small_case import VOLTAGE, controlled_axis
 
 
 @pytest.fixture(scope="module")
-def controlled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+def controlled(tmp_path_factory: pytest.TempPathFactory) -> tuple[RecordedMachine, Record]:
     """An axis under cascade control as a lesson has it, and a run of it with a little noise on the command."""
     machine, record = controlled_axis(tmp_path_factory.mktemp("lesson"))
     voltage = record[VOLTAGE] + 1e-3 * np.random.default_rng(1).standard_normal(len(record))
@@ -25,7 +25,7 @@ def controlled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Recor
     return replace(machine, uncertain={"x_axis.mass": 0.05 * mass}), record.with_channel(VOLTAGE, "V", voltage)
 
 
-def with_value(machine: Machine, name: str, factor: float) -> tuple[Machine, float]:
+def with_value(machine: RecordedMachine, name: str, factor: float) -> tuple[RecordedMachine, float]:
     """Return the machine of a lesson whose controller has another value, and the value that the recorded one has."""
     part, _, item = name.partition(".")
     true = next(one for one in machine.assembly.parts if one.name == part).parameters[item]
@@ -36,7 +36,7 @@ def with_value(machine: Machine, name: str, factor: float) -> tuple[Machine, flo
 
 
 @pytest.mark.parametrize(("item", "factor"), [("velocity_gain", 0.78), ("position_gain", 1.3)])
-def test_the_value_of_the_controller_is_found(controlled: tuple[Machine, Record], item: str, factor: float) -> None:
+def test_the_value_of_the_controller_is_found(controlled: tuple[RecordedMachine, Record], item: str, factor: float) -> None:
     machine, record = controlled
     lesson, true = with_value(machine, f"x_controller.{item}", factor)
     first, second = build_experiments(lesson, [("fit", record), ("check", record)], [])
@@ -50,20 +50,20 @@ def test_the_value_of_the_controller_is_found(controlled: tuple[Machine, Record]
     assert contradicted(right, {}) == ""
 
 
-def test_a_controller_that_is_the_lessons_is_left_alone(controlled: tuple[Machine, Record]) -> None:
+def test_a_controller_that_is_the_lessons_is_left_alone(controlled: tuple[RecordedMachine, Record]) -> None:
     machine, record = controlled
     first, second = build_experiments(machine, [("fit", record), ("check", record)], [])
     assert controller_value(first, second, {}) is None
 
 
-def test_no_value_explains_a_command_of_the_wrong_sign(controlled: tuple[Machine, Record]) -> None:
+def test_no_value_explains_a_command_of_the_wrong_sign(controlled: tuple[RecordedMachine, Record]) -> None:
     machine, record = controlled
     turned = record.with_channel(VOLTAGE, "V", -record[VOLTAGE])
     first, second = build_experiments(machine, [("fit", turned), ("check", turned)], [])
     assert controller_value(first, second, {}) is None
 
 
-def test_the_answer_names_the_value_and_no_physics(controlled: tuple[Machine, Record]) -> None:
+def test_the_answer_names_the_value_and_no_physics(controlled: tuple[RecordedMachine, Record]) -> None:
     machine, record = controlled
     lesson, true = with_value(machine, "x_controller.velocity_gain", 0.78)
     question = ask("An axis", lesson, (Recorded("fit.csv", record, ()), Recorded("check.csv", record, ())), ())
@@ -80,7 +80,7 @@ def test_the_answer_names_the_value_and_no_physics(controlled: tuple[Machine, Re
 
 
 def test_an_uncertain_value_of_an_integrating_controller_is_fitted_before_anything_is_called_wrong(
-    controlled: tuple[Machine, Record],
+    controlled: tuple[RecordedMachine, Record],
 ) -> None:
     """A hundredth of a gain, added up over a recording, is more than the command; within its uncertainty it is no finding."""
     machine, record = controlled

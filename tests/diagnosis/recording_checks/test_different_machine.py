@@ -16,7 +16,7 @@ from lathesim.diagnosis.recording_checks.different_machine import another_machin
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted, Model
-from lathesim.identification.replay.experiment import Experiment, Machine, baseline_free, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, baseline_free, build_experiments
 from lathesim.record import Channel, Record
 
 PERIOD, FINE, COUNT = 10e-3, 5, 400
@@ -40,14 +40,14 @@ def swung(seed: int, inertia: float = INERTIA) -> Record:
 
 
 @pytest.fixture(scope="module")
-def arm() -> Machine:
+def arm() -> RecordedMachine:
     """An arm with a weight, as a lesson has it."""
     values = {"inertia": INERTIA, "viscous": VISCOUS, "gravity": WEIGHT, "lowest": LOWEST}
     assembly = Assembly((Part("spindle", TorqueSpindle, values),), (Wire(TORQUE, constant=0.0),), PERIOD, 0.2 * PERIOD)
-    return Machine(assembly, (TORQUE,), (ANGLE,), {"spindle.lowest": 0.03, "spindle.inertia": 0.1 * INERTIA}, {})
+    return RecordedMachine(assembly, (TORQUE,), (ANGLE,), {"spindle.lowest": 0.03, "spindle.inertia": 0.1 * INERTIA}, {})
 
 
-def asked(machine: Machine, second: Record) -> str:
+def asked(machine: RecordedMachine, second: Record) -> str:
     """Return what the check says of an arm and a second recording."""
     first, other = build_experiments(machine, [("first.csv", swung(1)), ("second.csv", second)], ())
     fitted = fit(first.sensed, [*first.start_states(first.sensed.plan), *baseline_free(machine)], rounds=2)
@@ -56,14 +56,14 @@ def asked(machine: Machine, second: Record) -> str:
     return another_machine(Model((), fitted, fit(other.sensed, starts, constant, rounds=2)), first, other)
 
 
-def test_another_inertia_is_another_machine(arm: Machine) -> None:
+def test_another_inertia_is_another_machine(arm: RecordedMachine) -> None:
     said = asked(arm, swung(2, inertia=1.6 * INERTIA))
     assert re.fullmatch(
         r"second\.csv is of another machine: spindle\.inertia is 0\.03\d+ kg\*m\^2 there and 0\.0\d+ kg\*m\^2 in the fitted one\.", said
     )
 
 
-def test_an_angle_a_turn_on_is_the_same_angle(arm: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_angle_a_turn_on_is_the_same_angle(arm: RecordedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
     """A fit of its own may end some turns on, and other values that the lesson holds possible explain the rest."""
     assert asked(replace(arm, uncertain={"spindle.lowest": 0.03}), swung(2)) == ""
     own = different_machine._by_itself

@@ -10,7 +10,7 @@ import pytest
 from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.sensor_errors import Quantisation
-from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from lathesim.identification.signal import grid_spacing
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, POSITION, RESOLUTION, as_record, experiments, recording
@@ -96,7 +96,7 @@ def test_the_rate_of_an_encoder_goes_in_counts_a_sample(counts: int, named: bool
         replace(part, parameters={**part.parameters, "resolution": resolution}) if part.name == "spindle_encoder" else part
         for part in laboratory.parts
     )
-    machine = Machine(
+    machine = RecordedMachine(
         replace(laboratory, parts=parts, sample_period=period, step=period), ("spindle.torque",), ("spindle_encoder.rate",), {}, {}
     )
     record = as_record({"spindle.torque": ("N*m", np.zeros(4000)), "spindle_encoder.rate": ("rad/s", rate)})

@@ -11,7 +11,7 @@ from lathesim.effects.backlash_and_screw import CumulativePitchError, ThermalScr
 from lathesim.effects.sensor_errors import LostCounts
 from lathesim.effects.time_shift import ChannelTimeShift
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.identification.replay.experiment import Experiment, Machine, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import load_registry
@@ -24,17 +24,19 @@ COUNT = 50e-9
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Record]:
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[RecordedMachine, Record]:
     """An axis with an encoder at the motor and a scale at the table, and a run of it."""
     prepared = prepare(load_lesson(write_lesson(tmp_path_factory.mktemp("lesson"))), load_registry(installed=False))
     run = run_prepared(prepared)
     asked = run.channels[next(name for name in run.channels if name.endswith("x_reference"))]
     record = Record(run.time, {REFERENCE: asked, ENCODER: run.channels[ENCODER], SCALE: run.channels[SCALE]}, dict(run.meta))
     mass = next(part for part in prepared.machinery.parts if part.name == "x_axis").parameters["mass"]
-    return Machine(prepared.machinery, (REFERENCE,), (ENCODER, SCALE), {"x_axis.mass": 0.05 * mass}, {ENCODER: COUNT, SCALE: COUNT}), record
+    return RecordedMachine(
+        prepared.machinery, (REFERENCE,), (ENCODER, SCALE), {"x_axis.mass": 0.05 * mass}, {ENCODER: COUNT, SCALE: COUNT}
+    ), record
 
 
-def experiments(recorded: tuple[Machine, Record], *zeros: float) -> list[Experiment]:
+def experiments(recorded: tuple[RecordedMachine, Record], *zeros: float) -> list[Experiment]:
     """Return the rigs of recordings whose scale has its zero elsewhere [m]."""
     machine, record = recorded
     moved = [record.with_channel(SCALE, "m", record[SCALE] + zero) for zero in zeros]
@@ -43,7 +45,7 @@ def experiments(recorded: tuple[Machine, Record], *zeros: float) -> list[Experim
     )
 
 
-def test_another_zero_of_a_scale_leaves_nothing_to_explain(recorded: tuple[Machine, Record]) -> None:
+def test_another_zero_of_a_scale_leaves_nothing_to_explain(recorded: tuple[RecordedMachine, Record]) -> None:
     first, second = experiments(recorded, 3e-6, 4e-4)
     found = searched(first, second)
     assert found.model.candidates == ()
@@ -52,7 +54,7 @@ def test_another_zero_of_a_scale_leaves_nothing_to_explain(recorded: tuple[Machi
         assert fits[SCALE].after == pytest.approx(fits[ENCODER].after, abs=2 * COUNT)
 
 
-def test_a_zero_that_plainly_lies_elsewhere_is_told(recorded: tuple[Machine, Record]) -> None:
+def test_a_zero_that_plainly_lies_elsewhere_is_told(recorded: tuple[RecordedMachine, Record]) -> None:
     same, beside = experiments(recorded, 0.0, 4e-4)
     assert sensor_zeros(same) == []
     assert sensor_zeros(beside) == [f"{SCALE} has its zero 0.4 mm beside that of {ENCODER}; taken for no error of either."]
@@ -72,7 +74,7 @@ def test_a_constant_beside_the_place_that_a_table_is_led_along_is_the_zero_of_it
     parts = (Part("x_axis", LedAxis), Part("x_encoder", LinearEncoder, {"resolution": 1e-6}))
     led = {"x_axis.reference": "m", "x_axis.reference_velocity": "m/s"}
     wires = (*(Wire(name, constant=0.0) for name in led), Wire("x_encoder.measured", "x_axis.position"))
-    machine = Machine(Assembly(parts, wires, 0.1, 0.1), tuple(led), (ENCODER,), {"x_axis.mass": 1.0}, {ENCODER: 1e-6})
+    machine = RecordedMachine(Assembly(parts, wires, 0.1, 0.1), tuple(led), (ENCODER,), {"x_axis.mass": 1.0}, {ENCODER: 1e-6})
     records = [("fit.csv", led_along(0.2136e-3, 1)), ("check.csv", led_along(0.2136e-3, 2))]
     first, second = build_experiments(machine, records, (LostCounts, ChannelTimeShift, ThermalScrewGrowth))
     found = searched(first, second)
@@ -83,7 +85,7 @@ def test_a_constant_beside_the_place_that_a_table_is_led_along_is_the_zero_of_it
     assert np.max(np.abs(own[0] - first.own.recorded[0])) < 5e-6
 
 
-def test_what_is_not_constant_stays(recorded: tuple[Machine, Record]) -> None:
+def test_what_is_not_constant_stays(recorded: tuple[RecordedMachine, Record]) -> None:
     """Counts that are lost half way are a step, wherever the zero is."""
     machine, record = recorded
     step = np.where(np.arange(len(record)) < len(record) // 2, 0.0, 20e-6)

@@ -18,7 +18,7 @@ from lathesim.effects.drive_errors import CurrentLimit
 from lathesim.effects.register import stock_effects
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import transferred
-from lathesim.identification.replay.experiment import Experiment, Machine, baseline_free, build_experiments
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, baseline_free, build_experiments
 from lathesim.identification.replay.loading import load_case, read_for
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
@@ -36,7 +36,7 @@ QUICK = ("belt_gear_500",)
 """The rig that every run of the tests simulates; the others take minutes together."""
 
 
-def experiment_of(folder: Path, *effects: type) -> tuple[Machine, Experiment]:
+def experiment_of(folder: Path, *effects: type) -> tuple[RecordedMachine, Experiment]:
     """Return the machine of the lesson in a folder, and the rig of its recording."""
     registry = load_registry()
     registry.add_folder(PARTS)
