@@ -52,6 +52,8 @@ BUILT_IN_ARGUMENTS = {
 GROUPS = ("interpolator", "controllers", "converters", "axes", "spindle", "process", "tool and part")
 """The groups of a machine's parts, in the order of the shop: from what is asked for to what is cut."""
 LAW_NAMES = ("derivative", "output", "update")
+ON = 0.5
+"""A flag is a number of 0 or 1, as laws know floats alone: above this it is on, and below it off."""
 _BESIDE = 5
 """Samples that a ring holds beside its delay: what is read lies between up to four of them."""
 _PLACEHOLDER = re.compile(r"\{(\w+)\}")

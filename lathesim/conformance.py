@@ -30,6 +30,8 @@ LONGEST_MEMORY = 50
 SIZES = (0.0, 1.0, -1.0, 1e-3, -1e-3, 40.0)
 """Values every input and continuous state is given at the same time."""
 DEFAULTS = "the defaults"
+_ROUNDING = 1e-12
+"""Share by which a factor of a unit, a product of decimal numbers, may miss 1."""
 _RESULT = {"derivative": State, "output": Output, "update": DiscreteState}
 
 
@@ -88,7 +90,7 @@ def _units(component: type[Component]) -> Iterator[ComponentError]:
                 remedy=error.remedy,
             )
             continue
-        if abs(si_factor(unit)[0] - 1.0) > 1e-12:
+        if abs(si_factor(unit)[0] - 1.0) > _ROUNDING:
             yield ComponentError(
                 f"{component.__name__}.{name} is declared in '{item.unit}'.",
                 place=line_of(component, name),

@@ -28,6 +28,11 @@ QUARTERS = 0.6366197723675814
 QUARTER_HIGH, QUARTER_MIDDLE, QUARTER_LOW = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 """2 / pi, and pi / 2 as a sum whose first two terms have 33 bits: their products with a million are exact."""
 SMALLEST, ROOT_HALF = 2.2250738585072014e-308, 0.7071067811865476
+EXP_OVERFLOWS, EXP_VANISHES = 709.782712893384, -708.0
+EXP2_OVERFLOWS, EXP2_VANISHES = 1024.0, -1021.0
+"""Exponents from which a power is infinite, the logarithm of the largest double, and below which it counts as zero."""
+TANH_FROM_EXP = 0.55
+"""Size from which tanh is taken from exp: nearer to zero 1 - 2 / (exp(2 x) + 1) loses digits."""
 
 
 def two(power: float) -> float:
@@ -42,9 +47,9 @@ def parts(number: float) -> tuple[float, float]:
 
 def exp(x: float) -> float:
     """Return e^x."""
-    if x > 709.782712893384:
+    if x > EXP_OVERFLOWS:
         return math.inf
-    if x < -708.0:
+    if x < EXP_VANISHES:
         return 0.0
     whole = (x * LOG2_E + TO_WHOLE) - TO_WHOLE
     return raised((x - whole * LN2_HIGH) - whole * LN2_LOW, whole)
@@ -52,9 +57,9 @@ def exp(x: float) -> float:
 
 def exp2(x: float) -> float:
     """Return 2^x."""
-    if x >= 1024.0:
+    if x >= EXP2_OVERFLOWS:
         return math.inf
-    if x < -1021.0:
+    if x < EXP2_VANISHES:
         return 0.0
     whole = (x + TO_WHOLE) - TO_WHOLE
     return raised((x - whole) * LN2, whole)
@@ -113,7 +118,7 @@ def bent(f: float, half: float) -> float:
 def tanh(x: float) -> float:
     """Return the hyperbolic tangent."""
     size = abs(x)
-    if size >= 0.55:
+    if size >= TANH_FROM_EXP:
         return math.copysign(1.0 - 2.0 / (exp(2.0 * size) + 1.0), x)
     z = x * x
     z2 = z * z
@@ -154,7 +159,7 @@ def turned(x: float, ahead: float) -> float:
     quarter = whole + ahead
     quarter = quarter - 4.0 * ((0.25 * quarter + TO_WHOLE) - TO_WHOLE)
     value = cosine if abs(quarter) == 1.0 else sine
-    return -value if quarter < 0.0 or quarter > 1.5 else value
+    return -value if quarter < 0.0 or quarter > 1.0 else value
 
 
 def within(value: float, low: float, high: float) -> float:

@@ -21,7 +21,8 @@ from lathesim.whole_file import PartFile, refusal
 
 LARGEST_BLOCK = 16384
 """Samples of one channel that the file keeps together, 128 kB."""
-_CHUNK_CACHE = 2 * 8 * LARGEST_BLOCK
+_NUMBER_BYTES = 8
+_CHUNK_CACHE = 2 * _NUMBER_BYTES * LARGEST_BLOCK
 """Bytes of a channel that HDF5 holds back; its own choice of several MB a channel would keep an hour of record in memory."""
 _GROWING_BLOCK = 2048
 """The same for a growing record, which rewrites the last one with every call: 16 kB."""
@@ -309,7 +310,7 @@ def _turn(piece: bytes) -> int:
     Between them the superblock, which tells where the file ends, heaps of names, and the trees that find the samples; the signatures are
     those of the HDF5 File Format Specification, version 2.0, chapters II and III.
     """
-    if len(piece) == 8 * _GROWING_BLOCK:
+    if len(piece) == _NUMBER_BYTES * _GROWING_BLOCK:
         return 0
     return {b"\x89HDF": 1, b"GCOL": 2, b"HEAP": 2, b"TREE": 3}.get(piece[:4], 4)
 

@@ -11,11 +11,14 @@ import numpy as np
 
 from lathesim.analysis.display_unit import plain_number
 from lathesim.analysis.metric import NOTHING_CUT, SPINDLE_SPEED, find_channel, sign_of_cutting, was_cut
+from lathesim.component import ON
 from lathesim.engine.assembly import Place
 from lathesim.record import FloatArray, Record
 
 _AS_NEAR = 1e-9
 """What counts as the same distance [m], assumed: rounding."""
+_STANDS = 0.5
+"""Speed of the spindle [rad/s], 5 1/min, below which it stands: assumed, slower than any work is cut."""
 _AT_FEED = "write the moves that cut with G1, G2 or G3 and a feed"
 
 
@@ -64,24 +67,24 @@ def _told(record: Record) -> str:
 
 def _no_feed(record: Record) -> str:
     feeding = find_channel(record, "cutting_block")
-    return "" if feeding is None or (record[feeding] > 0.5).any() else f"every move of the program is a rapid one; {_AT_FEED}"
+    return "" if feeding is None or (record[feeding] > ON).any() else f"every move of the program is a rapid one; {_AT_FEED}"
 
 
 def _only_rapids(record: Record) -> str:
     touching, engaged = find_channel(record, "rapid_contact"), find_channel(record, "engaged")
-    if touching is None or engaged is None or (record[engaged] > 0.5).any() or not (record[touching] > 0.5).any():
+    if touching is None or engaged is None or (record[engaged] > ON).any() or not (record[touching] > ON).any():
         return ""
-    first = int(np.argmax(record[touching] > 0.5))
+    first = int(np.argmax(record[touching] > ON))
     return f"the tool meets the stock in rapid moves alone, first {_line(record, first)}; {_AT_FEED}"
 
 
 def _without_chips(record: Record) -> str:
     """Return the sentence of a tool that touches the material and takes nothing."""
     engaged, speed = find_channel(record, "engaged"), find_channel(record, *SPINDLE_SPEED)
-    if engaged is None or not (record[engaged] > 0.5).any():
+    if engaged is None or not (record[engaged] > ON).any():
         return ""
-    first = int(np.argmax(record[engaged] > 0.5))
-    if speed is not None and float(np.max(np.abs(record[speed][record[engaged] > 0.5]))) < 0.5:
+    first = int(np.argmax(record[engaged] > ON))
+    if speed is not None and float(np.max(np.abs(record[speed][record[engaged] > ON]))) < _STANDS:
         return f"the tool meets the stock {_line(record, first)} and the spindle stands; turn it on before, with M3 and S"
     return f"the tool touches the stock {_line(record, first)} and never feeds into it; let a move at feed go into the material"
 
@@ -132,7 +135,7 @@ def _nearest(record: Record, stock: RawStock, x: FloatArray, z: FloatArray) -> _
     distance = np.hypot(outside, beyond)
     feeding = find_channel(record, "cutting_block")
     if feeding is not None:
-        distance = np.where(record[feeding] > 0.5, distance, np.inf)
+        distance = np.where(record[feeding] > ON, distance, np.inf)
     first = int(np.argmax(distance <= distance.min() + _AS_NEAR))
     return _Nearest(first, float(x[first]), float(z[first]), float(outside[first]), float(beyond[first]))
 

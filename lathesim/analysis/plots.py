@@ -35,6 +35,7 @@ from lathesim.analysis.figure_style import (
 from lathesim.analysis.metric import CONTACT as CONTACT_CHANNELS
 from lathesim.analysis.metric import CONTOUR_ERROR, CUTTING_FORCE, find_channel
 from lathesim.analysis.turned_part import part_shape, surface_figure, waves_figure
+from lathesim.component import ON
 from lathesim.errors import RecordError
 from lathesim.record import Record
 from lathesim.whole_file import whole_file
@@ -80,7 +81,7 @@ def draw_path(panel: Any, record: Record, title: str = "") -> None:
     if feeding is None:
         panel.plot(z, x, color=SIMULATED, linewidth=1.3, label="actual")
     else:
-        cutting = record[feeding] > 0.5
+        cutting = record[feeding] > ON
         panel.plot(np.where(cutting, z, np.nan), np.where(cutting, x, np.nan), color=SIMULATED, linewidth=1.5, label="actual, feed")
         moving = ~cutting | ~np.roll(cutting, 1)
         panel.plot(np.where(moving, z, np.nan), np.where(moving, x, np.nan), color=MEASURED, linewidth=1.0, label="actual, rapid")
@@ -106,8 +107,8 @@ def draw_contour_error(panel: Any, record: Record, title: str = "") -> None:
     error, time = record[name], record.time
     contact = find_channel(record, *CONTACT_CHANNELS)
     shown = error
-    if contact is not None and (record[contact] > 0.5).any():
-        touching = record[contact] > 0.5
+    if contact is not None and (record[contact] > ON).any():
+        touching = record[contact] > ON
         shade(panel, time, touching, CONTACT, "in contact")
         shown = error[touching]
         peak = int(np.flatnonzero(touching)[np.abs(shown).argmax()])
@@ -145,7 +146,7 @@ def channels_figure(record: Record, names: Sequence[str], title: str = "") -> An
     colors = {name: CYCLE[number % len(CYCLE)] for number, name in enumerate(names)}
     for panel, members in zip(drawn, panels, strict=True):
         if contact is not None:
-            shade(panel, record.time, record[contact] > 0.5)
+            shade(panel, record.time, record[contact] > ON)
         _draw_group(panel, record, members, colors)
     if title:
         figure.suptitle(title, fontsize=11, color=INK, x=0.01, ha="left", fontweight="bold")

@@ -10,6 +10,7 @@ import numpy as np
 
 from lathesim.analysis.figure_style import MEASURED, QUIET, SIMULATED, common_unit, dress, label, legend, new_figure
 from lathesim.analysis.metric import MissingChannelError, NoValueError, find_channel, signal
+from lathesim.component import ON
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
@@ -35,7 +36,7 @@ def part_shape(record: Record) -> PartShape | None:
     x, z = "x_axis.position", "z_axis.position"
     if stock is None or inside is None or x not in record or z not in record or len(record) < 2:
         return None
-    within = record[inside] > 0.5
+    within = record[inside] > ON
     stock_radius = float(record[stock].max())
     if stock_radius <= 0.0 or not within.any():
         return None

@@ -26,13 +26,14 @@ from lathesim.analysis.metric import (
     signal,
 )
 from lathesim.analysis.turned_part import wave_roughness
+from lathesim.component import ON
 from lathesim.errors import RecordError
 from lathesim.record import FloatArray, Record
 
 
 def in_contact(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Return for each sample whether tool and part are in contact."""
-    touching: np.ndarray[tuple[int], np.dtype[np.bool_]] = signal(record, *CONTACT) > 0.5
+    touching: np.ndarray[tuple[int], np.dtype[np.bool_]] = signal(record, *CONTACT) > ON
     return touching
 
 
@@ -61,7 +62,7 @@ def cycle_time(record: Record) -> float:
         raise RecordError("not available: the record is empty")
     name = find_channel(record, "finished")
     if name is not None:
-        done = np.flatnonzero(record[name] > 0.5)
+        done = np.flatnonzero(record[name] > ON)
         if len(done):
             return round(float(record.time[done[0]] - record.time[0]), 9)
     return round(float(record.time[-1] - record.time[0]), 9)
@@ -82,7 +83,7 @@ def mean_surface_roughness(record: Record) -> float:
 
 def while_engaged(record: Record, *wanted: str) -> FloatArray:
     """Return a channel's samples in which material is cut; :class:`NoValueError` where there is none."""
-    values = signal(record, *wanted)[signal(record, "engaged") > 0.5]
+    values = signal(record, *wanted)[signal(record, "engaged") > ON]
     if not len(values):
         raise NoValueError(NOTHING_CUT)
     return values
@@ -109,7 +110,7 @@ def spindle_speed_error(record: Record) -> float:
 
 
 def _lasting(values: FloatArray) -> float:
-    return float(np.count_nonzero(values > 0.5))
+    return float(np.count_nonzero(values > ON))
 
 
 def _last(values: FloatArray) -> float:
@@ -246,7 +247,7 @@ def _of_axis(axis: str) -> Metric:
 
 def alarm_time(record: Record) -> float:
     """Return when a guard first alarms [s]; :class:`NoValueError` where it never does."""
-    alarmed = np.flatnonzero(signal(record, ".alarm") > 0.5)
+    alarmed = np.flatnonzero(signal(record, ".alarm") > ON)
     if not len(alarmed):
         raise NoValueError("the guard never alarms")
     return float(record.time[alarmed[0]])

@@ -218,6 +218,10 @@ def read_names(texts: tuple[str, ...]) -> list[str]:
     return [name.strip() for text in texts for name in text.split(",") if name.strip()]
 
 
+_MOST_VALUES = 100_000
+"""Values of a range at most, assumed: more of them are a slip of the pen."""
+
+
 def read_range(option: str, text: str) -> list[float]:
     """Read ``500..8000:76`` of an option: the ends and how many values, evenly spaced."""
     ends, _, count = text.partition(":")
@@ -226,7 +230,7 @@ def read_range(option: str, text: str) -> list[float]:
         first, last, number = float(low), float(high if dots else low), int(count) if count else (2 if dots else 1)
     except ValueError:
         raise click.UsageError(f"{option} {text}: write it as {option} 500..8000:76.") from None
-    if not 0.0 < first <= last < math.inf or not 1 <= number <= 100_000:
+    if not 0.0 < first <= last < math.inf or not 1 <= number <= _MOST_VALUES:
         raise click.UsageError(f"{option} {text}: values rise from above 0, and there is at least one.")
     return [first + (last - first) * place / max(1, number - 1) for place in range(number)]
 

@@ -104,19 +104,23 @@ def _tool(text: str) -> tuple[int, Tool]:
     return int(number), Tool(quantity(radius.strip(), "m"), int(orientation.strip() or "3"))
 
 
+_BAR_SIZES = (2, 3)
+"""How many numbers a bar has: diameter, length, and the place of the face where it is not zero."""
+
+
 def _bar(text: str) -> Bar:
     """Return the bar of ``40mm,60mm`` or ``40mm,60mm,2mm``: it lies from its face towards the chuck, at smaller Z."""
     from lathesim.program.program_checks import Bar
     from lathesim.units import quantity
 
     parts = [part.strip() for part in text.split(",")]
-    if len(parts) not in (2, 3):
+    if len(parts) not in _BAR_SIZES:
         raise click.BadParameter(f"'{text}' is no bar; write its diameter and length, as 40mm,60mm", param_hint="'--stock'")
     values = [quantity(part, "m") for part in parts]
     if min(values[:2]) <= 0.0:
         raise click.BadParameter("diameter and length are above 0", param_hint="'--stock'")
-    face = values[2] if len(values) == 3 else 0.0
-    return Bar(0.5 * values[0], face - values[1], values[1])
+    diameter, length, face = (*values, 0.0)[:3]
+    return Bar(0.5 * diameter, face - length, length)
 
 
 def _draw(interpreted: Program, figure: Path) -> None:

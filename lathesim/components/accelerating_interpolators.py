@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lathesim.component import DiscreteState, Memory, Parameter
+from lathesim.component import ON, DiscreteState, Memory, Parameter
 from lathesim.components.interpolator import (
     SAME_SPEED,
     SAMPLE_SLACK,
@@ -97,13 +97,13 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         """Walk one sample further."""
         rows = len(path)
         row = int(segment)
-        if started < 0.5 or done > 0.5 or rows == 0:
+        if started < ON or done > ON or rows == 0:
             if rows == 0 or (not takes_time(path, row) and next_row(path, row) >= rows):
                 done = 1.0
-            if rows > 0 and started < 0.5 and not takes_time(path, row):
+            if rows > 0 and started < ON and not takes_time(path, row):
                 at_end = 1.0
             return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done, index, plan_from, plan_start_speed, plan_samples
-        if at_end > 0.5:
+        if at_end > ON:
             row = next_row(path, row)
             travelled = 0.0
             samples_left = 0.0
@@ -151,11 +151,11 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
                 travelled = plan_from + ramp_way(elapsed, way, plan_start_speed, planned_speed, acceleration)
                 stretch = whole / (plan_samples * sample_period)
                 path_speed = ramp_speed(elapsed, way, plan_start_speed, planned_speed, acceleration) * stretch
-                if samples_left < 0.5:
+                if samples_left < 1.0:
                     travelled = length
                     path_speed = 0.0
-        at_end = 1.0 if samples_left < 0.5 else 0.0
-        done = 1.0 if at_end > 0.5 and next_row(path, row) >= rows else 0.0
+        at_end = 1.0 if samples_left < 1.0 else 0.0
+        done = 1.0 if at_end > ON and next_row(path, row) >= rows else 0.0
         return (
             row * 1.0, travelled, samples_left, planned_speed, path_speed, at_end, 1.0, done, index, plan_from, plan_start_speed,
             plan_samples,
@@ -247,7 +247,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
         rows = len(path)
         row = int(segment)
         first = time <= 0.0
-        if rows > 0 and at_end < 0.5:
+        if rows > 0 and at_end < ON:
             if first and not takes_time(path, row):
                 row = next_row(path, row)
             left = 0.0 if first else sample_period
@@ -257,7 +257,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
                     place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
                     row = int(place)
                     path_speed = way / sample_period
-                    if reached < 0.5:
+                    if reached < ON:
                         break
                     left, travelled, index = 0.0, 0.0, NO_ANGLE
                     row = next_row(path, row)
@@ -293,7 +293,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
             elapsed += sample_period
         else:
             at_end = 1.0
-        done = 1.0 if at_end > 0.5 and elapsed >= averaging else 0.0
+        done = 1.0 if at_end > ON and elapsed >= averaging else 0.0
         x, z = 0.0, 0.0
         if rows > 0:
             x, z = x_on_path(path, row, travelled), z_on_path(path, row, travelled)
@@ -325,12 +325,12 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
     @staticmethod
     def output_x_reference(x_mean: float, x_rate: float, began: float, done: float, time: float) -> float:
         """The mean, going on at its speed."""
-        return x_mean if done > 0.5 else x_mean + x_rate * (time - began)
+        return x_mean if done > ON else x_mean + x_rate * (time - began)
 
     @staticmethod
     def output_z_reference(z_mean: float, z_rate: float, began: float, done: float, time: float) -> float:
         """The mean, going on at its speed."""
-        return z_mean if done > 0.5 else z_mean + z_rate * (time - began)
+        return z_mean if done > ON else z_mean + z_rate * (time - began)
 
     @staticmethod
     def output_x_velocity(x_rate: float) -> float:

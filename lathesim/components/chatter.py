@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, State
+from lathesim.component import ON, Component, DiscreteState, Input, Memory, Output, Parameter, State
 from lathesim.elementary import hermite
 
 _AROUND = 3
@@ -100,7 +100,7 @@ class RegenerativeCut(Component):
             if run_out != 0.0:
                 height -= run_out * math.cos(place * per_cell)
             left = surface[(place - turn) % total] + feed
-            if always_in_contact < 0.5 and left < height:
+            if always_in_contact < ON and left < height:
                 height = left
             surface[place % total] = height
         return float(last), angle, displacement, velocity
@@ -127,7 +127,7 @@ class RegenerativeCut(Component):
                 there = turned / ramp + 0.5
             elif turned > 1.0 - 0.5 * ramp:
                 there = (turned - 1.0) / ramp + 0.5
-        if always_in_contact < 0.5 and thickness <= 0.0:
+        if always_in_contact < ON and thickness <= 0.0:
             return 0.0, 0.0, 0.0, wave, 0.0
         if exponent == 1.0 or feed <= 0.0:
             force = cutting_stiffness * thickness
@@ -218,7 +218,7 @@ class MillingCut(Component):
             phi -= 2.0 * math.pi * math.floor(phi / (2.0 * math.pi))
             there = min(max((phi - entry) / ramp + 0.5, 0.0), 1.0) * min(max((leave - phi) / ramp + 0.5, 0.0), 1.0)
             thickness = math.sin(phi) * moved
-            if there > 0.0 and (always_in_contact >= 0.5 or thickness > 0.0):
+            if there > 0.0 and (always_in_contact >= ON or thickness > 0.0):
                 force -= there * width * thickness * (tangential * math.cos(phi) + normal * math.sin(phi))
         return force
 

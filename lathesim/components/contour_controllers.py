@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter
 from lathesim.components.servo_controllers import limited_pid
 from lathesim.elementary import within
 
@@ -47,7 +47,7 @@ class CrossCouplingController(Component):
         largest_voltage: float, held_deviation: float, deviation_sum: float, started: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """The PID law on the contour error."""
-        slope = (deviation - held_deviation) / sample_period if started > 0.5 else 0.0
+        slope = (deviation - held_deviation) / sample_period if started > ON else 0.0
         voltage, total = limited_pid(
             deviation, slope, deviation_sum, proportional, integral, derivative_gain, 0.0, -largest_voltage, largest_voltage, sample_period
         )
@@ -169,8 +169,8 @@ class TaskFrameController(Component):
         sample_period: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """Both laws, turned back to the axes."""
-        slope = (deviation - held_deviation) / sample_period if started > 0.5 else 0.0
-        rise = (feed_speed - held_speed) / sample_period if started > 0.5 else 0.0
+        slope = (deviation - held_deviation) / sample_period if started > ON else 0.0
+        rise = (feed_speed - held_speed) / sample_period if started > ON else 0.0
         summed = total + deviation * sample_period
         tangential = along * lag + velocity_feedforward * feed_speed + acceleration_feedforward * rise
         inward = acceleration_feedforward * feed_speed * feed_speed * curvature

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
+from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter, Table
 from lathesim.components.free_paths import CURVE_COLUMNS, EXAMPLE_CURVE, curvature_at, nearest_on, point_of
 from lathesim.components.interpolator import EXAMPLE_PATH, tangent_on_path, x_on_path, z_on_path
 from lathesim.components.threads import TWO_PI
@@ -214,13 +214,13 @@ class FootPoint(Component):
         rows = len(path)
         if rows == 0:
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        here = bounded_row(row if method < 0.5 else segment_number, rows)
+        here = bounded_row(row if method < EXACT + 0.5 else segment_number, rows)
         x_error = x_reference - x_position
         z_error = z_reference - z_position
         bend = 0.0
         if path[here][KIND] == ARC_MOVE and path[here][RADIUS] > 0.0:
             bend = (1.0 if path[here][SWEEP] >= 0.0 else -1.0) / float(path[here][RADIUS])
-        if method > 0.5:
+        if method > EXACT + 0.5:
             deviation, normal_x, normal_z = estimate(x_error, z_error, direction_x, direction_z, bend if method > TANGENT + 0.5 else 0.0)
             lag = x_error * direction_x + z_error * direction_z
             return (
@@ -309,15 +309,15 @@ class FreeFootPoint(Component):
         curve: Any, place: float, x_position: float, z_position: float, method: float, at: float, started: float
     ) -> tuple[float, float]:
         """Follow the tool along the curve."""
-        if method > 0.5:
+        if method > EXACT + 0.5:
             return place, 1.0
-        begin = at if started > 0.5 else place
+        begin = at if started > ON else place
         return nearest_on(curve, x_position, z_position, begin), 1.0
 
     @staticmethod
     def output(curve: Any, place: float, x_position: float, z_position: float, method: float, at: float) -> tuple[float, ...]:
         """The foot point of the present position, by the chosen method."""
-        begin = place if method > 0.5 else nearest_on(curve, x_position, z_position, at)
+        begin = place if method > EXACT + 0.5 else nearest_on(curve, x_position, z_position, at)
         if method > CIRCLE + 0.5:
             begin = _further_back(curve, place, x_position, z_position)
         tx = point_of(curve, begin, 0, 1)
@@ -330,7 +330,7 @@ class FreeFootPoint(Component):
         z_error = point_of(curve, begin, 1, 0) - z_position
         deviation, normal_x, normal_z = estimate(x_error, z_error, along_x, along_z, bend if method > TANGENT + 0.5 else 0.0)
         lag = (point_of(curve, place, 0, 0) - x_position) * along_x + (point_of(curve, place, 1, 0) - z_position) * along_z
-        if method < 0.5:
+        if method < EXACT + 0.5:
             distance = math.sqrt(x_error * x_error + z_error * z_error)
             deviation = distance if deviation >= 0.0 else -distance
         return deviation, deviation, normal_x, normal_z, along_x, along_z, lag, bend

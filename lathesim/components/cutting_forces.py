@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lathesim.component import Component, Input, Output, Parameter, State
+from lathesim.component import ON, Component, Input, Output, Parameter, State
 
 
 class LinearForce(Component):
@@ -41,7 +41,7 @@ class LinearForce(Component):
         lead_angle: float,
     ) -> tuple[float, float, float]:  # fmt: skip
         """Equations (12), (13), (16) to (18)."""
-        if in_contact < 0.5 or depth_of_cut <= 0.0 or feed <= 0.0:
+        if in_contact < ON or depth_of_cut <= 0.0 or feed <= 0.0:
             return 0.0, 0.0, 0.0
         area = wear_factor * feed * depth_of_cut
         thrust = thrust_pressure * area
@@ -106,7 +106,7 @@ class NonlinearForce(Component):
 
         One logarithm of each variable serves both forces, to base 2, which Python gives five times sooner.
         """
-        if in_contact < 0.5 or depth_of_cut <= 0.0 or feed <= 0.0 or cutting_speed < slowest_cutting_speed:
+        if in_contact < ON or depth_of_cut <= 0.0 or feed <= 0.0 or cutting_speed < slowest_cutting_speed:
             return 0.0, 0.0, 0.0
         log_feed = math.log2(feed * MILLIMETRES)
         log_depth = math.log2(depth_of_cut * MILLIMETRES)
@@ -216,7 +216,7 @@ class CuttingProcess(Component):
     @staticmethod
     def derivative(spindle_speed: float, in_cut: float, since_entry: float, step: float) -> tuple[float, float]:
         """The turning, and the clock that a tool out of the cut sets back within a few steps."""
-        return spindle_speed, 1.0 if in_cut > 0.5 else -since_entry / step
+        return spindle_speed, 1.0 if in_cut > ON else -since_entry / step
 
     @staticmethod
     def output(turned: float, speed: float, radius: float, since_entry: float) -> tuple[float, float, float]:
@@ -230,7 +230,7 @@ class CuttingProcess(Component):
     @staticmethod
     def output_main_force(in_cut: float, feed: float, depth: float, specific_force: float, exponent: float, approach_angle: float) -> float:
         """Kienzle's law."""
-        if in_cut < 0.5:
+        if in_cut < ON:
             return 0.0
         thickness = feed * math.sin(approach_angle)
         return specific_force * feed * depth * math.pow(thickness / 1e-3, -exponent)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from lathesim.component import Component, DiscreteState, Output, Parameter, Table
+from lathesim.component import ON, Component, DiscreteState, Output, Parameter, Table
 from lathesim.elementary import within
 
 _BENT_AWAY = 0.25
@@ -231,7 +231,7 @@ class FreePathInterpolator(Component):
     ) -> tuple[float, float, float]:
         """Walk one sample further; the end is braked for along the chord that is left."""
         end = len(curve) - 1.0
-        if started < 0.5 or at >= end:
+        if started < ON or at >= end:
             return at, 0.0, 1.0
         tx = point_of(curve, at, 0, 1)
         tz = point_of(curve, at, 1, 1)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from lathesim.component import Component, DiscreteState, Input, Output, Parameter, Table
+from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter, Table
 from lathesim.components.threads import NO_ANGLE, TWO_PI, angle_of_speed, next_row, takes_time, walk_thread
 from lathesim.elementary import within
 from lathesim.path_columns import (
@@ -238,13 +238,13 @@ class ConstantVelocityInterpolator(Component):
         """Walk one sample further."""
         rows = len(path)
         row = int(segment)
-        if started < 0.5 or done > 0.5 or rows == 0:
+        if started < ON or done > ON or rows == 0:
             if rows == 0 or (not takes_time(path, row) and next_row(path, row) >= rows):
                 done = 1.0
-            if rows > 0 and started < 0.5 and not takes_time(path, row):
+            if rows > 0 and started < ON and not takes_time(path, row):
                 at_end = 1.0
             return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done, index
-        if at_end > 0.5:
+        if at_end > ON:
             row = next_row(path, row)
             travelled = 0.0
             samples_left = 0.0
@@ -256,7 +256,7 @@ class ConstantVelocityInterpolator(Component):
                 samples_left = max(1.0, math.ceil(path[row][DWELL] / sample_period - SAMPLE_SLACK) * 1.0)
                 planned_speed = 0.0
             samples_left -= 1.0
-            reached = 1.0 if samples_left < 0.5 else 0.0
+            reached = 1.0 if samples_left < 1.0 else 0.0
             path_speed = 0.0
         elif path[row][FEED_MODE] >= THREAD:
             place, travelled, index, way, reached = follow_spindle(
@@ -278,19 +278,19 @@ class ConstantVelocityInterpolator(Component):
             else:
                 way = wanted * sample_period
                 steady = abs(wanted - planned_speed) <= SAME_SPEED * wanted
-                if not steady or samples_left < 0.5:
+                if not steady or samples_left < 1.0:
                     rest = max(1.0, math.ceil((length - travelled) / way - SAMPLE_SLACK) * 1.0)
                     exact = planned_speed >= 0.0 and not steady and rest > FEW_SAMPLES
                     samples_left = 0.0 if exact else rest
                     planned_speed = wanted
-                if samples_left > 0.5:
+                if samples_left >= 1.0:
                     way = (length - travelled) / samples_left
                     samples_left -= 1.0
-                    reached = 1.0 if samples_left < 0.5 else 0.0
+                    reached = 1.0 if samples_left < 1.0 else 0.0
                 path_speed = way / sample_period
-                travelled = length if reached > 0.5 else travelled + way
+                travelled = length if reached > ON else travelled + way
         at_end = reached
-        done = 1.0 if at_end > 0.5 and next_row(path, row) >= rows else 0.0
+        done = 1.0 if at_end > ON and next_row(path, row) >= rows else 0.0
         return row * 1.0, travelled, samples_left, planned_speed, path_speed, at_end, 1.0, done, index
 
     @staticmethod
@@ -325,10 +325,10 @@ class ConstantVelocityInterpolator(Component):
         cutting = 1.0 if LINE_MOVE <= kind <= ARC_MOVE else 0.0
         spindle = programmed_spindle(path, row, x, spindle_override, largest_spindle_speed)
         feed = 0.0
-        if cutting > 0.5 and abs(spindle) > 0.0:
+        if cutting > ON and abs(spindle) > 0.0:
             feed = abs(path_speed) * TWO_PI / abs(spindle)
-        share = 1.0 if done > 0.5 else row / rows
-        if done < 0.5 and path[row][LENGTH] > 0.0:
+        share = 1.0 if done > ON else row / rows
+        if done < ON and path[row][LENGTH] > 0.0:
             share += travelled / path[row][LENGTH] / rows
         return (
             x, z, path_speed * direction_x, path_speed * direction_z, path_speed, feed, spindle, row * 1.0, path[row][LINE] * 1.0, kind,

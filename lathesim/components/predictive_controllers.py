@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, ClassVar
 
-from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, Table
+from lathesim.component import ON, Component, DiscreteState, Input, Memory, Output, Parameter, Table
 from lathesim.components.servo_controllers import limited_pid
 from lathesim.elementary import within
 
@@ -71,10 +71,10 @@ class FeedforwardController(Component):
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """The PID law and what is fed forward."""
         error = reference - measured
-        slope = (error - held_error) / sample_period if samples > 0.5 else 0.0
+        slope = (error - held_error) / sample_period if samples >= 1.0 else 0.0
         rate = reference_velocity
         if rate >= MEASURE_FROM_REFERENCE:
-            rate = (reference - held_reference) / sample_period if samples > 0.5 else 0.0
+            rate = (reference - held_reference) / sample_period if samples >= 1.0 else 0.0
         change = reference_acceleration
         if change >= MEASURE_FROM_REFERENCE:
             change = (rate - held_rate) / sample_period if samples > _TWO else 0.0
@@ -128,7 +128,7 @@ class ZeroPhasePrefilter(Component):
         third: float, started: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         """Four samples of the reference, weighted."""
-        if started < 0.5:
+        if started < ON:
             return reference, reference, reference, reference, reference, 1.0
         p = math.exp(-sample_period / time_constant)
         b1 = sample_period - time_constant * (1.0 - p)
@@ -236,7 +236,7 @@ class PredictiveController(Component):
         b_v = axis_gain * (1.0 - a)
         b_x = axis_gain * (sample_period - time_constant * (1.0 - a))
         c = time_constant * (1.0 - a)
-        if samples < 0.5:
+        if samples < 1.0:
             speed = 0.0
             before = measured
             asked = reference
@@ -244,7 +244,7 @@ class PredictiveController(Component):
         predicted = before + c * speed + b_x * acting
         rate = (reference - asked) / sample_period
         bend = (rate - asked_rate) / sample_period if samples > _TWO else 0.0
-        if samples > 0.5:
+        if samples >= 1.0:
             disturbance = disturbance - observer * (measured - predicted) / b_x
             now = a * speed + b_v * acting + (measured - predicted) / sample_period
         else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import ClassVar
 
-from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter
 from lathesim.elementary import within
 
 _ONE_METRE = 6.9
@@ -87,7 +87,7 @@ class NonlinearProcessController(Component):
         largest_feed: float, held_feed: float, sample_period: float,
     ) -> float:  # fmt: skip
         """Equation (26), one sample."""
-        if cutting_block < 0.5:
+        if cutting_block < ON:
             return NO_COMMAND
         if held_feed < 0.0:
             return within(programmed_feed, smallest_feed, largest_feed)
@@ -130,7 +130,7 @@ class LinearizationProcessController(NonlinearProcessController):
         largest_feed: float, held_feed: float, sample_period: float,
     ) -> float:  # fmt: skip
         """Equations (27) and (28), one sample."""
-        if cutting_block < 0.5:
+        if cutting_block < ON:
             return NO_COMMAND
         if held_feed < 0.0:
             return within(programmed_feed, smallest_feed, largest_feed)
@@ -179,7 +179,7 @@ class LogTransformProcessController(Component):
         smallest_measured: float, smallest_feed: float, largest_feed: float, held_feed: float, sample_period: float,
     ) -> float:  # fmt: skip
         """Equation (30), one sample."""
-        if cutting_block < 0.5:
+        if cutting_block < ON:
             return NO_COMMAND
         if held_feed < 0.0:
             return within(programmed_feed, smallest_feed, largest_feed)
@@ -249,7 +249,7 @@ class AdaptiveProcessController(Component):
         if held_covariance <= 0.0:
             held_estimate = start_estimate if start_estimate > smallest_estimate else smallest_estimate
             held_covariance = reset_covariance
-        if cutting_block < 0.5:
+        if cutting_block < ON:
             return NO_COMMAND, held_estimate, held_covariance
         if held_feed < 0.0:
             return within(programmed_feed, smallest_feed, largest_feed), held_estimate, held_covariance

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter
 from lathesim.elementary import within
 
 
@@ -66,7 +66,7 @@ class PositionController(Component):
     ) -> tuple[float, float, float, float]:  # fmt: skip
         """Equation (5) in discrete time, with conditional integration."""
         error = reference - measured
-        slope = (error - held_error) / sample_period if started > 0.5 else 0.0
+        slope = (error - held_error) / sample_period if started > ON else 0.0
         voltage, total = limited_pid(
             error, slope, error_sum, proportional, integral, derivative_gain, correction, smallest_voltage, largest_voltage, sample_period
         )
@@ -124,7 +124,7 @@ class AngularPositionController(Component):
     ) -> tuple[float, float, float, float, float]:  # fmt: skip
         """The law in discrete time, with conditional integration."""
         error = reference - measured
-        change = error - held_error if started > 0.5 else 0.0
+        change = error - held_error if started > ON else 0.0
         filtered = (derivative_filter * slope + change) / (derivative_filter + sample_period)
         voltage, total = limited_pid(
             error, filtered, error_sum, proportional, integral, derivative_gain, 0.0, smallest_voltage, largest_voltage, sample_period

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter, Table
+from lathesim.component import ON, Component, DiscreteState, Input, Memory, Output, Parameter, Table
 
 _CLOCK = 1e-9
 """Rounding of the clock [s]."""
@@ -51,7 +51,7 @@ class RecordedSignal(Component):
             return 0.0
         position = int(row)
         value = float(samples[position][VALUE])
-        if interpolation < 0.5:
+        if interpolation < ON:
             return value
         while position + 1 < rows and samples[position + 1][TIME] + shift <= time:
             position += 1

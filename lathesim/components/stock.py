@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from lathesim.component import Component, DiscreteState, Input, Memory, Output, Parameter
+from lathesim.component import ON, Component, DiscreteState, Input, Memory, Output, Parameter
 
 _FAR = 1e3
 """Distance [m] beyond every machine."""
@@ -79,7 +79,7 @@ class Stock(Component):
         cell_width = stock_length / cells
         if not (abs(x_position) < _FAR and abs(z_position) < _FAR):
             return 0.0, 0.0, 0.0, 0.0, volume, x_position, z_position, 1.0
-        if started < 0.5:
+        if started < ON:
             x_before = x_position
             z_before = z_position
         here = (z_position - face) / cell_width
@@ -182,8 +182,8 @@ class CuttingGeometry(Component):
         touching = material_radius > x_position or facing_width > 0.0
         turning = abs(spindle_speed)
         speed = turning * radius
-        contact = 1.0 if inside_stock > 0.5 and cutting_block > 0.5 else 0.0
-        if not touching or cutting_block < 0.5:
+        contact = 1.0 if inside_stock > ON and cutting_block > ON else 0.0
+        if not touching or cutting_block < ON:
             return 0.0, 0.0, speed, radius, contact, 0.0, (1.0 if touching else 0.0), 0.0
         if facing_width > 0.0:
             depth = facing_width
@@ -228,7 +228,7 @@ class SurfaceFinish(Component):
     @staticmethod
     def update(feed: float, in_contact: float, z_position: float, nose_radius: float, face: float, length: float, along_z: Any) -> float:
         """Equation (33), noted down where the tool is."""
-        if in_contact < 0.5:
+        if in_contact < ON:
             return 0.0
         roughness = feed * feed / (32.0 * nose_radius)
         place = (z_position - face) / length * len(along_z)

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter
 from lathesim.elementary import within
 
 _LARGEST = 60.0
@@ -52,7 +52,7 @@ class TaylorWear(Component):
         sample_period: float,
     ) -> tuple[float, float]:  # fmt: skip
         """Equation (34), one sample of it."""
-        if in_contact < 0.5 or cutting_speed < slowest_cutting_speed:
+        if in_contact < ON or cutting_speed < slowest_cutting_speed:
             return used, 0.0
         logarithm = within(math.log(taylor_constant / cutting_speed) / taylor_exponent, -_LARGEST, _LARGEST)
         life = MINUTE * math.exp(logarithm)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.component import DiscreteState, Input, Output, Parameter, Table
+from lathesim.component import ON, DiscreteState, Input, Output, Parameter, Table
 from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed
 
 
@@ -135,7 +135,7 @@ class PitchTable(ModelledRemedy):
             backward = 0.0
         elif rate < -still:
             backward = 1.0
-        found = interpolated(points, position, 2 if backward > 0.5 else 1)
+        found = interpolated(points, position, 2 if backward > ON else 1)
         return position, rate, backward, found, error, ahead(before, error, found, lag, inner, sample_period)
 
     @staticmethod

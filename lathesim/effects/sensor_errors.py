@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lathesim.component import DiscreteState, Input, Noise, Output, Parameter, State
+from lathesim.component import ON, DiscreteState, Input, Noise, Output, Parameter, State
 from lathesim.effects.effect import SHAPE, SHAPE_RANGES, Effect, Identification, harmonic_parameters, harmonics
 from lathesim.elementary import sin
 
@@ -211,7 +211,7 @@ class SensorFilter(Effect):
 
     @staticmethod
     def derivative(incoming: float, time_constant: float, held: float) -> float:
-        return incoming if held >= 0.5 and time_constant != 0.0 else 0.0
+        return incoming if held >= ON and time_constant != 0.0 else 0.0
 
     @staticmethod
     def update(
@@ -220,8 +220,8 @@ class SensorFilter(Effect):
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         if time <= 0.0 or time_constant == 0.0:
             return incoming, incoming, incoming, incoming, incoming, summed
-        end = 2.0 * (summed - summed_before) / sample_period - before if held >= 0.5 else incoming
-        computed = held <= -0.5
+        end = 2.0 * (summed - summed_before) / sample_period - before if held >= ON else incoming
+        computed = held <= -ON
         one = _filtered(end, incoming if computed else before, first, time_constant, sample_period)
         if stages <= 1.0:
             return one, one, one, one, incoming, summed

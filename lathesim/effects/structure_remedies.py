@@ -232,7 +232,7 @@ class CommandNotch(Remedy):
         sample_period: float, time: float,
     ) -> tuple[float, float, float, float]:  # fmt: skip
         """Filter the command; what no sample can hold passes."""
-        if time <= 0.0 or frequency * sample_period >= 0.5:
+        if time <= 0.0 or 2.0 * frequency * sample_period >= 1.0:
             return incoming, incoming, incoming, incoming
         k = math.tan(math.pi * frequency * sample_period)
         middle = 2.0 * (k * k - 1.0)

@@ -31,6 +31,7 @@ from lathesim.exercises.logger import LoggedColumn
 from lathesim.identification.replay.open_loop import drive, seen
 from lathesim.identification.signal import channel_floor
 from lathesim.lessons.sensor_sides import with_sensor_noise
+from lathesim.limit import derived
 from lathesim.record import Record
 
 FINER = 10
@@ -54,6 +55,7 @@ def fine_run(
     return run(plan, duration=duration, seed=seed, overrides=overrides, largest_block=10 * FINER)
 
 
+_FOUND = derived(3.0, "noise floors", "effects that move a channel by more can be found", "normal noise goes beyond once in 370 samples")
 SEEN = 5.0
 """Floors by which an effect of drawn size must move a channel."""
 _TOO_LARGE = 3.0
@@ -116,6 +118,13 @@ class Concealed:
     tables: tuple[FloatArray, ...]
     true_values: Mapping[str, TrueValue]
     moves: Mapping[str, float]
+
+    @property
+    def lost_in_noise(self) -> str:
+        """The sentence of a case whose effects move no channel visibly; empty where one is moved."""
+        if not self.moves or max(self.moves.values()) >= _FOUND:
+            return ""
+        return "No recorded channel is moved by three times its noise: nobody can find this."
 
 
 def conceal(

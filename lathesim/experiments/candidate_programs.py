@@ -30,6 +30,8 @@ _AS_FAST_AS_MAY_BE = 0.7
 """Share of strokes that go as fast as they may; assumed."""
 _LONGEST_REST = 0.3
 """Longest rest that is put into a program [s]; assumed."""
+_REST_CHANGED = 0.5
+"""Share of the changes of a rest, where there is one, that make it longer or shorter and put in no other."""
 _MOST_EXCHANGES = 3
 """Strokes exchanged at once."""
 _FURTHEST_BACK = 6
@@ -151,7 +153,7 @@ def _with_another_rest(moves: list[DesignedMove], room: Room, random: np.random.
         return moves
     rest = DesignedMove(rest=round(_LONGEST_REST * float(random.random()), 3) or 1e-3)
     rests = [place for place, move in enumerate(moves) if move.rest]
-    if rests and random.random() < 0.5:
+    if rests and random.random() < _REST_CHANGED:
         at = rests[int(random.integers(len(rests)))]
         return [*moves[:at], rest, *moves[at + 1 :]]
     at = int(random.integers(len(moves) + 1))

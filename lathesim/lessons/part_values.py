@@ -93,6 +93,8 @@ def _with_article(word: str) -> str:
 
 LARGEST_TABLE = 200_000
 """Numbers that a table may hold: a lap of some minutes, or a network far larger than a control has time for."""
+_LONGEST_NUMBER = 40
+"""Bytes of a number in a file at most, with what parts it from the next; assumed."""
 
 
 def table_of(given: Given, component: type[Component], name: str, beside: Path) -> FloatArray:
@@ -103,7 +105,7 @@ def table_of(given: Given, component: type[Component], name: str, beside: Path) 
     """
     declared = component.declared(Table)[name]
     file = _found(given, beside)
-    if file.stat().st_size > 40 * LARGEST_TABLE:
+    if file.stat().st_size > _LONGEST_NUMBER * LARGEST_TABLE:
         raise LessonError(f"the table has more than {LARGEST_TABLE} numbers.", place=str(file), remedy="Use fewer rows.")
     try:
         rows = _rows(file, declared)

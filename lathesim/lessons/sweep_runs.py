@@ -15,6 +15,7 @@ import numpy as np
 
 import lathesim
 from lathesim.analysis.metric import Measurements, measure
+from lathesim.component import ON
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
 from lathesim.engine.failure import check_step
@@ -179,7 +180,7 @@ class Members:
         if count < values.shape[1]:
             return True
         finish = plan.assembly.finish
-        return finish in plan.channels and bool(values[plan.channels.index(finish), count - 1] > 0.5)
+        return finish in plan.channels and bool(values[plan.channels.index(finish), count - 1] > ON)
 
     @functools.cached_property
     def digest(self) -> str:

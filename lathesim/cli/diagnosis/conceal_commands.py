@@ -78,8 +78,8 @@ def _hide(lesson: str, hiding: HidingOptions, out: Path, plugin_folders: tuple[P
         click.echo(f"  {line}")
     for name, floors in concealed.moves.items():
         click.echo(f"  moves {name} by {floors:.3g} times its noise")
-    if concealed.moves and max(concealed.moves.values()) < 3.0:
-        click.echo("No recorded channel is moved by three times its noise: nobody can find this.", err=True)
+    if concealed.lost_in_noise:
+        click.echo(concealed.lost_in_noise, err=True)
     click.echo(f"For the class: {', '.join(map(str, published.files))}")
     click.echo(f"The answer, to be kept: {published.answer_file}")
 

@@ -123,6 +123,8 @@ def _pair(text: str, option: str) -> tuple[float, float]:
     return _quantity(first, "s"), _quantity(second, "s")
 
 
+_FEWER = 1.5
+"""Requested periods from which values come more seldom than was requested, assumed: half a period is the unrest of a network."""
 _FIRST = 10
 """Gaps and notes that are listed."""
 
@@ -178,7 +180,7 @@ def record(
         from lathesim.live.samples import LiveError
 
         raise LiveError(f"nothing came from {url} in {seconds:g} s.", remedy="Is the machine running?")
-    if every > 0.0 and noted.period > 1.5 * every:
+    if every > 0.0 and noted.period > _FEWER * every:
         source.remarks.append(f"values come every {in_unit(noted.period, 'ms')}, and {in_unit(every, 'ms')} was requested")
     written = None if prepared is None else _write_lesson(prepared, [signal.name for signal in source.signals], out, variant)
     data = {"out": out, "lesson": written, "remarks": source.remarks, **noted.as_json()}

@@ -137,6 +137,10 @@ def _lines(session: Session, how: ServoSettings) -> Iterator[str]:
 
 
 _SUFFIX = ".position"
+_SAME_PLACE = 1e-6
+"""Way [m, rad] between the ends of a path that counts as closed, assumed."""
+_SAME_PERIOD = 1e-6
+"""Share by which two periods may differ, assumed: rounding of what is written."""
 
 
 @dataclass(frozen=True)
@@ -204,7 +208,7 @@ def _check_closed(source: RecordBlocks, names: list[str]) -> None:
     assert first is not None
     assert last is not None
     for name, begin, end in zip(names, first, last, strict=True):
-        if abs(end - begin) > 1e-6:
+        if abs(end - begin) > _SAME_PLACE:
             fact = f"the axis {name} ends {abs(end - begin):.3g} away from where it begins."
             raise LiveError(fact, place=str(source.path), remedy="Leave --loops out, or close the path.")
 
@@ -251,7 +255,7 @@ def _virtual(
 
     prepared = ChosenLesson(lesson).prepared
     machine = SteppedMachine(prepared, axes_of(prepared, names, read_axes(playing.axis_texts)))
-    if abs(source.period / machine.period - 1.0) > 1e-6:
+    if abs(source.period / machine.period - 1.0) > _SAME_PERIOD:
         taken = in_unit(machine.period, "ms", "g")
         fact = f"the set-points come every {in_unit(source.period, 'ms', 'g')}, and the machine takes one every {taken}."
         raise LiveError(fact, remedy=f"Time the path with --period '{taken}'.")

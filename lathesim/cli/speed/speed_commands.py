@@ -105,8 +105,12 @@ def _lines(rows: list[Row], starts: list[Row], skipped: list[Skipped], work: Wor
     yield from (f"Left out: {item.name}: {item.reason}." for item in skipped)
 
 
+_THREE_DIGITS = 100.0
+"""From here on a number written without places has three digits."""
+
+
 def _figure(value: float) -> str:
-    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
+    return f"{value:.0f}" if value >= _THREE_DIGITS else f"{value:.3g}"
 
 
 def _tell(sentence: str) -> None:

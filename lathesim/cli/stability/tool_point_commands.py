@@ -67,6 +67,10 @@ def _data(found: TapEstimate, place: Path) -> dict[str, Any]:
     }
 
 
+_GOOD_COHERENCE = 0.9
+"""Coherence below which a line of a response is called poor, assumed."""
+
+
 def _lines(found: TapEstimate, place: Path) -> Iterator[str]:
     import numpy as np
 
@@ -78,8 +82,8 @@ def _lines(found: TapEstimate, place: Path) -> Iterator[str]:
     kept = sum(not hit.reason for hit in found.hits)
     yield f"\nResponse of {kept} hits by H1, {response.frequency[0]:.3g} to {response.highest:.0f} Hz in {len(response.frequency)} lines"
     if response.coherence is not None:
-        poor = in_unit(float(np.mean(response.coherence < 0.9)), "%", ".0f")
-        yield f"Coherence: median {np.median(response.coherence):.4f}; below 0.9 at {poor} of the lines"
+        poor = in_unit(float(np.mean(response.coherence < _GOOD_COHERENCE)), "%", ".0f")
+        yield f"Coherence: median {np.median(response.coherence):.4f}; below {_GOOD_COHERENCE:g} at {poor} of the lines"
     if response.window_rate:
         yield f"The response had not died out: an exponential window of {response.window_rate:.3g} 1/s is in it, and kept in the file"
     yield f"Response: {place}\nNext: lathesim modes {place}"

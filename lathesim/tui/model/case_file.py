@@ -292,9 +292,7 @@ def conceal(lesson: Lesson, registry: Registry, folder: Path, *, hidden: str, va
     asked = [hidden] if hidden and hidden != "none" else []
     concealed, published = conceal_case(lesson, registry, folder, asked=asked, at_random=not hidden, validate=validate, tell=tell)
     lines = [f"For the class: {', '.join(str(file) for file in published.files)}", f"The answer, to be kept: {published.answer_file}"]
-    if concealed.moves and max(concealed.moves.values()) < 3.0:
-        lines.append("No recorded channel is moved by three times its noise: nobody can find this.")
-    return lines
+    return [*lines, concealed.lost_in_noise] if concealed.lost_in_noise else lines
 
 
 def reveal(seal: Path, answer: Path, case: CaseFile | None) -> list[str]:
