@@ -36,7 +36,7 @@ class RecordWriter:
     nothing is kept and a file that stood there before stays as it was::
 
         with RecordWriter(path, channels) as writer:
-            record = run(plan, sink=writer)
+            record = run(plan, attended=Attendance(sink=writer))
             writer.finish(record.meta)
 
     A record that is ``growing`` holds what cannot be had again. It stands in its place from the first block on, and whatever ends the

@@ -9,7 +9,7 @@ from lathesim.analysis.circular_test import Circle, circles, circular_deviation,
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import Place
-from lathesim.engine.run import run
+from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError
 from lathesim.lessons.simulate import Prepared
@@ -76,7 +76,7 @@ def _ways(prepared: Prepared, plan: Plan, overrides: dict[str, float]) -> list[t
     sides: list[dict[str, float]] = [{}] if name is None else [{name: 1.0}, {name: -1.0}]
     found: dict[float, tuple[str, Circle]] = {}
     for side in sides:
-        record = run(plan, duration=prepared.duration, seed=prepared.case.seed, overrides={**overrides, **side}, often=True)
+        record = run(plan, duration=prepared.duration, seed=prepared.case.seed, overrides={**overrides, **side}, hints=Hints(often=True))
         for circle in circles(record):
             found[circle.direction] = ("+X to +Z" if circle.direction > 0.0 else "+Z to +X", circle)
     return [found[key] for key in sorted(found, reverse=True)]

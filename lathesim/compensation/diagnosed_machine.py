@@ -17,7 +17,7 @@ from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
-from lathesim.engine.run import run
+from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.position_loops import Loop, one_or_more, resolution_of
@@ -182,7 +182,7 @@ class Diagnosed:
             told = "a recording drives it and it has no duration" if driven is not None else "it has no duration"
             remedy = "Write 'duration:', and a part that drives the inputs, as a circle or a program."
             raise LessonError(f"the lesson cannot be run by itself: {told}.", place=str(self.lesson.path), remedy=remedy)
-        return len(run(prepared.plan, seed=prepared.case.seed, expected_time=prepared.expected_time))
+        return len(run(prepared.plan, seed=prepared.case.seed, hints=Hints(prepared.expected_time)))
 
     def _channels(self, machinery: Machinery, loops: Sequence[Loop]) -> tuple[str, ...]:
         outputs = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declared(Output)}

@@ -17,7 +17,7 @@ from lathesim.effects.sensor_errors import SensorFilter
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
-from lathesim.engine.run import run
+from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.position_loops import Loop, level_of, one_or_more, resolution_of
@@ -168,7 +168,7 @@ def course_of(prepared: Prepared, what: str) -> Course:
     place = str(prepared.case.lesson.path)
     loops = one_or_more(prepared.machinery, place)
     machinery = replace(prepared.machinery, record=None)
-    first = run(wire(machinery), duration=prepared.duration, seed=prepared.case.seed, expected_time=prepared.expected_time)
+    first = run(wire(machinery), duration=prepared.duration, seed=prepared.case.seed, hints=Hints(prepared.expected_time))
     samples = len(first)
     if samples < _FEWEST:
         raise LessonError(f"the lap has {samples} samples, too few to learn from.", place=place)

@@ -29,7 +29,7 @@ from lathesim.component import Table
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.engine.run import run
+from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError, LessonError, ProgramError
 from lathesim.identification.position_loops import loops_of
@@ -330,5 +330,5 @@ def _spindle(prepared: Prepared, walker: str) -> FloatArray | None:
     plan = wire(replace(prepared.machinery, record=None))
     if name not in plan.channels:
         return None
-    record = run(plan, duration=prepared.duration, seed=prepared.case.seed, expected_time=prepared.expected_time)
+    record = run(plan, duration=prepared.duration, seed=prepared.case.seed, hints=Hints(prepared.expected_time))
     return np.asarray(record[name])

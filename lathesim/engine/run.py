@@ -54,11 +54,39 @@ class AlarmGuard(Protocol):
         """Return the first sample of a block (channels, samples) outside the limits and the alarm as a sentence, or none."""
 
 
+@dataclass(frozen=True)
+class Attendance:
+    """Who attends a run; none of them changes a number.
+
+    ``progress`` is called with the simulated time after each block. ``stop`` ends the run after the current block, or out of a law that
+    does not end, as Ctrl-C does. A ``sink`` takes the values, and the Record then holds none; an ``onlooker`` sees each block as well,
+    and slows the run where it takes its time. A ``guard`` ends the run at the first sample outside its limits.
+    """
+
+    progress: Callable[[float], None] | None = None
+    stop: threading.Event | None = None
+    sink: BlockSink | None = None
+    onlooker: BlockSink | None = None
+    guard: AlarmGuard | None = None
+
+
+@dataclass(frozen=True)
+class Hints:
+    """What lets a run be quick and changes none of its numbers: about how long it lasts [s], and whether many of the machine follow.
+
+    ``largest_block`` [samples] bounds what is computed at a time.
+    """
+
+    expected_time: float | None = None
+    often: bool = False
+    largest_block: int = _BLOCK_NUMBERS
+
+
 @dataclass
 class _Progress:
     expected: int
-    worth: float = _WORTH
-    largest: int = _BLOCK_NUMBERS
+    last: int
+    hints: Hints
     first: int = 0
     finished: bool = False
     status: str = "complete"
@@ -72,20 +100,19 @@ class _Destination:
     """Where the recorded blocks go: to the sink or else into memory, and past the onlooker."""
 
     recorded: RecordedValues
-    sink: BlockSink | None
-    onlooker: BlockSink | None
+    attended: Attendance
     period: float
 
     def add(self, state: _Progress, values: FloatArray) -> None:
         """Take the next block, shape (channels, samples)."""
         count = values.shape[1]
-        if self.sink is None:
+        if self.attended.sink is None:
             self.recorded.add(values)
-        if self.sink is not None or self.onlooker is not None:
+        takers = [taker for taker in (self.attended.sink, self.attended.onlooker) if taker is not None]
+        if takers:
             time, block = (state.first + np.arange(count)) * self.period, np.array(values, order="C")
-            for taker in (self.sink, self.onlooker):
-                if taker is not None:
-                    taker.write(time, block)
+            for taker in takers:
+                taker.write(time, block)
         state.first += count
 
 
@@ -96,27 +123,17 @@ def run(
     seed: int = 0,
     engine: str = "auto",
     overrides: Mapping[str, float] | None = None,
-    progress: Callable[[float], None] | None = None,
-    stop: threading.Event | None = None,
-    sink: BlockSink | None = None,
     check_stability: bool = True,
-    expected_time: float | None = None,
-    often: bool = False,
-    onlooker: BlockSink | None = None,
-    largest_block: int | None = None,
-    guard: AlarmGuard | None = None,
+    hints: Hints = Hints(),
+    attended: Attendance = Attendance(),
 ) -> Record:
     """Run a plan and give its Record.
 
     ``duration`` [s] bounds the run; without it the run ends when the machine's ``finish`` output rises. ``overrides`` maps
-    ``part.parameter`` and ``part.state`` to other values [SI]. ``progress`` is told the simulated time after each block; ``stop`` ends the
-    run after the current block, or out of a law that does not end, and Ctrl-C does the same. With a ``sink`` the values go there and the
-    Record holds none. An ``onlooker`` sees each block as well, which the Record keeps all the same; ``largest_block`` [samples] sets how
-    often. An onlooker that takes its time slows the run. A ``guard`` ends the run at the first sample outside its limits.
+    ``part.parameter`` and ``part.state`` to other values [SI].
 
-    ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by ``expected_time`` [s],
-    would take longer plain; sooner where the machine is to be run ``often``. A machine that cannot be compiled runs plain, and whoever
-    listens to the compiler is told why.
+    ``engine`` "auto" takes machine code where it is at hand, and compiles only where the rest of the run, judged by the ``hints``, would
+    take longer plain. A machine that cannot be compiled runs plain, and the reason is said to whoever listens to the compiler.
 
     Raises :class:`SimulationError` when a law breaks or the guard ends the run, with the data up to then in its ``record``.
     """
@@ -125,20 +142,19 @@ def run(
     if duration is None and not plan.assembly.finish:
         raise SimulationError("the run has no end.", remedy="Give a duration, or name the output that ends it.")
     started = clock.perf_counter()
-    arrays = start_arrays(plan, overrides, duration if duration is not None else _LONGER * (expected_time or 0.0))
+    arrays = start_arrays(plan, overrides, duration if duration is not None else _LONGER * (hints.expected_time or 0.0))
     if check_stability:
         check_step(plan, arrays)
     period = plan.assembly.sample_period
     last = round((duration if duration is not None else _LONGEST_WITHOUT_END) / period) + 1
-    fused = fuse(plan)
-    recorded = RecordedValues(len(plan.channels), last if duration is not None and sink is None else 0)
-    expected = round(expected_time / period) if duration is None and expected_time is not None else last if duration is not None else 0
-    state = _Progress(expected, worth=_WORTH_IF_OFTEN if often else _WORTH, largest=largest_block or _BLOCK_NUMBERS)
-    kept = _Destination(recorded, sink, onlooker, period)
+    recorded = RecordedValues(len(plan.channels), last if duration is not None and attended.sink is None else 0)
+    expected = last if duration is not None else round((hints.expected_time or 0.0) / period)
+    state = _Progress(expected, last, hints)
+    running = _Running(plan, fuse(plan), seed, state, _Destination(recorded, attended, period))
     failure = ""
-    with EndlessLawWatch(plan, stop) as watch:
+    with EndlessLawWatch(plan, attended.stop) as watch:
         try:
-            failure = _advance(plan, fused, arrays, state, last, seed, engine, kept, progress, stop, watch, guard)
+            failure = running.advance(arrays, engine, watch)
         except (KeyboardInterrupt, LawRunsOnError) as stopped:
             failure = watch.verdict(stopped, state.first * period)
             state.status = f"failed: {failure}" if failure else "stopped"
@@ -150,52 +166,66 @@ def run(
     return record
 
 
-def _advance(
-    plan: Plan, fused: FusedModule, arrays: RunArrays, state: _Progress, last: int, seed: int, engine: str, kept: _Destination,
-    progress: Callable[[float], None] | None, stop: threading.Event | None, watch: EndlessLawWatch, guard: AlarmGuard | None = None,
-) -> str:  # fmt: skip
-    """Run block after block; give the sentence about what broke, empty where nothing did."""
-    module: Any = None
-    live = arrays
-    may_compile = engine == "compiled" or (engine == "auto" and not may_run_on(plan))
-    if may_compile and (engine == "compiled" or is_compiled(fused)):
-        module, may_compile = _machine_code(fused, state), False
-    if state.engine == "plain":
-        module, live = plain_module(fused), arrays.as_lists()
-    period = plan.assembly.sample_period
-    largest = min(max(_SMALLEST_BLOCK, _BLOCK_NUMBERS // max(1, len(plan.channels))), state.largest)
-    size = min(_FIRST_BLOCK[state.engine], last, largest)
-    begun_at = clock.perf_counter()
-    while state.first < last and not state.finished:
-        if stop is not None and stop.is_set():
-            state.status = "stopped"
-            break
-        if may_compile and state.first and _is_worth_compiling(fused, state, clock.perf_counter() - begun_at):
-            module, may_compile = _machine_code(fused, state) or module, False
-            live = live.as_arrays() if state.engine == "compiled" else live
-        count = min(size, last - state.first)
-        noise = draw_noise(plan.noises, seed, state.first, count)
+@dataclass(frozen=True)
+class _Running:
+    """A run that goes on block after block."""
+
+    plan: Plan
+    fused: FusedModule
+    seed: int
+    state: _Progress
+    kept: _Destination
+
+    def advance(self, arrays: RunArrays, engine: str, watch: EndlessLawWatch) -> str:
+        """Run to the end; return the sentence about what broke, empty where nothing did."""
+        plan, fused, state, attended = self.plan, self.fused, self.state, self.kept.attended
+        module: Any = None
+        live = arrays
+        may_compile = engine == "compiled" or (engine == "auto" and not may_run_on(plan))
+        if may_compile and (engine == "compiled" or is_compiled(fused)):
+            module, may_compile = _machine_code(fused, state), False
+        if state.engine == "plain":
+            module, live = plain_module(fused), arrays.as_lists()
+        largest = min(max(_SMALLEST_BLOCK, _BLOCK_NUMBERS // max(1, len(plan.channels))), state.hints.largest_block)
+        size = min(_FIRST_BLOCK[state.engine], state.last, largest)
+        begun_at = clock.perf_counter()
+        while state.first < state.last and not state.finished:
+            if attended.stop is not None and attended.stop.is_set():
+                state.status = "stopped"
+                break
+            if may_compile and state.first and _is_worth_compiling(fused, state, clock.perf_counter() - begun_at):
+                module, may_compile = _machine_code(fused, state) or module, False
+                live = live.as_arrays() if state.engine == "compiled" else live
+            begun = watch.block_begun = clock.perf_counter()
+            failure = self._block(module, live, min(size, state.last - state.first))
+            if failure:
+                state.status = f"failed: {failure}"
+                return failure
+            if attended.progress is not None:
+                attended.progress(state.first * self.kept.period)
+            spent = clock.perf_counter() - begun
+            growth = 2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5
+            size = int(min(largest, max(_SMALLEST_BLOCK, size * growth)))
+        return ""
+
+    def _block(self, module: Any, live: RunArrays, count: int) -> str:
+        """Run one block and keep it up to what broke; return the sentence about that, or the alarm of the guard."""
+        plan, state, guard = self.plan, self.state, self.kept.attended.guard
+        noise = draw_noise(plan.noises, self.seed, state.first, count)
         before = live.copy()
-        begun = watch.block_begun = clock.perf_counter()
         done, values, broken = _one_block(plan, module, live, state, count, noise)
         alarm = guard.look(state.first, values) if guard is not None else None
         if alarm is not None:
-            kept.add(state, values[:, : alarm[0] + 1])
-            state.status = f"failed: {alarm[1]}"
+            self.kept.add(state, values[:, : alarm[0] + 1])
             return alarm[1]
         if broken or not np.isfinite(values).all():
             sentence, time = describe_failure(plan, state.first, count, before, noise.tolist())
-            good = max(0, min(done if not broken else count, int(time / period) - state.first + 1))
+            good = max(0, min(done if not broken else count, int(time / self.kept.period) - state.first + 1))
             broken_at = np.flatnonzero(~np.isfinite(values).all(axis=0))
-            kept.add(state, values[:, : min([good, *broken_at[:1]])])
-            state.status = f"failed: {sentence}"
+            self.kept.add(state, values[:, : min([good, *broken_at[:1]])])
             return sentence
-        kept.add(state, values)
-        if progress is not None:
-            progress(state.first * period)
-        spent = clock.perf_counter() - begun
-        size = int(min(largest, max(_SMALLEST_BLOCK, size * (2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5))))
-    return ""
+        self.kept.add(state, values)
+        return ""
 
 
 def _machine_code(fused: FusedModule, state: _Progress) -> CompiledMachine | None:
@@ -212,7 +242,7 @@ def _machine_code(fused: FusedModule, state: _Progress) -> CompiledMachine | Non
 def _is_worth_compiling(fused: FusedModule, state: _Progress, spent: float) -> bool:
     """Hold the rest of a plain run against compiling; a run of unknown length is taken to be half done."""
     rest = spent * (state.expected / state.first - 1.0) if state.expected > state.first else spent
-    return rest > state.worth * compile_time(fused)
+    return rest > (_WORTH_IF_OFTEN if state.hints.often else _WORTH) * compile_time(fused)
 
 
 def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count: int, noise: FloatArray) -> tuple[int, FloatArray, bool]:

@@ -23,7 +23,7 @@ import numpy as np
 from lathesim.component import Parameter
 from lathesim.engine.assembly import Assembly, FloatArray
 from lathesim.engine.rk4 import HEUN
-from lathesim.engine.run import run
+from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
 from lathesim.exercises.hidden_effect import HiddenEffect, HiddenWish, drawn_values, place_wishes
@@ -52,7 +52,7 @@ def fine_run(
 ) -> Record:
     """Run a plan made by :func:`fine_plan` and give its Record; raises :class:`SimulationError` where a law breaks."""
     # short blocks: where a size breaks the machine, the last one is run once more in plain Python, to find the law
-    return run(plan, duration=duration, seed=seed, overrides=overrides, largest_block=10 * FINER)
+    return run(plan, duration=duration, seed=seed, overrides=overrides, hints=Hints(largest_block=10 * FINER))
 
 
 _FOUND = derived(3.0, "noise floors", "effects that move a channel by more can be found", "normal noise goes beyond once in 370 samples")

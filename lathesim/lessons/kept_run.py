@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import cast
 
 from lathesim.analysis.failed_run import nothing_cut, unstable_loop
 from lathesim.analysis.metric import Measurements, measure
-from lathesim.engine.run import BlockSink
+from lathesim.engine.run import Attendance, Hints
 from lathesim.errors import SimulationError
 from lathesim.lessons.grading import UNFINISHED, GoalResult, Judgement, judge_run
 from lathesim.lessons.lesson import results_folder
@@ -68,10 +67,8 @@ def run_and_keep(
     further: Iterable[Path] | None = None,
     engine: str | None = None,
     seed: int | None = None,
-    progress: Callable[[float], None] | None = None,
-    stop: threading.Event | None = None,
-    onlooker: BlockSink | None = None,
-    largest_block: int | None = None,
+    hints: Hints | None = None,
+    attended: Attendance | None = None,
 ) -> KeptRun:
     """Run a case, save its record at ``path`` and return it measured and judged; see :func:`lathesim.lessons.simulate.run_prepared`.
 
@@ -84,16 +81,7 @@ def run_and_keep(
     check_place(path)
     failure = ""
     try:
-        record = run_prepared(
-            case,
-            engine=engine,
-            seed=seed,
-            progress=progress,
-            stop=stop,
-            often=True,
-            onlooker=onlooker,
-            largest_block=largest_block,
-        )
+        record = run_prepared(case, engine=engine, seed=seed, hints=hints or Hints(often=True), attended=attended)
     except SimulationError as error:
         if error.record is None:
             raise

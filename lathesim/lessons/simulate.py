@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +27,7 @@ from lathesim.lessons.schema import LessonSettings
 from lathesim.plugins import Registry
 
 if TYPE_CHECKING:
-    from lathesim.engine.run import BlockSink
+    from lathesim.engine.run import Attendance, Hints
     from lathesim.record import Record
 
 
@@ -126,8 +125,6 @@ def simulate(
     program: Path | None = None,
     engine: str | None = None,
     seed: int | None = None,
-    progress: Callable[[float], None] | None = None,
-    stop: threading.Event | None = None,
 ) -> Record:
     """Run a lesson's case and give its Record; ``engine`` and ``seed`` take the place of the lesson's.
 
@@ -135,7 +132,7 @@ def simulate(
     data up to then in its ``record``.
     """
     prepared = prepare(lesson, registry, variant, overrides, program=program)
-    return run_prepared(prepared, engine=engine, seed=seed, progress=progress, stop=stop)
+    return run_prepared(prepared, engine=engine, seed=seed)
 
 
 def run_prepared(
@@ -143,17 +140,11 @@ def run_prepared(
     *,
     engine: str | None = None,
     seed: int | None = None,
-    progress: Callable[[float], None] | None = None,
-    stop: threading.Event | None = None,
-    often: bool = False,
-    onlooker: BlockSink | None = None,
-    largest_block: int | None = None,
+    hints: Hints | None = None,
+    attended: Attendance | None = None,
 ) -> Record:
-    """Run a prepared case, see :func:`simulate`; one that is to be run ``often`` is compiled sooner.
-
-    ``onlooker`` sees each recorded block while the run goes on, and ``largest_block`` bounds its samples.
-    """
-    from lathesim.engine.run import run
+    """Run a prepared case, see :func:`simulate`; the alarms of its lesson guard it."""
+    from lathesim.engine.run import Attendance, Hints, run
 
     settings = prepared.case.lesson.settings
     driven = list(settings.recordings.drive) if settings.recordings is not None else []
@@ -161,19 +152,15 @@ def run_prepared(
         fact = f"a recording drives this lesson ({', '.join(driven)}), and none is given."
         remedy = "Name one, as in 'lathesim run LESSON --recording FILE'; without one it needs a 'duration:'."
         raise LessonError(fact, place=prepared.case.lesson.name, remedy=remedy)
+    guard = AlarmWatch(prepared.plan, prepared.alarms) if prepared.alarms else None
     try:
         record = run(
             prepared.plan,
             duration=prepared.duration,
             seed=prepared.case.seed if seed is None else seed,
             engine=engine or settings.engine,
-            progress=progress,
-            stop=stop,
-            expected_time=prepared.expected_time,
-            often=often,
-            onlooker=onlooker,
-            largest_block=largest_block,
-            guard=AlarmWatch(prepared.plan, prepared.alarms) if prepared.alarms else None,
+            hints=dataclasses.replace(hints or Hints(), expected_time=prepared.expected_time),
+            attended=dataclasses.replace(attended or Attendance(), guard=guard),
         )
     except SimulationError as error:
         if error.record is not None:

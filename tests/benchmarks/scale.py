@@ -173,7 +173,7 @@ def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Se
     from lathesim.engine.batch import Batch
     from lathesim.engine.fuse import fuse
     from lathesim.engine.module_cache import compiled_machine
-    from lathesim.engine.run import run
+    from lathesim.engine.run import Attendance, run
 
     found = []
     plans = {number: axes_plan(number) for number in AXES}
@@ -190,7 +190,7 @@ def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Se
     for seconds in TIMES:
         plan = long_plan(seconds)
         calls[seconds] = lambda plan=plan, end=seconds: run(  # type: ignore[misc]
-            plan, duration=end, engine="compiled", seed=SEED, check_stability=False, sink=_Nowhere()
+            plan, duration=end, engine="compiled", seed=SEED, check_stability=False, attended=Attendance(sink=_Nowhere())
         )
     found.append(_series("s of program", calls, max(1, rounds // 2), tell))
     batch = Batch(work.plan, work.samples, seed=SEED, threads=1)
@@ -261,19 +261,19 @@ def _child(what: str) -> str:
 
 
 def _hour_here() -> str:
-    from lathesim.engine.run import run
+    from lathesim.engine.run import Attendance, run
     from lathesim.record_writer import RecordWriter
 
     plan = long_plan(HOUR)
     run(plan, duration=1.0, engine="compiled")
-    unrecorded = cpu_seconds(lambda: run(plan, duration=HOUR, engine="compiled", seed=SEED, sink=_Nowhere()))
+    unrecorded = cpu_seconds(lambda: run(plan, duration=HOUR, engine="compiled", seed=SEED, attended=Attendance(sink=_Nowhere())))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "hour.h5"
         channels = [plan.channel(name, np.zeros(0)) for name in plan.channels]
 
         def recorded() -> None:
             with RecordWriter(path, channels, compress=False) as writer:
-                writer.finish(run(plan, duration=HOUR, engine="compiled", seed=SEED, sink=writer).meta)
+                writer.finish(run(plan, duration=HOUR, engine="compiled", seed=SEED, attended=Attendance(sink=writer)).meta)
 
         begun = time.perf_counter()
         cpu = cpu_seconds(recorded)

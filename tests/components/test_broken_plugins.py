@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from lathesim.engine.run import Attendance
 from lathesim.errors import LatheSimError, SimulationError
 from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import simulate
+from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
 from lathesim.record import Record
 from lathesim.shipped import shipped_folder
@@ -59,7 +60,8 @@ class Bench:
 
     def run(self, registry: Registry, name: str = "SandovalForce", stop: threading.Event | None = None) -> Record:
         """Run the lesson with this force."""
-        return simulate(load_lesson(self.folder / f"{name}.yaml"), registry, engine="plain", stop=stop)
+        prepared = prepare(load_lesson(self.folder / f"{name}.yaml"), registry)
+        return run_prepared(prepared, engine="plain", attended=Attendance(stop=stop))
 
     def the_rest_works(self, registry: Registry) -> None:
         """The other eight plug-ins are there, and a lesson without the broken one runs."""

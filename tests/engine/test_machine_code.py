@@ -24,7 +24,7 @@ from lathesim.engine.fuse import fuse
 from lathesim.engine.law_text import law_text
 from lathesim.engine.machine_code import is_kept, load_code
 from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, tell_compiling_to
-from lathesim.engine.run import run
+from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
 from tests.benchmarks.many_axes import axes_plan
@@ -283,7 +283,7 @@ def test_a_machine_that_is_run_often_is_compiled_sooner(said: list[str], empty_c
     monkeypatch.setattr("lathesim.engine.run.compile_time", lambda _: 1.0)
     plan = wire(loop())
     assert run(plan, duration=100.0, engine="auto").meta["engine"] == "plain"
-    assert run(plan, duration=100.0, engine="auto", often=True).meta["engine"] == "compiled"
+    assert run(plan, duration=100.0, engine="auto", hints=Hints(often=True)).meta["engine"] == "compiled"
     assert len(said) == 1
 
 

@@ -12,7 +12,7 @@ import pytest
 from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.components.signals import DelayLine
 from lathesim.engine.assembly import Assembly, Part, Wire
-from lathesim.engine.run import run
+from lathesim.engine.run import Attendance, Hints, run
 from lathesim.engine.run_arrays import RecordedValues, start_arrays
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError, WiringError
@@ -83,7 +83,7 @@ def test_stop_keeps_what_was_computed() -> None:
         seen.append(time)
         stop.set()
 
-    record = run(wire(loop()), duration=1000.0, engine="plain", progress=progress, stop=stop)
+    record = run(wire(loop()), duration=1000.0, engine="plain", attended=Attendance(progress, stop))
     assert record.meta["status"] == "stopped"
     assert 0 < len(record.time) < 200_000
 
@@ -102,7 +102,7 @@ class Watched:
 
 def test_an_onlooker_sees_every_block_that_the_record_keeps() -> None:
     onlooker = Watched()
-    record = run(wire(loop()), duration=1.0, seed=1, onlooker=onlooker, largest_block=20)
+    record = run(wire(loop()), duration=1.0, seed=1, hints=Hints(largest_block=20), attended=Attendance(onlooker=onlooker))
     assert max(len(time) for time in onlooker.times) == 20
     assert np.array_equal(np.concatenate(onlooker.times), record.time)
     assert np.array_equal(np.concatenate(onlooker.values, axis=1), [record[name] for name in record.channels])
@@ -113,7 +113,7 @@ def test_interrupting_keeps_what_was_computed() -> None:
     def progress(time: float) -> None:
         raise KeyboardInterrupt
 
-    record = run(wire(loop()), duration=1000.0, engine="plain", progress=progress)
+    record = run(wire(loop()), duration=1000.0, engine="plain", attended=Attendance(progress))
     assert record.meta["status"] == "stopped"
     assert len(record.time) > 0
 
@@ -189,9 +189,9 @@ def test_a_guard_ends_the_run_at_the_same_sample_in_both_engines() -> None:
     row = plan.channels.index("axis.position")
     first = int(np.argmax(whole["axis.position"] > 1.0))
     ended = []
-    for engine, block in (("plain", 7), ("compiled", None)):
+    for engine, hints in (("plain", Hints(largest_block=7)), ("compiled", Hints())):
         with pytest.raises(SimulationError, match=f"axis at sample {first}") as caught:
-            run(plan, duration=4.0, seed=3, engine=engine, guard=Limit(row), largest_block=block)
+            run(plan, duration=4.0, seed=3, engine=engine, hints=hints, attended=Attendance(guard=Limit(row)))
         assert isinstance(caught.value.record, Record)
         ended.append(caught.value.record)
     assert same(*ended)

@@ -117,10 +117,11 @@ class _Runs:
         """Run one case and keep what it gives."""
         from lathesim.cli.lessons.run_tables import Outcome
         from lathesim.cli.progress import progress_bar
+        from lathesim.engine.run import Attendance
         from lathesim.lessons.kept_run import run_and_keep
 
         with progress_bar(case.name, case.expected_time, shown=not self.how.as_json) as progress:
-            kept = run_and_keep(case, self.registry, path, engine=self.how.engine, seed=self.how.seed, progress=progress)
+            kept = run_and_keep(case, self.registry, path, engine=self.how.engine, seed=self.how.seed, attended=Attendance(progress))
         record, measurements = kept.record, kept.measurements
         if kept.failure:
             click.echo(f"{case.name}: {kept.failure} See {path}.", err=True)

@@ -7,10 +7,10 @@ import threading
 import time as clock
 from itertools import count
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from lathesim.engine.run import Attendance, Hints
 from lathesim.errors import LatheSimError
 from lathesim.lessons.kept_run import KeptRun, run_and_keep
 from lathesim.lessons.lesson import RUNS_FOLDER, results_folder
@@ -116,9 +116,9 @@ class LiveRun:
         self._begun = clock.monotonic()
         samples = max(1, round(BLOCK_TIME / self.case.plan.assembly.sample_period))
         further = (self.path.with_name(numbered(number)) for number in count(int(self.path.stem) + 1))
-        how: dict[str, Any] = {"seed": self.seed, "stop": self._stop, "onlooker": self, "largest_block": samples}
+        hints, attended = Hints(often=True, largest_block=samples), Attendance(stop=self._stop, onlooker=self)
         try:
-            kept = run_and_keep(self.case, registry, self.path, further=further, **how)
+            kept = run_and_keep(self.case, registry, self.path, further=further, seed=self.seed, hints=hints, attended=attended)
             self.path = kept.path
             if self._lesson_text:
                 write_text(self.path.with_suffix(".yaml"), self._lesson_text)
