@@ -187,14 +187,14 @@ def _arc(move: Move) -> str:
 
 def _feed(move: Move) -> str:
     if move.kind == "dwell":
-        return f"{move.seconds:g} s"
+        return f"{move.mode.seconds:g} s"
     if move.feed is None:
         return ""
-    return f"{in_unit(move.feed, 'mm', 'g')}/rev" if move.per_revolution else in_unit(move.feed, "mm/min", "g")
+    return f"{in_unit(move.feed, 'mm', 'g')}/rev" if move.mode.per_revolution else in_unit(move.feed, "mm/min", "g")
 
 
 def _spindle(move: Move) -> str:
-    spindle = move.spindle
+    spindle = move.mode.spindle
     if spindle.direction == 0:
         return "off"
     turn = "cw" if spindle.direction > 0 else "ccw"

@@ -90,15 +90,15 @@ def _move(index: int, move: Move) -> dict[str, Any]:
     }
     if move.kind == "thread":
         item["lead"] = _mm(move.feed or 0.0)
-        if move.start_angle:
-            item["start_angle_deg"] = _rounded(math.degrees(move.start_angle))
-        if move.spin_back:
+        if move.mode.start_angle:
+            item["start_angle_deg"] = _rounded(math.degrees(move.mode.start_angle))
+        if move.mode.spin_back:
             item["spindle_reverses"] = True
     elif move.feed is not None:
-        item["feed"] = _rounded(move.feed * (1e3 if move.per_revolution else 6e4))
-        item["feed_mode"] = "per_rev" if move.per_revolution else "per_min"
+        item["feed"] = _rounded(move.feed * (1e3 if move.mode.per_revolution else 6e4))
+        item["feed_mode"] = "per_rev" if move.mode.per_revolution else "per_min"
     if move.kind == "dwell":
-        item["seconds"] = _rounded(move.seconds)
+        item["seconds"] = _rounded(move.mode.seconds)
     if move.arc is not None:
         item["arc"] = {
             "dir": "cw" if move.arc.clockwise else "ccw",
@@ -108,10 +108,10 @@ def _move(index: int, move: Move) -> dict[str, Any]:
             "r_end": _mm(move.arc.end_radius),
             "sweep_deg": _rounded(math.degrees(move.arc.sweep)),
         }
-    item["spindle"] = _spindle(move.spindle)
-    item["tool"] = move.tool
-    if move.cycle:
-        item["cycle"], item["cycle_line"] = move.cycle, move.cycle_line
+    item["spindle"] = _spindle(move.mode.spindle)
+    item["tool"] = move.mode.tool
+    if move.mode.cycle:
+        item["cycle"], item["cycle_line"] = move.mode.cycle, move.mode.cycle_line
     return item
 
 
@@ -142,11 +142,11 @@ def linuxcnc_text(program: Program) -> str:
         while place < len(events) and events[place].before_move <= index:
             lines += written.event(events[place])
             place += 1
-        if move.spin_back or (move.kind == "rapid" and move.length < _SAME):
+        if move.mode.spin_back or (move.kind == "rapid" and move.length < _SAME):
             continue
-        lines += written.spindle(move.spindle)
+        lines += written.spindle(move.mode.spindle)
         following = program.moves[index + 1] if index + 1 < len(program.moves) else None
-        lines += written.tap(move, following) if following is not None and following.spin_back else written.move(move)
+        lines += written.tap(move, following) if following is not None and following.mode.spin_back else written.move(move)
     for event in events[place:]:
         lines += written.event(event)
     if not lines[-1].startswith("M2"):
@@ -179,20 +179,20 @@ class _WrittenMoves:
         """Return the blocks of a move."""
         end = f"X{_number(1e3 * move.end_x)} Z{_number(1e3 * move.end_z)}"
         if move.kind == "dwell":
-            return [f"G4 P{_number(move.seconds)}"]
+            return [f"G4 P{_number(move.mode.seconds)}"]
         if move.kind == "rapid":
             return [f"G0 {end}"]
         if move.kind == "thread":
-            angle = f" D{_number(math.degrees(move.start_angle))}" if move.start_angle else ""
+            angle = f" D{_number(math.degrees(move.mode.start_angle))}" if move.mode.start_angle else ""
             return [f"G33 {end} K{_number(1e3 * (move.feed or 0.0))}{angle}"]
         lines = []
-        if move.per_revolution != self._per_revolution:
-            self._per_revolution, self._feed = move.per_revolution, None
-            lines.append("G95" if move.per_revolution else "G94")
+        if move.mode.per_revolution != self._per_revolution:
+            self._per_revolution, self._feed = move.mode.per_revolution, None
+            lines.append("G95" if move.mode.per_revolution else "G94")
         feed = ""
         if move.feed is not None and move.feed != self._feed:
             self._feed = move.feed
-            feed = f" F{_number(move.feed * (1e3 if move.per_revolution else 6e4))}"
+            feed = f" F{_number(move.feed * (1e3 if move.mode.per_revolution else 6e4))}"
         if move.arc is None:
             return [*lines, f"G1 {end}{feed}"]
         arc = move.arc
@@ -201,7 +201,7 @@ class _WrittenMoves:
 
     def tap(self, move: Move, back: Move) -> list[str]:
         """Return the block for both ways of a tapped hole."""
-        faster = back.spindle.speed / move.spindle.speed
+        faster = back.mode.spindle.speed / move.mode.spindle.speed
         factor = "" if math.isclose(faster, 1.0) else f" I{_number(faster)}"
         return [f"G33.1 X{_number(1e3 * move.end_x)} Z{_number(1e3 * move.end_z)} K{_number(1e3 * (move.feed or 0.0))}{factor}"]
 

@@ -30,7 +30,7 @@ from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import Meaning
 from lathesim.program.modal import Modal, Point
 from lathesim.program.motions import check_feed, check_plane, go, target
-from lathesim.program.moves import LEFT, RIGHT, Event, Made, Move, PlannedMove, planned
+from lathesim.program.moves import LEFT, RIGHT, Event, Made, Move, MoveMode, PlannedMove, planned
 from lathesim.program.nose_compensation import beside
 from lathesim.program.roughing import Cuts, Roughing, air_side, contour_points, shifted
 from lathesim.program.vocabulary import Sorted
@@ -142,9 +142,9 @@ def _finishing(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     made: list[PlannedMove | Event] = []
     for place, move in enumerate(walked.moves):
         made += [event for event in walked.events if event.before_move == place]
-        made.append(planned(replace(move, cycle=code, cycle_line=block.line)))
+        made.append(planned(move.in_mode(cycle=code, cycle_line=block.line)))
     made += [event for event in walked.events if event.before_move == len(walked.moves)]
-    return [*made, go(block, modal, "rapid", start, cycle=code)]
+    return [*made, go(block, modal, "rapid", start, mode=MoveMode(cycle=code))]
 
 
 def _repeating(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
@@ -254,7 +254,7 @@ def _profile(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) ->
         check_feed(block, modal, dialect)
         if start == modal.place:
             _check_over(block, modal, start, contour, code)
-        made = [go(block, modal, "rapid", start, cycle=code, compensated=False)] if start != modal.place else []
+        made = [go(block, modal, "rapid", start, compensated=False, mode=MoveMode(cycle=code))] if start != modal.place else []
         steps: list[CycleStep] = []
         for number in range(passes, 0, -1):
             near = value.get("E", 0.0)
@@ -297,9 +297,9 @@ def _subprogram_contour(block: Sorted, modal: Modal, dialect: Dialect, q: Word |
     walked = [move for move in moves if move.length > MICRON]
     if len(walked) < 2:
         raise Fault(f"The contour of {code} cuts nothing.", "Its first block approaches the contour, the others follow it.")
-    if modal.turret.nose is None and any(move.nose is not None for move in walked):
+    if modal.turret.nose is None and any(move.mode.nose is not None for move in walked):
         block.warn(f"Nose compensation in the contour of {code} does nothing in LinuxCNC. Write it before G70.")
-    return [replace(move, kind="feed" if move.kind == "rapid" else move.kind, nose=None) for move in walked[1:]]
+    return [replace(move.in_mode(nose=None), kind="feed" if move.kind == "rapid" else move.kind) for move in walked[1:]]
 
 
 def _check_over(block: Sorted, modal: Modal, start: Point, contour: list[Move], code: str) -> None:

@@ -18,7 +18,7 @@ from lathesim.program.dialects import Dialect
 from lathesim.program.meanings import HOLES, Group, Meaning
 from lathesim.program.modal import Modal, Point
 from lathesim.program.motions import check_feed, check_thread, go, lead_of, start_angle, target
-from lathesim.program.moves import Arc, Event, Made, Move, MoveKind, PlannedMove
+from lathesim.program.moves import Arc, Event, Made, Move, MoveKind, MoveMode, PlannedMove
 from lathesim.program.vocabulary import AXES, Sorted, other_readings
 from lathesim.program.words import Word
 from lathesim.units import in_unit
@@ -96,8 +96,11 @@ def carry_out(
             feed, per_revolution = None, False
         made.append(
             go(
-                block, modal, step.kind, step.end, feed=feed, per_revolution=per_revolution, seconds=step.seconds, arc=step.arc, cycle=code,
-                compensated=compensated, start_angle=start_angle if is_thread else 0.0, spin_back=is_thread and step.spin < 0.0
+                block, modal, step.kind, step.end, feed=feed, arc=step.arc, compensated=compensated,
+                mode=MoveMode(
+                    per_revolution=per_revolution, seconds=step.seconds, cycle=code, start_angle=start_angle if is_thread else 0.0,
+                    spin_back=is_thread and step.spin < 0.0,
+                ),
             )
         )  # fmt: skip
     return made + _spin(block, modal, 1.0, direction, speed)
@@ -113,7 +116,7 @@ def _spin(block: Sorted, modal: Modal, share: float, direction: int, speed: floa
 
 def without_nose(block: Sorted, modal: Modal, contour: Iterable[Move] = ()) -> None:
     """Note that a cycle does not follow the nose compensation, in force or in its contour."""
-    if modal.turret.nose is not None or any(move.nose is not None for move in contour):
+    if modal.turret.nose is not None or any(move.mode.nose is not None for move in contour):
         block.assume("nose_in_cycles", "G70 and single passes follow it; all other cycles run without it")
 
 
@@ -226,7 +229,7 @@ def thread_by_feed(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meani
     begin, end = modal.place, target(block, modal, dialect)
     if end == begin:
         raise Fault(f"{modal.motion_code} names no end point.", "Add a Z word.")
-    return [go(block, modal, "thread", end, feed=lead_along_path(begin, end, lead), per_revolution=True, start_angle=angle)]
+    return [go(block, modal, "thread", end, feed=lead_along_path(begin, end, lead), mode=MoveMode(per_revolution=True, start_angle=angle))]
 
 
 def thread_with_run_out(begin: Point, end: Point, lead: float, chamfer: float, outside: float) -> list[CycleStep]:

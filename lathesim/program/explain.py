@@ -192,7 +192,7 @@ class _Told:
         self.lines = array("I", [lines[place] for place in self.places])
         cycles: dict[int, int] = {}  # line of a contour block -> line of the first cycle that ran it
         for move in self.moves.where(lambda kind, mode, feed: mode.cycle_line > 0):
-            if move.line != move.cycle_line and cycles.setdefault(move.line, move.cycle_line) == move.cycle_line:
+            if move.line != move.mode.cycle_line and cycles.setdefault(move.line, move.mode.cycle_line) == move.mode.cycle_line:
                 self.contours.setdefault(move.line, []).append(move)
         walked: dict[int, list[Move]] = {}
         for move in program.contours:
@@ -241,16 +241,16 @@ class _Told:
 def move_sentence(move: Move, dialect: Dialect) -> str:
     """Return one move in words, in mm; X as the dialect counts it."""
     if move.kind == "dwell":
-        return f"dwell of {move.seconds:g} s"
+        return f"dwell of {move.mode.seconds:g} s"
     if move.kind == "rapid":
         return f"rapid to {_end(move, dialect)}"
     if move.kind == "thread":
-        back = "the spindle turns back, and on it " if move.spin_back else ""
-        begun = f", begun {math.degrees(move.start_angle):.4g} degrees behind the index," if move.start_angle else ""
+        back = "the spindle turns back, and on it " if move.mode.spin_back else ""
+        begun = f", begun {math.degrees(move.mode.start_angle):.4g} degrees behind the index," if move.mode.start_angle else ""
         return f"{back}thread with a lead of {in_unit(move.feed or 0.0, 'mm')}{begun} to {_end(move, dialect)}"
     feed = ""
     if move.feed is not None:
-        feed = f" at {move.feed * 1e3:.4g} mm/rev" if move.per_revolution else f" at {move.feed * 6e4:.4g} mm/min"
+        feed = f" at {move.feed * 1e3:.4g} mm/rev" if move.mode.per_revolution else f" at {move.feed * 6e4:.4g} mm/min"
     if move.arc is not None:
         turn = "clockwise" if move.arc.clockwise else "counterclockwise"
         angle = math.degrees(abs(move.arc.sweep))

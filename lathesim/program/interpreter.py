@@ -24,7 +24,7 @@ from lathesim.program.hole_cycles import hole, rigid_tapping
 from lathesim.program.meanings import HOLES, Group, Meaning
 from lathesim.program.modal import FeedInForce, Modal, Turret
 from lathesim.program.motions import PLAIN, go, plain_motion
-from lathesim.program.moves import CUTTING, KINDS, Event, Made, Moves, Program, Tool
+from lathesim.program.moves import CUTTING, KINDS, Event, Made, MoveMode, Moves, Program, Tool
 from lathesim.program.nose_compensation import compensated
 from lathesim.program.offsets import call_tool, compensation, once, plane
 from lathesim.program.threading_cycles import threading_cycle
@@ -76,7 +76,7 @@ def _compensated(flow: Flow) -> tuple[Moves, tuple[Event, ...]]:
     made = compensated(list(flow.moves))
     places = [0, *itertools.accumulate(len(moves) for moves in made)]
     events = tuple(replace(event, before_move=places[event.before_move]) for event in flow.events)
-    return Moves(replace(move, nose=None) for moves in made for move in moves), events
+    return Moves(move.in_mode(nose=None) for moves in made for move in moves), events
 
 
 def _close(flow: Flow) -> None:
@@ -308,7 +308,8 @@ def dwell(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     block.used.add(word.letter)
     if word.value < 0.0:
         raise Fault(f"{word.letter} of {code} is a negative time.", "A dwell takes 0 s or more.")
-    return [go(block, modal, "dwell", modal.place, seconds=word.value * (1.0 if "." in word.text else dialect.dwell[word.letter]))]
+    seconds = word.value * (1.0 if "." in word.text else dialect.dwell[word.letter])
+    return [go(block, modal, "dwell", modal.place, mode=MoveMode(seconds=seconds))]
 
 
 def units(block: Sorted, modal: Modal, dialect: Dialect) -> Made:

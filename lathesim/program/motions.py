@@ -41,6 +41,9 @@ _STRAIGHT = 1e-6
 """[rad] below this, two moves make no corner."""
 
 
+_PER_TIME, _PER_TURN = MoveMode(), MoveMode(per_revolution=True)
+
+
 def go(
     block: Sorted,
     modal: Modal,
@@ -48,25 +51,23 @@ def go(
     end: Point,
     *,
     feed: float | None = None,
-    per_revolution: bool = False,
-    seconds: float = 0.0,
     arc: Arc | None = None,
-    cycle: str = "",
     compensated: bool = True,
-    start_angle: float = 0.0,
-    spin_back: bool = False,
-    corner: Corner | None = None,
+    mode: MoveMode = _PER_TIME,
 ) -> PlannedMove:
-    """Go to ``end`` (x, z) [m] and return the move; only those that are ``compensated`` follow the nose compensation in force."""
+    """Go to ``end`` (x, z) [m] and return the move.
+
+    Its ``mode`` gets the spindle, the tool and the compensation in force, which only moves that are ``compensated`` follow.
+    """
     nose = modal.turret.nose if compensated else None
     if nose is not None and kind == "thread":
         block.warn("Nose compensation does not act on threads; the tool point follows them.")
         nose = None
-    cycle_line = block.line if cycle else 0
-    mode = MoveMode(modal.spindle.now, per_revolution, seconds, modal.turret.use, cycle, cycle_line, nose, start_angle, spin_back)
+    cycle_line = block.line if mode.cycle else 0
+    mode = mode._replace(spindle=modal.spindle.now, tool=modal.turret.use, cycle_line=cycle_line, nose=nose)
     start = (modal.x, modal.z)
     modal.x, modal.z = end
-    return PlannedMove(kind, block.line, start, end, feed, arc, mode, corner)
+    return PlannedMove(kind, block.line, start, end, feed, arc, mode)
 
 
 def feed_to(
@@ -74,7 +75,8 @@ def feed_to(
 ) -> list[PlannedMove]:
     """Return a move with the feed in force."""
     feed = modal.feed
-    return [go(block, modal, kind, end, feed=feed.value, per_revolution=feed.per_revolution, arc=arc, corner=corner)]
+    made = go(block, modal, kind, end, feed=feed.value, arc=arc, mode=_PER_TURN if feed.per_revolution else _PER_TIME)
+    return [made if corner is None else made._replace(corner=corner)]
 
 
 def target(block: Sorted, modal: Modal, dialect: Dialect, axes: Iterable[tuple[str, str]] = ()) -> Point:
@@ -123,7 +125,7 @@ def plain_motion(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     if modal.motion in _ARCS:
         return _arc(block, modal, dialect, bool(axes))
     lead, angle = lead_along(block, modal, Meaning.THREAD), start_angle(block, dialect)
-    return [go(block, modal, "thread", target(block, modal, dialect), feed=lead, per_revolution=True, start_angle=angle)]
+    return [go(block, modal, "thread", target(block, modal, dialect), feed=lead, mode=_PER_TURN._replace(start_angle=angle))]
 
 
 def _corner(block: Sorted, modal: Modal, dialect: Dialect) -> Corner | None:

@@ -125,24 +125,14 @@ class Corner:
     sign: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Move:
-    """One motion or dwell.
+class MoveMode(NamedTuple):
+    """The values of a move that many moves share.
 
-    ``feed`` is [m/s], with ``per_revolution`` [m] per revolution (of a ``thread``: its lead along the path); ``seconds`` belongs to a
-    dwell, ``line`` is the physical line of the source.
+    The feed is ``per_revolution`` or else per time; ``seconds`` belong to a dwell.
     """
 
-    kind: MoveKind
-    line: int
-    start_x: float
-    start_z: float
-    end_x: float
-    end_z: float
-    spindle: Spindle
-    feed: float | None = None
+    spindle: Spindle = Spindle()
     per_revolution: bool = False
-    arc: Arc | None = None
     seconds: float = 0.0
     tool: int | None = None
     cycle: str = ""
@@ -155,6 +145,24 @@ class Move:
     spin_back: bool = False
     """Whether a thread is the way out of a tapped hole: the spindle reverses and the tool stays on the lead."""
 
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """One motion or dwell, on a physical ``line`` of the source.
+
+    ``feed`` is [m/s], or by its ``mode`` [m] per revolution (of a ``thread``: its lead along the path).
+    """
+
+    kind: MoveKind
+    line: int
+    start_x: float
+    start_z: float
+    end_x: float
+    end_z: float
+    mode: MoveMode
+    feed: float | None = None
+    arc: Arc | None = None
+
     @property
     def start(self) -> complex:
         """The start in the plane [m]."""
@@ -164,6 +172,10 @@ class Move:
     def end(self) -> complex:
         """The end in the plane [m]."""
         return complex(self.end_z, self.end_x)
+
+    def in_mode(self, **changes: object) -> Move:
+        """Return the move with other values of its mode."""
+        return replace(self, mode=self.mode._replace(**changes))  # type: ignore[arg-type]
 
     def between(self, start: complex, end: complex, **changes: object) -> Move:
         """Return the move between other places."""
@@ -238,20 +250,6 @@ _NO_ARC = -1
 _ARC_VALUES = 6
 
 
-class MoveMode(NamedTuple):
-    """The values that many moves share; see :class:`lathesim.program.moves.Move`."""
-
-    spindle: Spindle
-    per_revolution: bool = False
-    seconds: float = 0.0
-    tool: int | None = None
-    cycle: str = ""
-    cycle_line: int = 0
-    nose: Nose | None = None
-    start_angle: float = 0.0
-    spin_back: bool = False
-
-
 class PlannedMove(NamedTuple):
     """A move in the making, from ``start`` to ``end`` (x, z) [m]; a ``corner`` is still to be broken between it and the next one."""
 
@@ -271,8 +269,7 @@ Made = Sequence[PlannedMove | Event]
 
 def planned(move: Move) -> PlannedMove:
     """Return a move in the making."""
-    mode = MoveMode(*(getattr(move, name) for name in MoveMode._fields))
-    return PlannedMove(move.kind, move.line, (move.start_x, move.start_z), (move.end_x, move.end_z), move.feed, move.arc, mode)
+    return PlannedMove(move.kind, move.line, (move.start_x, move.start_z), (move.end_x, move.end_z), move.feed, move.arc, move.mode)
 
 
 class Moves(Sequence[Move]):
@@ -344,10 +341,8 @@ class Moves(Sequence[Move]):
         x, z, end_x, end_z = self.ends[4 * place : 4 * place + 4]
         feed, mode = self.feeds[place], self.modes[self.mode_numbers[place]]
         first = self._arc_numbers[place]
-        return Move(
-            KINDS[self.kinds[place]], self.lines[place], x, z, end_x, end_z, mode.spindle, None if feed < 0.0 else feed,
-            mode.per_revolution, None if first == _NO_ARC else Arc(*self._arc_values[first : first + _ARC_VALUES]), *mode[2:]
-        )  # fmt: skip
+        arc = None if first == _NO_ARC else Arc(*self._arc_values[first : first + _ARC_VALUES])
+        return Move(KINDS[self.kinds[place]], self.lines[place], x, z, end_x, end_z, mode, None if feed < 0.0 else feed, arc)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and len(self) == len(other) and all(a == b for a, b in zip(self, other, strict=True))

@@ -55,10 +55,10 @@ def compensated(moves: Sequence[Move]) -> list[list[Move]]:
     run: list[int] = []
     here: complex | None = None
     for index, move in enumerate(moves):
-        if run and move.nose != moves[run[-1]].nose and _moves(move):
+        if run and move.mode.nose != moves[run[-1]].mode.nose and _moves(move):
             here = _carry_out(run, moves, found, here)
             run = []
-        if move.nose is not None and _moves(move):
+        if move.mode.nose is not None and _moves(move):
             run.append(index)
         elif here is not None and _moves(move):
             if move.arc is not None:
@@ -188,7 +188,7 @@ def _joined(found: list[list[Move]]) -> list[list[Move]]:
 
 def _carry_out(run: list[int], moves: Sequence[Move], found: list[list[Move]], here: complex | None) -> complex:
     """Compensate the moves of one run and return where the tool point stands behind it."""
-    nose = moves[run[0]].nose
+    nose = moves[run[0]].mode.nose
     assert nose is not None
     first = moves[run[0]]
     if first.arc is not None and here is None:

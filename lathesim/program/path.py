@@ -89,9 +89,9 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
 
 def _thread_mode(move: Move, last: list[float]) -> float:
     """Return the feed mode of a thread after the ``last`` row, which is empty at first."""
-    if move.spin_back:
+    if move.mode.spin_back:
         return at.TAP_OUT
-    goes_on = last and last[at.FEED_MODE] in (at.THREAD, at.THREAD_ON) and last[at.SPINDLE_DIRECTION] == float(move.spindle.direction)
+    goes_on = last and last[at.FEED_MODE] in (at.THREAD, at.THREAD_ON) and last[at.SPINDLE_DIRECTION] == float(move.mode.spindle.direction)
     return at.THREAD_ON if goes_on else at.THREAD
 
 
@@ -99,8 +99,8 @@ def _rows(move: Move) -> list[list[float]]:
     """The rows of one move: none, one, or for an arc that needs closing two."""
     if move.kind == "dwell":
         row = _row(move, at.DWELL_PAUSE, 0.0, move.start, move.end)
-        row[at.DWELL] = move.seconds
-        return [row] if move.seconds > 0.0 else []
+        row[at.DWELL] = move.mode.seconds
+        return [row] if move.mode.seconds > 0.0 else []
     if move.arc is None:
         if move.length < SHORTEST:
             return []
@@ -141,9 +141,9 @@ def _row(move: Move, kind: float, length: float, start: complex, end: complex) -
     row[at.KIND], row[at.LENGTH], row[at.LINE] = kind, length, float(move.line)
     row[at.START_X], row[at.START_Z], row[at.END_X], row[at.END_Z] = start.imag, start.real, end.imag, end.real
     row[at.FEED] = move.feed or 0.0
-    row[at.START_ANGLE] = move.start_angle
-    row[at.FEED_MODE] = at.THREAD if move.kind == "thread" else at.PER_REVOLUTION if move.per_revolution else at.PER_MINUTE
-    spindle = move.spindle
+    row[at.START_ANGLE] = move.mode.start_angle
+    row[at.FEED_MODE] = at.THREAD if move.kind == "thread" else at.PER_REVOLUTION if move.mode.per_revolution else at.PER_MINUTE
+    spindle = move.mode.spindle
     row[at.SPINDLE_DIRECTION] = float(spindle.direction)
     if spindle.direction != 0:
         row[at.SPINDLE_MODE] = at.CONSTANT_SURFACE_SPEED if spindle.surface else at.CONSTANT_SPEED
@@ -170,7 +170,7 @@ def _check_limits(move: Move, limits: Limits, line: str) -> None:
                     place=line,
                     remedy="Keep the move inside; X is a radius.",
                 )
-    if move.feed is not None and not move.per_revolution and move.feed > limits.feed:
+    if move.feed is not None and not move.mode.per_revolution and move.feed > limits.feed:
         raise ProgramError(
             f"The feed of {6e4 * move.feed:.6g} mm/min is above the machine's {6e4 * limits.feed:.6g} mm/min.",
             place=line,

@@ -72,7 +72,7 @@ def _beyond_axis(program: Program) -> Iterator[Warned]:
 def _without_limit(program: Program) -> Iterator[Warned]:
     for move in program.moves.where(lambda kind, mode, feed: kind in CUTTING and _unlimited(mode.spindle)):
         smallest = min(abs(move.start_x), abs(move.end_x))
-        rpm = 30.0 / math.pi * move.spindle.speed / smallest if smallest > _SAME else math.inf
+        rpm = 30.0 / math.pi * move.mode.spindle.speed / smallest if smallest > _SAME else math.inf
         speeds = "without bound" if math.isinf(rpm) else f"at up to {rpm:.0f} rpm"
         table = dialect_named(program.dialect)
         how = ", as a D word beside G96" if table.surface_limit else ", as G50 S2500" if table.program_number else ""
@@ -102,7 +102,7 @@ def _run_up(program: Program) -> Iterator[Warned]:
     for number, group in itertools.groupby(moves.kinds if "thread" in moves.counts else ()):
         count = sum(1 for _ in group)
         if KINDS[number] == "thread" and before == "rapid":
-            chain = itertools.takewhile(lambda move: not move.spin_back, moves[place : place + count])
+            chain = itertools.takewhile(lambda move: not move.mode.spin_back, moves[place : place + count])
             leads = math.fsum(move.length / move.feed for move in chain if move.feed)
             if leads < _LEADS_TO_RUN_UP - _SAME:
                 yield Warned(moves.lines[place], f"The thread is only {leads:.2g} leads long, too short to run up to its speed.")

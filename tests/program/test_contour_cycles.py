@@ -23,7 +23,7 @@ def run(text: str, dialect: str = "fanuc", tools: dict[int, Tool] | None = None)
 
 
 def of_cycle(program: Program, code: str) -> list[Move]:
-    return [move for move in program.moves if move.cycle == code]
+    return [move for move in program.moves if move.mode.cycle == code]
 
 
 def levels(moves: list[Move], across: bool = False) -> list[float]:
@@ -136,8 +136,8 @@ def test_linuxcnc_says_that_it_passes_over_compensation_in_a_contour() -> None:
 def test_finishing_takes_the_speeds_and_switches_of_its_contour() -> None:
     program = run("G0 X52. Z2.\nG70 P1 Q2\nGOTO 9\nN1 G0 X20. S900\nG1 Z-5. F0.1 M8\nN2 X52.\nN9 M5\n")
     cuts = [move for move in of_cycle(program, "G70") if move.kind == "feed"]
-    assert cuts[0].spindle.speed == pytest.approx(900 * 2 * math.pi / 60)
-    assert any(event.kind == "flood_on" and program.moves[event.before_move - 1].cycle == "G70" for event in program.events)
+    assert cuts[0].mode.spindle.speed == pytest.approx(900 * 2 * math.pi / 60)
+    assert any(event.kind == "flood_on" and program.moves[event.before_move - 1].mode.cycle == "G70" for event in program.events)
 
 
 def test_blocks_between_a_cycle_and_its_contour_are_named() -> None:

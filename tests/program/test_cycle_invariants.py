@@ -27,7 +27,7 @@ def run(text: str, head: str = HEAD, dialect: str = "fanuc") -> Program:
 
 
 def of_cycle(program: Program, code: str) -> list[Move]:
-    return [move for move in program.moves if move.cycle == code]
+    return [move for move in program.moves if move.mode.cycle == code]
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_linuxcnc_roughs_down_to_a_contour_at_a_distance_and_finishes_it() -> No
 )
 def test_pecking_and_grooving(text: str, bottom: float, step: float, aside: float, across: bool) -> None:
     program = run(text)
-    moves = [move for move in program.moves if move.cycle in ("G74", "G75")]
+    moves = [move for move in program.moves if move.mode.cycle in ("G74", "G75")]
     assert keeps.pecking(moves, bottom=1e-3 * bottom, step=1e-3 * step, aside=1e-3 * aside, across=across) == []
 
 

@@ -22,7 +22,7 @@ def run(text: str) -> Program:
 
 
 def of_cycle(program: Program, code: str) -> list[Move]:
-    found = [move for move in program.moves if move.cycle == code]
+    found = [move for move in program.moves if move.mode.cycle == code]
     assert found
     ends = [(move.end_x, move.end_z) for move in found]
     assert ends[:-1] == [(move.start_x, move.start_z) for move in found[1:]]

@@ -25,9 +25,9 @@ _ROUGHED = {"G71", "G72"}
 
 
 def _cut(move: Move, kind: str = "") -> Cut:
-    feed = (move.feed or 0.0) * 1e3 * (1.0 if move.per_revolution else 60.0)
+    feed = (move.feed or 0.0) * 1e3 * (1.0 if move.mode.per_revolution else 60.0)
     begin, end = (1e3 * move.start_x, 1e3 * move.start_z), (1e3 * move.end_x, 1e3 * move.end_z)
-    return Cut(kind or move.kind, begin, end, feed, move.arc.sweep if move.arc else 0.0, move.start_angle)
+    return Cut(kind or move.kind, begin, end, feed, move.arc.sweep if move.arc else 0.0, move.mode.start_angle)
 
 
 def _of_roughing(moves: list[Move], across: bool) -> list[Cut]:
@@ -47,7 +47,7 @@ def simulated_cuts(text: str, dialect: str) -> list[Cut]:
     """Return what the program makes of a text, as cuts."""
     found: list[Cut] = []
     moves = interpret(read_program(text), dialect).moves
-    for (cycle, _), group in itertools.groupby(moves, key=lambda move: (move.cycle, move.cycle_line)):
+    for (cycle, _), group in itertools.groupby(moves, key=lambda move: (move.mode.cycle, move.mode.cycle_line)):
         if cycle in _ROUGHED:
             found += _of_roughing(list(group), across=cycle == "G72")
         else:

@@ -37,7 +37,7 @@ def test_the_order_of_words_in_a_block_does_not_matter() -> None:
 
 def test_the_spindle_turns_before_and_stops_come_after_the_motion_of_their_block() -> None:
     program = run("M03 S100 G00 X1\nM00 G00 X2\nM30")
-    assert program.moves[0].spindle.direction == 1
+    assert program.moves[0].mode.spindle.direction == 1
     assert [(event.kind, event.before_move) for event in program.events] == [
         ("spindle", 0),
         ("program_stop", 2),
@@ -48,19 +48,19 @@ def test_the_spindle_turns_before_and_stops_come_after_the_motion_of_their_block
 
 def test_m00_leaves_the_spindle_as_it_is_and_takes_no_time() -> None:
     program = run("M03 S100\nM00 G00 Z1\nX1\nM30")
-    assert program.moves[1].spindle.direction == 1
+    assert program.moves[1].mode.spindle.direction == 1
     assert all(move.kind == "rapid" for move in program.moves)
 
 
 def test_feeds_of_other_modes_are_not_carried_over() -> None:
     program = run("M3 S600\nG94 F120\nG1 X1\nG95 F0.2\nX2\nG98 F60\nX3\nM2")
-    assert [(move.feed, move.per_revolution) for move in program.moves] == [(0.002, False), (0.0002, True), (0.001, False)]
+    assert [(move.feed, move.mode.per_revolution) for move in program.moves] == [(0.002, False), (0.0002, True), (0.001, False)]
 
 
 def test_constant_surface_speed_is_metres_per_minute() -> None:
-    spindle = run("G96 S150 M03\nG00 X25\nM2").moves[0].spindle
+    spindle = run("G96 S150 M03\nG00 X25\nM2").moves[0].mode.spindle
     assert (spindle.surface, spindle.speed, spindle.limit) == (True, 2.5, None)
-    feet = run("G70\nG96 S500 M03\nG00 X1\nM2").moves[0].spindle
+    feet = run("G70\nG96 S500 M03\nG00 X1\nM2").moves[0].mode.spindle
     assert feet.speed == pytest.approx(500 * 0.3048 / 60)
 
 
@@ -92,9 +92,9 @@ def test_messages_and_coolant_of_linuxcnc() -> None:
 def test_fanuc_words() -> None:
     program = run("O0001\nG21 G99\nG50 S2000\nG96 S150 M03\nT0303\nG00 X50. Z2.\nG01 U-10. W-3. F.2\nG04 P500\nG28 U0\nM30", "fanuc")
     assert ends(program) == [(25, 2), (20, -1), (20, -1), (20, -1), (100, -1)]
-    assert program.moves[0].tool == 3
-    assert program.moves[0].spindle.limit == pytest.approx(2000 * 2 * math.pi / 60)
-    assert program.moves[2].seconds == 0.5
+    assert program.moves[0].mode.tool == 3
+    assert program.moves[0].mode.spindle.limit == pytest.approx(2000 * 2 * math.pi / 60)
+    assert program.moves[2].mode.seconds == 0.5
     assert program.assumed["reference_point"] == "X100 Z200 mm, X as a radius"
 
 
@@ -215,10 +215,10 @@ def test_offsets_shift_the_coordinates_of_both_controls() -> None:
 
 def test_a_spindle_speed_without_s_is_the_one_that_turned() -> None:
     program = interpret(read_program("G21 G99 G50 S3000\nG96 S180 M03\nG00 X40. Z0.\nG97\nG01 Z-5. F0.1\nM30\n", "turn.nc"), "fanuc")
-    assert program.moves[-1].spindle.speed == pytest.approx(3.0 / 0.020)
+    assert program.moves[-1].mode.spindle.speed == pytest.approx(3.0 / 0.020)
     assert program.warnings[0].sentence == "G97 has no S word and holds the speed of 1432 rpm."
     program = interpret(read_program("G21 G18 F100\nG96 S180 D2000 M3\nG0 X20\nG97\nG1 Z-5\nM2\n", "turn.ngc"), "linuxcnc")
-    assert program.moves[-1].spindle.speed == pytest.approx(6.0 * math.pi)
+    assert program.moves[-1].mode.spindle.speed == pytest.approx(6.0 * math.pi)
     assert program.warnings[0].sentence == "G97 has no S word; the 180 of the surface speed counts in rpm now."
 
 
@@ -233,9 +233,9 @@ def test_a_length_offset_is_that_of_the_tool() -> None:
 
 def test_a_tool_change_stops_the_spindle_of_linuxcnc_only() -> None:
     text = "G21 G18 F100 S500 M3\nG0 X10\nT2 M6\nG0 X11\nM2\n"
-    assert [move.spindle.direction for move in interpret(read_program(text), "linuxcnc").moves] == [1, 0]
+    assert [move.mode.spindle.direction for move in interpret(read_program(text), "linuxcnc").moves] == [1, 0]
     text = "G21 G98 F100 S500 M3\nG0 X10.\nT0202 M6\nG0 X11.\nM30\n"
-    assert [move.spindle.direction for move in interpret(read_program(text), "fanuc").moves] == [1, 1]
+    assert [move.mode.spindle.direction for move in interpret(read_program(text), "fanuc").moves] == [1, 1]
 
 
 def test_an_origin_shift_is_restored_as_it_was_set() -> None:

@@ -39,8 +39,8 @@ def test_a_straight_cut_per_revolution_at_constant_surface_speed() -> None:
     text = printed("straight", "--diameter", "30mm", "--length", "25mm", "--feed", "0.2 mm/rev", "--speed", "150 m/min")
     moves = interpret(read_program(text)).moves
     cut = moves[2]
-    assert (cut.end_x, cut.end_z, cut.feed, cut.per_revolution) == (0.015, 0.04, 0.0002, True)
-    assert cut.spindle.surface and cut.spindle.speed == 2.5
+    assert (cut.end_x, cut.end_z, cut.feed, cut.mode.per_revolution) == (0.015, 0.04, 0.0002, True)
+    assert cut.mode.spindle.surface and cut.mode.spindle.speed == 2.5
 
 
 @pytest.mark.parametrize(

@@ -189,7 +189,7 @@ def test_every_move_of_a_block_is_told_also_in_contours_and_with_a_nose(
     assert len(blocks) == len(text.splitlines())
     for line, words in enumerate(blocks, start=1):
         told = len(re.findall(r"(?:[Rr]apid|straight line|[Ss]traight line|arc of radius [^,]*, [^,]*,) to X|[Dd]well of", words))
-        own = [move for move in program.moves if line in (move.line, move.cycle_line)]
+        own = [move for move in program.moves if line in (move.line, move.mode.cycle_line)]
         assert told == len(own), (line, words)
     assert "Part of the contour: " in said and "G42: nose compensation, tool on the right; part of the contour: rapid to X" in said
 

@@ -59,11 +59,13 @@ def test_the_lesson_turns_the_part(part: str) -> None:
 
 def alike(first: Move, second: Move) -> bool:
     ends = (first.end_x - second.end_x, first.end_z - second.end_z)
-    if first.kind != second.kind or max(abs(end) for end in ends) > 1e-9 or first.per_revolution != second.per_revolution:
+    if first.kind != second.kind or max(abs(end) for end in ends) > 1e-9 or first.mode.per_revolution != second.mode.per_revolution:
         return False
     if first.arc is not None and second.arc is not None:
         return abs(first.arc.sweep - second.arc.sweep) < 1e-5 and math.isclose(first.arc.radius, second.arc.radius, abs_tol=1e-8)
-    return math.isclose(first.feed or 0.0, second.feed or 0.0, rel_tol=1e-6) and first.spindle.direction == second.spindle.direction
+    return (
+        math.isclose(first.feed or 0.0, second.feed or 0.0, rel_tol=1e-6) and first.mode.spindle.direction == second.mode.spindle.direction
+    )
 
 
 def reads_back(program: Program, folder: Path) -> None:

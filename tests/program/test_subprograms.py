@@ -34,7 +34,7 @@ def test_a_subprogram_calls_another() -> None:
 def test_a_cycle_in_a_subprogram_finds_its_own_contour() -> None:
     roughing = "O0030\nG71 U2. R0.5\nG71 P10 Q20 U0.4 W0.1 F0.2\nN10 G00 X20.\nG01 Z-20.\nN20 X42.\nM99\n"
     program = run("G00 Z2.\nM98 P30\n", roughing)
-    assert {move.cycle for move in program.moves} == {"", "G71"}
+    assert {move.mode.cycle for move in program.moves} == {"", "G71"}
 
 
 @pytest.mark.parametrize(

@@ -171,7 +171,7 @@ def test_peck_drilling_on_a_linuxcnc_lathe_makes_seventeen_moves() -> None:
 
 
 def test_the_spindle_stops_and_turns_back_where_a_cycle_says_so() -> None:
-    directions = [move.spindle.direction for move in run(DRILL.format("G86 R2 Z-8 P0.5\nG84 R2 Z-8\nG0 X5"), "linuxcnc").moves]
+    directions = [move.mode.spindle.direction for move in run(DRILL.format("G86 R2 Z-8 P0.5\nG84 R2 Z-8\nG0 X5"), "linuxcnc").moves]
     assert directions == [1, 1, 1, 1, 1, 0, 1, 1, -1, 1]
 
 
@@ -189,7 +189,7 @@ def test_rigid_tapping_goes_in_and_out_on_one_lead_while_the_spindle_reverses() 
     program = load_program(FOUND / "g33_1_tap.ngc", "auto")
     assert modes(program) == [THREAD, TAP_OUT]
     assert made(program) == [("thread", 0, -20), ("thread", 0, 5)]
-    assert [move.spindle.direction for move in program.moves] == [1, 1, -1]
+    assert [move.mode.spindle.direction for move in program.moves] == [1, 1, -1]
     assert [(event.kind, event.direction) for event in program.events[:3]] == [("spindle", 1), ("spindle", -1), ("spindle", 1)]
 
 
@@ -197,9 +197,9 @@ def test_rigid_tapping_goes_in_and_out_on_one_lead_while_the_spindle_reverses() 
 def test_tapping_of_fanuc_takes_its_lead_from_either_feed(mode: str, feed: str) -> None:
     program = run(f"G21 {mode} G97 S300\nG0 X0 Z5.\nM29 S300\nG84 Z-20. R2. {feed}\nG80\nG0 Z50.\nM30")
     threads = [move for move in program.moves if move.kind == "thread"]
-    assert [(move.end_z, move.spin_back) for move in threads] == [(-0.020, False), (0.002, True)]
+    assert [(move.end_z, move.mode.spin_back) for move in threads] == [(-0.020, False), (0.002, True)]
     assert [move.feed for move in threads] == pytest.approx([0.00125, 0.00125])
-    assert [move.spindle.direction for move in program.moves] == [0, 1, 1, -1, 1, 0]
+    assert [move.mode.spindle.direction for move in program.moves] == [0, 1, 1, -1, 1, 0]
     assert program.assumed["tapping"] == "G84 starts the standing spindle clockwise and stops it after the hole"
     assert program.assumed["tapping_depth"].startswith("deeper than Z")
 
@@ -208,9 +208,9 @@ def test_threads_and_taps_written_out_read_back_the_same() -> None:
     program = run("G21 G18 G97 S300 M3\nG0 X10 Z5\nG33.1 Z-20 K1.25 I2\nG33 Z-10 K2 D120\nM2", "linuxcnc")
     again = run(linuxcnc_text(program), "linuxcnc")
     for here, there in zip(program.moves, again.moves, strict=True):
-        assert (here.kind, here.spin_back, here.feed) == (there.kind, there.spin_back, there.feed)
-        assert (here.start_angle, here.spindle.speed) == pytest.approx((there.start_angle, there.spindle.speed))
-    assert program.moves[2].spindle.speed == pytest.approx(2.0 * program.moves[1].spindle.speed)
+        assert (here.kind, here.mode.spin_back, here.feed) == (there.kind, there.mode.spin_back, there.feed)
+        assert (here.mode.start_angle, here.mode.spindle.speed) == pytest.approx((there.mode.start_angle, there.mode.spindle.speed))
+    assert program.moves[2].mode.spindle.speed == pytest.approx(2.0 * program.moves[1].mode.spindle.speed)
 
 
 def test_explain_tells_start_angles_taps_and_holes() -> None:
