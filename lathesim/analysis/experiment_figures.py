@@ -117,24 +117,27 @@ def _middles(values: FloatArray) -> FloatArray:
 
 
 def experiment_figure(
-    title: str, rivals: Sequence[str], channels: Sequence[str], units: Sequence[str], traces: FloatArray, seconds: float,
-    floors: FloatArray, tried: Sequence[tuple[str, float, float]], chosen: tuple[float, float],
+    title: str, rivals: Sequence[str], channels: Sequence[tuple[str, str, float]], traces: FloatArray, seconds: float,
+    tried: Sequence[tuple[str, float, float]], chosen: tuple[float, float],
 ) -> Any:  # fmt: skip
-    """Draw the motion, for each channel how each rival differs from the first, and all programs tried over their length."""
+    """Draw the motion, for each channel how each rival differs from the first, and all programs tried over their length.
+
+    ``channels`` have a name, a unit and a floor [SI].
+    """
     rows = len(channels) + 2
     figure = new_figure(8.5, 1.9 * rows + 0.5)
     panels = figure.subplots(rows, 1)
     time = np.linspace(0.0, seconds, traces.shape[2])
-    factor, unit = common_unit([traces[0, 0]], units[0])
+    factor, unit = common_unit([traces[0, 0]], channels[0][1])
     panels[0].plot(time, traces[0, 0] / factor, color=REFERENCE, linewidth=0.9)
-    dress(panels[0], label(Place.of(channels[0]).part, unit), "", f"{title}: the program that separates best")
-    for row, (channel, own) in enumerate(zip(channels, units, strict=True)):
+    dress(panels[0], label(Place.of(channels[0][0]).part, unit), "", f"{title}: the program that separates best")
+    for row, (channel, own, floor) in enumerate(channels):
         panel = panels[row + 1]
         differences = [traces[number, row] - traces[0, row] for number in range(1, len(rivals))]
-        factor, unit = common_unit([*differences, np.array([floors[row]])], own)
+        factor, unit = common_unit([*differences, np.array([floor])], own)
         for number, difference in enumerate(differences, 1):
             panel.plot(time, difference / factor, color=CYCLE[number % len(CYCLE)], linewidth=0.9, label=f"{rivals[number]} - {rivals[0]}")
-        panel.axhspan(-floors[row] / factor, floors[row] / factor, color=QUIET, alpha=0.3, linewidth=0, label="noise")
+        panel.axhspan(-floor / factor, floor / factor, color=QUIET, alpha=0.3, linewidth=0, label="noise")
         dress(panel, label(channel, unit), "time [s]" if row == len(channels) - 1 else "")
         if row == 0:
             legend(panel)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from pathlib import Path
@@ -16,6 +15,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.candidate_programs import Laid, lay_those_that_fit, walking_time
 from lathesim.experiments.discrimination import NESTED, Ablation, ProgramWorth, refitted_worth, worths
 from lathesim.experiments.families import CandidateProgram, candidates, turned_candidates
+from lathesim.experiments.replica import NOBODY, Listener, Search
 from lathesim.experiments.rivals import NamedRival, place_rivals
 from lathesim.experiments.room import Room, room_of
 from lathesim.experiments.scene import Scene, with_sizes_in_reach
@@ -44,8 +44,6 @@ _FINALISTS = 6
 _REFITS = 8
 """Rounds of the refit on the best programs, at most."""
 
-Say = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class DesignWish:
@@ -60,6 +58,8 @@ class DesignWish:
     seed: int = 1
     conditions: Ablation = field(default_factory=Ablation)
     rate: float = 0.0
+    criterion: str = "D"
+    """By which a program for values is judged, with --for: D, A, E or V."""
     arcs: bool = True
     """Whether circles are among the programs, where two axes are free."""
     exchanges: int = 40
@@ -77,14 +77,11 @@ class Designed:
     scene: Scene
     program: Laid
     worth: ProgramWorth
-    tried: tuple[tuple[str, float, float], ...]
+    search: Search
     floors: FloatArray
     pairs: tuple[tuple[str, str, float], ...]
     by_channel: FloatArray
     traces: FloatArray
-    runs: int
-    wall_time: float
-    stopped: bool
     others: tuple[tuple[Laid, ProgramWorth], ...] = ()
     """The next best programs, to be taken where a trial of this one goes wrong."""
 
@@ -96,13 +93,13 @@ class Designed:
 
 def design_experiment(
     lesson: Lesson, named: Sequence[NamedRival], registry: Registry, wish: DesignWish, variant: str | None = None, place: str = "--between",
-    say: Say = lambda sentence: None, stop: threading.Event | None = None,
+    listener: Listener = NOBODY,
 ) -> Designed:  # fmt: skip
     """Return the program whose run is expected to tell the rivals apart best per second.
 
     Raises :class:`LatheSimError` where the lesson maps no recording, moves no axis, or a rival has no place.
     """
-    began = clock.perf_counter()
+    began, say, stop = clock.perf_counter(), listener.say, listener.stop
     prepared = prepare(lesson, registry, variant)
     mapping = mapping_of(lesson, prepared.machinery)
     channels = mapping.targets("compare")
@@ -140,21 +137,9 @@ def design_experiment(
     program, worth = ranked[0]
     pairs, by_channel, traces = _told_by(scene, program, worth, floors)
     told = tuple((item.candidate.title, item.seconds, value.chance) for item, value in tried)
-    return Designed(
-        lesson,
-        scene,
-        program,
-        worth,
-        told,
-        floors,
-        pairs,
-        by_channel,
-        traces,
-        scene.runs,
-        clock.perf_counter() - began,
-        stopped,
-        tuple(ranked[1:]) if not stopped else (),
-    )
+    search = Search(scene.runs, clock.perf_counter() - began, stopped, told)
+    others = tuple(ranked[1:]) if not stopped else ()
+    return Designed(lesson, scene, program, worth, search, floors, pairs, by_channel, traces, others)
 
 
 def _finals(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,7 +15,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.experiments.free_values import FreeValue, Telling, bounds, free_values, telling, values_of
 from lathesim.experiments.left_out import Importance, Unseen, gained, importances, is_noise, judge_unseen, left_out, own_band
 from lathesim.experiments.objective import METHODS, Effort, Objective, Tell
-from lathesim.experiments.replica import Replica, Setting
+from lathesim.experiments.replica import Replica, Say, Search, Setting
 from lathesim.experiments.structure_search import SURE, Change, Chosen, StructureSearch, changed, possible_changes
 from lathesim.experiments.waypoints import Waypoints, clocks_apart, read_waypoints
 from lathesim.lessons.lesson import Lesson
@@ -33,8 +33,6 @@ _FAR_OFF, _HORIZONS = 3e-3, (0.06, 0.12, 0.25, 0.5)
 _SETTLED = 2.0
 """Time [s] from which on the cross-design tables count, as published."""
 
-Say = Callable[[str], None]
-
 
 @dataclass(frozen=True)
 class EmulationQuestion:
@@ -51,36 +49,44 @@ class EmulationQuestion:
 
 
 @dataclass(frozen=True, eq=False)
+class Followed:
+    """A recording that was fitted, with the deviation (rms) [m] of the machine as given and as emulated."""
+
+    recorded: Waypoints
+    given: float
+    fitted: float
+
+
+@dataclass(frozen=True)
+class ErrorBand:
+    """What an emulated machine may be off by: ``noise`` [m], the ``share`` b of what its values might do by which the structure errs, and
+    q [s^2/s], by how much the control's clock is ``wandering`` against the program."""
+
+    noise: float
+    share: float
+    wandering: float
+
+
+@dataclass(frozen=True, eq=False)
 class Emulation:
     """The outcome: the changed lesson with its values [SI], how well it follows each recording, and what was learnt.
 
-    ``cross`` holds sqrt(MSE(x) + MSE(y)) [m] after 2 s: row recording, column the machine fitted to that recording alone. ``stopped`` is
-    true where Ctrl-C ended the search: the best point until then is told.
+    ``clocks`` has a sentence for each recording whose clock seems to run apart from the program. ``cross`` holds sqrt(MSE(x) + MSE(y)) [m]
+    after 2 s: row recording, column the machine fitted to that recording alone. ``unseen`` are recordings that were not fitted.
     """
 
     lesson: Lesson
     changes: tuple[Change, ...]
-    free: tuple[FreeValue, ...]
-    values: FloatArray
-    recorded: tuple[Waypoints, ...]
-    given_rms: tuple[float, ...]
-    fitted_rms: tuple[float, ...]
+    values: tuple[tuple[FreeValue, float], ...]
+    followed: tuple[Followed, ...]
+    clocks: tuple[str, ...]
     cross: tuple[tuple[float, ...], ...]
-    noise: float
+    band: ErrorBand
     telling: Telling
     importance: tuple[Importance, ...]
-    unseen: tuple[Unseen, ...]
-    unseen_recorded: tuple[Waypoints, ...]
-    runs: int
-    wall_time: float
-    stopped: bool
+    unseen: tuple[tuple[Waypoints, Unseen], ...]
+    search: Search
     question: EmulationQuestion
-    clocks: tuple[str, ...] = ()
-    """A sentence for each recording whose clock seems to run apart from the program."""
-    error_share: float = 0.0
-    """b of the band: by which share of what its values might do the structure errs."""
-    wandering: float = 0.0
-    """q [s^2/s]: by how much the control's clock wanders against the program."""
 
 
 def emulate(
@@ -280,22 +286,20 @@ def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float
     stopped = best.stopped or fitted.wished()
     ranked = importances(objective, point, noise, low, high, question.seed) if question.importance and not stopped else []
     stopped = stopped or fitted.wished()
-    unseen: list[Unseen] = []
-    unseen_objective = None
+    unseen: tuple[tuple[Waypoints, Unseen], ...] = ()
     if fitted.unseen_given:
         unseen_objective = fitted.objective(best.changes, fitted.unseen_given)
         unseen_objective.replica.stop = None
         unseen_objective.floor = objective.floor
-        unseen = judge_unseen(objective, unseen_objective, point)
+        unseen = tuple(zip(unseen_objective.recorded, judge_unseen(objective, unseen_objective, point), strict=True))
     cross = _cross(fitted, best, say) if len(fitted.recorded) > 1 and not stopped else ()
     lesson = changed(fitted.lesson, best.changes) if best.changes else fitted.lesson
-    return Emulation(
-        lesson, best.changes, objective.free, values_of(objective.free, point), objective.recorded, tuple(given),
-        tuple(objective.position_rms(point)), cross, noise, told, tuple(ranked), tuple(unseen),
-        unseen_objective.recorded if unseen_objective is not None else (), fitted.runs + objective.replica.runs, wall,
-        stopped or fitted.wished(), question, error_share=own_band(objective, point).share,
-        wandering=objective.wandering.spread if objective.wandering else 0.0,
-    )  # fmt: skip
+    values = tuple(zip(objective.free, values_of(objective.free, point), strict=True))
+    rms = objective.position_rms(point)
+    followed = tuple(Followed(*item) for item in zip(objective.recorded, given, rms, strict=True))
+    search = Search(fitted.runs + objective.replica.runs, wall, stopped or fitted.wished())
+    band = ErrorBand(noise, own_band(objective, point).share, objective.wandering.spread if objective.wandering else 0.0)
+    return Emulation(lesson, best.changes, values, followed, (), cross, band, told, tuple(ranked), unseen, search, question)
 
 
 def _telling(objective: Objective, point: FloatArray, noise: float) -> Telling:

@@ -26,7 +26,7 @@ SCHEMA = "lathesim-emulation/1"
 
 def lesson_text(found: Emulation, folder: Path) -> str:
     """Return the lesson with the learnt values, for a file in ``folder``; what the structure brought is uncertain as it was before."""
-    values = {item.name: f"{value:.10g} {item.unit}".removesuffix(" 1") for item, value in zip(found.free, found.values, strict=True)}
+    values = {item.name: f"{value:.10g} {item.unit}".removesuffix(" 1") for item, value in found.values}
     brought = [value for change in found.changes for value in change.brings]
     uncertain = {**found.lesson.settings.uncertain, **{value.name: _before(value) for value in brought}}
     return changed_lesson(found.lesson, [], values, folder, further={"uncertain": uncertain})
@@ -39,32 +39,29 @@ def _before(value: FreeValue) -> str:
 
 def as_json(found: Emulation) -> dict[str, Any]:
     """Return the emulation for programs, everything in SI."""
-    names = [item.name for item in found.recorded]
+    names = [item.recorded.name for item in found.followed]
     return {
         "schema": SCHEMA,
         "lesson": found.lesson.name,
         "method": found.question.method,
         "lambda": found.question.weight,
         "structure": [change.title for change in found.changes],
-        "values": {
-            item.name: {"value": value, "unit": item.unit, "given": item.given}
-            for item, value in zip(found.free, found.values, strict=True)
-        },
+        "values": {item.name: {"value": value, "unit": item.unit, "given": item.given} for item, value in found.values},
         "recordings": [
             {
-                "name": name,
-                "program": str(item.prepared.case.program) if item.prepared.case.program else None,
-                "rms_given_m": given,
-                "rms_m": fitted,
-                "waypoints": item.time.size,
+                "name": item.recorded.name,
+                "program": str(item.recorded.prepared.case.program) if item.recorded.prepared.case.program else None,
+                "rms_given_m": item.given,
+                "rms_m": item.fitted,
+                "waypoints": item.recorded.time.size,
             }
-            for name, item, given, fitted in zip(names, found.recorded, found.given_rms, found.fitted_rms, strict=True)
+            for item in found.followed
         ],
         "cross_design_m": {"rows": names, "columns": names, "rms": found.cross} if found.cross else None,
         "clocks": found.clocks,
-        "clock_wandering_s2_per_s": found.wandering,
-        "noise_m": found.noise,
-        "model_error_share": found.error_share,
+        "clock_wandering_s2_per_s": found.band.wandering,
+        "noise_m": found.band.noise,
+        "model_error_share": found.band.share,
         "directions": {
             "known_to_10_percent": found.telling.known,
             "information": found.telling.information,
@@ -73,16 +70,16 @@ def as_json(found: Emulation) -> dict[str, Any]:
             "loose": dict(found.telling.loose),
         },
         "importance": [{"name": item.name, "trees": item.trees, "profile_factor": item.profile} for item in found.importance],
-        "unseen": [{"name": item.name, "rms": item.rms, "largest": item.largest, "in_band": item.covered} for item in found.unseen],
-        "runs": found.runs,
-        "wall_time_s": found.wall_time,
-        "stopped": found.stopped,
+        "unseen": [{"name": item.name, "rms": item.rms, "largest": item.largest, "in_band": item.covered} for _, item in found.unseen],
+        "runs": found.search.runs,
+        "wall_time_s": found.search.wall_time,
+        "stopped": found.search.stopped,
     }
 
 
 def told_lines(found: Emulation) -> Iterator[str]:
     """Yield the emulation as a person reads it at a terminal."""
-    if found.stopped:
+    if found.search.stopped:
         yield "Stopped: this is the best machine so far."
     yield from text_table(_fit_rows(found), ruled=False)
     if found.changes:
@@ -91,31 +88,27 @@ def told_lines(found: Emulation) -> Iterator[str]:
         yield ""
         yield "rms after 2 s, row: held against, column: fitted to"
         yield from text_table(_cross_rows(found), ruled=False)
-    for item in found.unseen:
+    for _, item in found.unseen:
         yield f"Not fitted: {item.name}: {_rms(item.rms)}, {in_unit(item.covered, '%', '.1f')} of the way-points in the 95 % band."
     yield ""
     yield "What these recordings tell"
     yield from (f"  {sentence}" for sentence in telling_sentences(found))
-    yield f"{found.runs} runs, {found.wall_time:.1f} s."
+    yield f"{found.search.runs} runs, {found.search.wall_time:.1f} s."
 
 
 def telling_sentences(found: Emulation) -> Iterator[str]:
     """Yield what the recordings tell, and what they cannot."""
     told = found.telling
-    count = len(told.names)
-    yield f"{told.known} of {count} combinations of values are known to 10 % or better, with {in_unit(found.noise, 'um', '.3g')} of noise."
+    count, noise = len(told.names), in_unit(found.band.noise, "um", ".3g")
+    yield f"{told.known} of {count} combinations of values are known to 10 % or better, with {noise} of noise."
     for item in told.hidden:
         yield item.sentence
     if told.hidden:
         number = len(told.hidden)
-        text = (
-            "This combination does not show, whatever the program"
-            if number == 1
-            else f"These {number} combinations do not show, whatever the program"
-        )
-        yield f"{text}: the readings stay still when the machine is run again along {'it' if number == 1 else 'them'}."
-    if found.wandering > 0.0:
-        yield f"The control's clock wanders against the program by {in_unit(found.wandering**0.5, 'ms', '.2g')} in the first second."
+        text, along = ("This combination does", "it") if number == 1 else (f"These {number} combinations do", "them")
+        yield f"{text} not show, whatever the program: the readings stay still when the machine is run again along {along}."
+    if found.band.wandering > 0.0:
+        yield f"The control's clock wanders against the program by {in_unit(found.band.wandering**0.5, 'ms', '.2g')} in the first second."
     rest = count - told.known - len(told.hidden)
     if rest > 0:
         yield f"{rest} more could show and do not, or not to 10 %: another program would tell more (lathesim experiment)."
@@ -128,13 +121,14 @@ def telling_sentences(found: Emulation) -> Iterator[str]:
 
 def _fit_rows(found: Emulation) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [("recording", "way-points", "as given, rms", "emulated, rms")]
-    for item, given, fitted in zip(found.recorded, found.given_rms, found.fitted_rms, strict=True):
-        rows.append((item.name, str(item.time.size), in_unit(given, "mm", ".4f"), in_unit(fitted, "mm", ".4f")))
+    for item in found.followed:
+        sizes = (in_unit(item.given, "mm", ".4f"), in_unit(item.fitted, "mm", ".4f"))
+        rows.append((item.recorded.name, str(item.recorded.time.size), *sizes))
     return rows
 
 
 def _cross_rows(found: Emulation) -> list[tuple[str, ...]]:
-    names = [item.name for item in found.recorded]
+    names = [item.recorded.name for item in found.followed]
     return [("", *names), *((name, *(in_unit(size, "mm", ".4f") for size in row)) for name, row in zip(names, found.cross, strict=True))]
 
 
@@ -152,7 +146,7 @@ def report_html(found: Emulation, picture: str) -> str:
         "<style>body{font-family:sans-serif;max-width:60rem;margin:2rem auto;color:#22262b;line-height:1.45}"
         "td,th{padding:.2rem .8rem;text-align:left;border-bottom:1px solid #e4e7eb}img{max-width:100%}</style></head><body>",
         f"<h1>Emulation of {html.escape(found.lesson.title)}</h1>",
-        f"<p>Search: {found.question.method}; weight of speeds (lambda): {found.question.weight:g}; {found.runs} runs.</p>",
+        f"<p>Search: {found.question.method}; weight of speeds (lambda): {found.question.weight:g}; {found.search.runs} runs.</p>",
         "<h2>How well it follows</h2>", _html_table(_fit_rows(found)),
     ]  # fmt: skip
     parts += [f"<p>{html.escape(sentence)}</p>" for sentence in found.clocks]
@@ -162,7 +156,7 @@ def report_html(found: Emulation, picture: str) -> str:
         parts += ["<h2>Cross-design table</h2><p>rms after 2 s; row: held against, column: fitted to.</p>", _html_table(_cross_rows(found))]
     if found.unseen:
         rows = [("not fitted", "deviation", "in the 95 % band")]
-        rows += [(item.name, _rms(item.rms), in_unit(item.covered, "%", ".1f")) for item in found.unseen]
+        rows += [(item.name, _rms(item.rms), in_unit(item.covered, "%", ".1f")) for _, item in found.unseen]
         parts += ["<h2>Programs that were not fitted</h2>", _html_table(rows)]
     parts += [f"<p><img src='{html.escape(picture)}' alt='deviations at the way-points'></p>"]
     parts += ["<h2>What these recordings tell, and what they cannot</h2><ul>"]
@@ -178,7 +172,7 @@ def _value_rows(found: Emulation) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         ("value", "given", "emulated", "unit", "relative error", "importance (trees)", "may be off by (profile)")
     ]
-    for item, value in zip(found.free, found.values, strict=True):
+    for item, value in found.values:
         error = (
             in_unit(loose[item.name], "%", ".3g")
             if item.name in loose and loose[item.name] < _LOOSEST
@@ -206,10 +200,9 @@ def write_emulation(found: Emulation, folder: Path) -> dict[str, Path]:
     lesson, report = lesson_text(found, folder), report_html(found, "emulation.png")
     told = written_json(as_json(found))
     make_folder(folder)
-    panels = [
-        (item.name, item.time, item.values, judged.deviation, judged.band)
-        for item, judged in zip(found.unseen_recorded, found.unseen, strict=True)
-    ] or [(item.name, item.time, item.values, {}, {}) for item in found.recorded]
+    panels = [(item.name, item.time, item.values, judged.deviation, judged.band) for item, judged in found.unseen]
+    if not panels:
+        panels = [(item.recorded.name, item.recorded.time, item.recorded.values, {}, {}) for item in found.followed]
     save_figure(emulation_figure(found.lesson.title, panels, found.telling.singular), folder / "emulation.png")
     places = {"lesson": folder / "lesson.yaml", "report": folder / "report.html", "json": folder / "emulation.json"}
     for name, text in (("lesson", lesson), ("report", report), ("json", told)):

@@ -196,10 +196,10 @@ def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
             for place, name in enumerate(found.scene.channels)
         ],
         "if_nothing_tells": None if found.decidable else undecidable_sentence(found),
-        "tried": len(found.tried),
-        "runs": found.runs,
-        "wall_time_s": found.wall_time,
-        "stopped": found.stopped,
+        "tried": len(found.search.tried),
+        "runs": found.search.runs,
+        "wall_time_s": found.search.wall_time,
+        "stopped": found.search.stopped,
     }
 
 
@@ -222,7 +222,9 @@ def undecidable_sentence(found: Designed) -> str:
     first, second, far = min(found.pairs, key=lambda pair: pair[2])
     place = next(number for number, pair in enumerate(found.pairs) if pair[:2] == (first, second))
     best = found.scene.channels[int(np.argmax(found.by_channel[place]))]
-    fact = f"No program of at most {max(seconds for _, seconds, _ in found.tried):.0f} s inside the limits tells {first} from {second}"
+    fact = (
+        f"No program of at most {max(seconds for _, seconds, _ in found.search.tried):.0f} s inside the limits tells {first} from {second}"
+    )
     return f"{fact} (T = {far:.3g}). {_what_would(found, first, second, best)}"
 
 
@@ -238,7 +240,7 @@ def _what_would(found: Designed, first: str, second: str, best: str) -> str:
 
 def told_lines(found: Designed, foretold: Sequence[Foretold], folder: Path) -> Iterator[str]:
     """Yield the experiment as a person reads it at a terminal."""
-    if found.stopped:
+    if found.search.stopped:
         yield "Stopped: this is the best program so far."
     if not found.decidable:
         yield undecidable_sentence(found)
@@ -252,7 +254,7 @@ def told_lines(found: Designed, foretold: Sequence[Foretold], folder: Path) -> I
     names = [found.scene.channels[place] for place in order if found.by_channel[:, place].mean() > _TELLS]
     if names:
         yield f"Record {', '.join(names)} at {1.0 / found.scene.period:.0f} Hz: there they differ."
-    yield f"{len(found.tried)} programs, {found.runs} runs, {found.wall_time:.1f} s."
+    yield f"{len(found.search.tried)} programs, {found.search.runs} runs, {found.search.wall_time:.1f} s."
     yield f"Run {folder / 'program.nc'}, then: lathesim diagnose {folder / 'lesson.yaml'} RECORDING"
 
 
@@ -264,11 +266,9 @@ def write_experiment(found: Designed, foretold: Sequence[Foretold], folder: Path
     places = {"prediction": folder / "prediction.json", "picture": folder / "experiment.png"}
     write_text(places["prediction"], written_json(as_json(found, foretold)))
     units = [found.scene.plan.unit(name) for name in found.scene.channels]
+    channels = list(zip(found.scene.channels, units, found.floors, strict=True))
     names = [rival.name for rival in found.scene.rivals]
     chosen = (found.program.seconds, found.worth.chance)
-    figure = experiment_figure(
-        found.lesson.title, names, list(found.scene.channels), units, found.traces, found.program.seconds, found.floors, list(found.tried),
-        chosen,
-    )  # fmt: skip
+    figure = experiment_figure(found.lesson.title, names, channels, found.traces, found.program.seconds, found.search.tried, chosen)
     save_figure(figure, places["picture"])
     return places

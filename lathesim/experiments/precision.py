@@ -23,7 +23,7 @@ from __future__ import annotations
 import math
 import threading
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,7 @@ from lathesim.experiments.candidate_programs import Laid, lay_those_that_fit, la
 from lathesim.experiments.design_experiment import DesignWish, write_design
 from lathesim.experiments.families import candidates, strokes_in_turn
 from lathesim.experiments.free_values import FreeValue, Telling, bounds, free_values, telling, values_of
-from lathesim.experiments.replica import ProgramRuns
+from lathesim.experiments.replica import NOBODY, Listener, ProgramRuns, Say, Search
 from lathesim.experiments.room import Room, room_of
 from lathesim.json_text import parsed_json, written_json
 from lathesim.lessons.lesson import Lesson, find_program
@@ -142,6 +142,14 @@ _AVERAGED = 5
 """So many of the best programs are held against each other over all draws."""
 
 
+@dataclass(frozen=True)
+class Readout:
+    """What is read of a machine: the ``noise`` [SI] of each channel, and how often a second."""
+
+    noise: Mapping[str, float]
+    rate: float
+
+
 @dataclass(frozen=True, eq=False)
 class Precise:
     """The best program for precision, what it tells, and the criterion of every program that was tried."""
@@ -153,17 +161,13 @@ class Precise:
     value: float
     told: Telling
     free: tuple[FreeValue, ...]
-    tried: tuple[tuple[str, float, float], ...]
-    noise: dict[str, float]
-    rate: float
-    runs: int
-    wall_time: float
-    stopped: bool
+    readout: Readout
+    search: Search
 
 
 def design_for_precision(
-    lesson: Lesson, names: Sequence[str], registry: Registry, wish: DesignWish, criterion: str, variant: str | None,
-    say: Callable[[str], None], stop: threading.Event | None = None, before: KnownBefore | None = None,
+    lesson: Lesson, names: Sequence[str], registry: Registry, wish: DesignWish, variant: str | None = None,
+    listener: Listener = NOBODY, before: KnownBefore | None = None,
 ) -> Precise:  # fmt: skip
     """Return the program that makes the named values known best, within the limits of the lesson.
 
@@ -177,44 +181,30 @@ def design_for_precision(
     mapping = mapping_of(lesson, prepared.machinery)
     free = free_values(lesson, prepared.plan, () if list(names) == ["all"] else names, 4.0, "--for")
     room = room_of(prepared)
-    channels = mapping.targets("compare")
     noise = {signal.target: signal.resolution or _NOISE for signal in mapping.signals if signal.role == "compare"}
-    rate = wish.rate or mapping.rate or 1.0 / prepared.machinery.sample_period
-    aims = [ready(path, lesson, room) for path in programs_to_run(lesson)] if criterion == "V" else []
-    if criterion == "V" and not aims:
+    readout = Readout(noise, wish.rate or mapping.rate or 1.0 / prepared.machinery.sample_period)
+    aims = [ready(path, lesson, room) for path in programs_to_run(lesson)] if wish.criterion == "V" else []
+    if wish.criterion == "V" and not aims:
         raise LatheSimError("the lesson has no part program to predict.", place="--criterion", remedy="Take D, A or E.")
     if aims:  # a structure that is not quite right errs most at speeds that none of these programs uses
         room = replace(room, feed=min(room.feed, max(item.fastest for item in aims)))
-    bench = PrecisionBench(prepared, room, free, channels, noise, rate, wish, criterion, stop, aims, before)
+    bench = PrecisionBench(prepared, room, free, readout, wish, listener.stop, aims, before)
     walking = walking_time(wish.at_most)
     strokes = strokes_in_turn(room, walking, wish.candidates // 2, wish.seed)
     mixtures = candidates(room, walking, wish.candidates, wish.seed, arcs=wish.arcs)
     found = lay_those_that_fit([*strokes, *mixtures], room, wish.at_most)[: wish.candidates]
-    say(f"{len(free)} values. Trying {len(found)} programs ...")
-    judged, averaged, stopped = _searched(bench, found, say, stop)
+    listener.say(f"{len(free)} values. Trying {len(found)} programs ...")
+    judged, averaged, stopped = _searched(bench, found, listener)
     all_judged, judged = [*judged, *averaged], averaged or judged
     program, value = max(judged, key=lambda pair: pair[1])
     told = bench.told(program)
     tried = tuple((item.candidate.title, item.seconds, size) for item, size in all_judged)
-    return Precise(
-        lesson,
-        program,
-        room,
-        criterion,
-        value,
-        told,
-        tuple(free),
-        tried,
-        noise,
-        rate,
-        bench.machine.runs,
-        clock.perf_counter() - began,
-        stopped,
-    )
+    search = Search(bench.machine.runs, clock.perf_counter() - began, stopped, tried)
+    return Precise(lesson, program, room, wish.criterion, value, told, tuple(free), readout, search)
 
 
 def _searched(
-    bench: PrecisionBench, found: list[Laid], say: Callable[[str], None], stop: threading.Event | None
+    bench: PrecisionBench, found: list[Laid], listener: Listener
 ) -> tuple[list[tuple[Laid, float]], list[tuple[Laid, float]], bool]:
     """Return the programs with their sizes: all at the given values, the best over all draws; and whether Ctrl-C ended the search."""
     judged: list[tuple[Laid, float]] = []
@@ -224,23 +214,23 @@ def _searched(
         for first in range(0, len(found), _BATCH):
             some = found[first : first + _BATCH]
             judged += zip(some, bench.values(some, central=False), strict=True)
-            say(f"  {len(judged)} of {len(found)}; the best has {bench.criterion} = {max(value for _, value in judged):.4g}")
+            listener.say(f"  {len(judged)} of {len(found)}; the best has {bench.wish.criterion} = {max(value for _, value in judged):.4g}")
         draws = bench.wish.draws if bench.wish.conditions.average else 1
         best = [program for program, _ in sorted(judged, key=lambda pair: -pair[1])[:_AVERAGED]]
         averaged = list(zip(best, bench.values(best, draws), strict=True))
-        for step in exchanges(bench, max(averaged, key=lambda pair: pair[1]), draws, say):
+        for step in exchanges(bench, max(averaged, key=lambda pair: pair[1]), draws, listener.say):
             averaged.append(step)
     except KeyboardInterrupt:
         if not judged:
             raise
         stopped = True
-        if stop is not None:
-            stop.clear()
+        if listener.stop is not None:
+            listener.stop.clear()
     return judged, averaged, stopped
 
 
 def exchanges(
-    bench: PrecisionBench, best: tuple[Laid, float], draws: int, say: Callable[[str], None]
+    bench: PrecisionBench, best: tuple[Laid, float], draws: int, say: Say
 ) -> Iterator[tuple[Laid, float]]:  # fmt: skip
     """Yield ever better programs: strokes of the best one are exchanged, round by round.
 
@@ -259,25 +249,24 @@ def exchanges(
                 here, best = sizes[place], (tried[place], value)
                 yield best
         if turn % _LOOKS == _LOOKS - 1:
-            say(f"  {turn + 1} of {bench.wish.exchanges} exchanges; {bench.criterion} = {best[1]:.4g}")
+            say(f"  {turn + 1} of {bench.wish.exchanges} exchanges; {bench.wish.criterion} = {best[1]:.4g}")
 
 
 class PrecisionBench:
     """Information of programs about the free values of one machine."""
 
     def __init__(
-        self, prepared: Prepared, room: Room, free: Sequence[FreeValue], channels: Sequence[str], noise: dict[str, float], rate: float,
-        wish: DesignWish, criterion: str, stop: threading.Event | None, aims: Sequence[Ready] = (), before: KnownBefore | None = None,
+        self, prepared: Prepared, room: Room, free: Sequence[FreeValue], readout: Readout, wish: DesignWish,
+        stop: threading.Event | None = None, aims: Sequence[Ready] = (), before: KnownBefore | None = None,
     ) -> None:  # fmt: skip
-        self.prepared, self.room, self.free, self.channels, self.stop = prepared, room, list(free), tuple(channels), stop
-        self.noise = np.array([noise[name] for name in channels])
-        self.rate, self.criterion, self.wish = rate, criterion, wish
+        self.prepared, self.room, self.free, self.wish, self.stop = prepared, room, list(free), wish, stop
+        self.noise = np.array(list(readout.noise.values()))
         names = [item.name for item in free]
         lesson = prepared.case.lesson
         before = before or KnownBefore()
         self.aims, self.recorded, self.error = tuple(aims), [ready(path, lesson, room) for path in before.programs], before.error
         longest = max([wish.at_most, *(item.seconds for item in (*self.aims, *self.recorded))])
-        self.machine = ProgramRuns(prepared.machinery, room.interpolator.name, channels, names, rate, longest)
+        self.machine = ProgramRuns(prepared.machinery, room.interpolator.name, tuple(readout.noise), names, readout.rate, longest)
         self.spread = np.array([item.spread for item in free])
         self.prior = np.diag(1.0 / self.spread**2)
         self.beside: dict[int, tuple[FloatArray, FloatArray | None]] = {}
@@ -325,7 +314,7 @@ class PrecisionBench:
         known, aims = self.beside[draw]
         counted = discounted(slopes, self.spread, self.error)
         matrix = counted.T @ counted + known
-        return criterion_value(matrix, self.criterion) if aims is None else -0.5 * math.log(mean_variance(aims, matrix))
+        return criterion_value(matrix, self.wish.criterion) if aims is None else -0.5 * math.log(mean_variance(aims, matrix))
 
     def _known_beside(self, point: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Return at a point what lesson and recorded programs know, and the derivatives of what is to be foretold."""
@@ -362,12 +351,12 @@ def as_json(found: Precise) -> dict[str, Any]:
         "values": {
             item.name: {"relative_error": loose.get(item.name), "known_to_10_percent": item.name not in loose} for item in found.free
         },
-        "record": [{"channel": name, "at_least_hz": found.rate, "noise": size} for name, size in found.noise.items()],
-        "tried": len(found.tried),
-        "best_of_tried": max(value for _, _, value in found.tried),
-        "runs": found.runs,
-        "wall_time_s": found.wall_time,
-        "stopped": found.stopped,
+        "record": [{"channel": name, "at_least_hz": found.readout.rate, "noise": size} for name, size in found.readout.noise.items()],
+        "tried": len(found.search.tried),
+        "best_of_tried": max(value for _, _, value in found.search.tried),
+        "runs": found.search.runs,
+        "wall_time_s": found.search.wall_time,
+        "stopped": found.search.stopped,
     }
 
 
@@ -381,10 +370,10 @@ def write_precision(found: Precise, folder: Path) -> dict[str, Any]:
 
 def precision_lines(found: Precise, folder: Path) -> Iterator[str]:
     """Yield the design as a person reads it at a terminal."""
-    if found.stopped:
+    if found.search.stopped:
         yield "Stopped: this is the best program so far."
     yield f"Program: {found.program.candidate.title}, {found.program.seconds:.1f} s; {found.criterion} = {found.value:.4g}."
     yield f"{found.told.known} of {len(found.free)} combinations of values would be known to 10 % or better."
     yield from (item.sentence for item in found.told.hidden)
-    yield f"{len(found.tried)} programs, {found.runs} runs, {found.wall_time:.1f} s."
+    yield f"{len(found.search.tried)} programs, {found.search.runs} runs, {found.search.wall_time:.1f} s."
     yield f"Run {folder / 'program.nc'}."

@@ -27,6 +27,33 @@ _COARSEST = 4
 """Samples of the lesson that one sample of a replica may take, where nothing but delays is sampled."""
 
 
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Listener:
+    """Who hears how a search gets on, ``say``, and may end it: what was found until then is kept."""
+
+    say: Say = lambda sentence: None
+    stop: threading.Event | None = None
+
+
+NOBODY = Listener()
+
+
+@dataclass(frozen=True)
+class Search:
+    """How a search went: the runs and the time [s] it took, and whether Ctrl-C ended it.
+
+    ``tried`` are the programs that were tried: title, length [s], and the worth that it was chosen by.
+    """
+
+    runs: int
+    wall_time: float
+    stopped: bool
+    tried: tuple[tuple[str, float, float], ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Setting:
     """One program on one machine, read at ``times`` (n,) [s] on ``channels``; ``name`` is for people."""

@@ -24,7 +24,8 @@ from lathesim.experiments.experiment_files import (
     write_experiment,
     write_program_and_lesson,
 )
-from lathesim.experiments.rivals import NOTHING, NamedRival, named_in
+from lathesim.experiments.replica import Listener, Say
+from lathesim.experiments.rivals import named_in
 from lathesim.identification.replay.loading import LoadedCase, load_case
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.simulate import prepare
@@ -220,7 +221,7 @@ def with_designed_program(
     """
     try:
         named = named_in(as_json(diagnosis), "--design")
-        found = design_experiment(lesson, named, registry, DesignWish(), variant, "--design", say, stop)
+        found = design_experiment(lesson, named, registry, DesignWish(), variant, "--design", Listener(say, stop))
     except LatheSimError as error:
         say(f"No program is designed: {error.fact}")
         return diagnosis
@@ -247,7 +248,6 @@ def _advised(sentence: str, general: Sequence[str], advice: str) -> str:
     return sentence
 
 
-Say = Callable[[str], None]
 RECORDING = "recording.csv"
 
 
@@ -275,18 +275,16 @@ class RunRounds:
 
 
 def run_rounds(
-    lesson: Lesson, machine: Lesson, named: Sequence[NamedRival], registry: Registry, wish: DesignWish, most: int, folder: Path,
-    place: str, say: Say,
-    stop: threading.Event | None = None,
-) -> RunRounds:  # fmt: skip
+    design: Callable[[DesignWish], Designed], machine: Lesson, registry: Registry, wish: DesignWish, most: int, folder: Path, say: Say
+) -> RunRounds:
     """Return the rounds of a sequence; ``machine`` is the lesson that plays the real machine, with noise before its sensors.
 
     Each round designs with another seed, runs the program on the machine, and diagnoses the new recording together with those before.
     """
     done: list[Round] = []
     for number in range(1, most + 1):
-        found = design_experiment(lesson, named, registry, replace(wish, seed=wish.seed + number - 1), None, place, say, stop)
-        if found.stopped:
+        found = design(replace(wish, seed=wish.seed + number - 1))
+        if found.search.stopped:
             return RunRounds(tuple(done), "Stopped.")
         if not found.decidable:
             return RunRounds(tuple(done), "No program inside the limits tells these rivals apart.")
@@ -301,7 +299,7 @@ def run_rounds(
         names = tuple(f"{effect.effect}@{effect.at}" for effect in told.effects)
         done.append(Round(own, found.program.seconds, told.verdict, names))
         say(f"Round {number}: {told.verdict} {', '.join(names)}".strip())
-        nothing = told.verdict in ("no_mismatch", "parameters_only") and any(item.effect == NOTHING for item in named)
+        nothing = told.verdict in ("no_mismatch", "parameters_only") and any(rival.term is None for rival in found.scene.rivals)
         if told.verdict == "named" or nothing:
             return RunRounds(tuple(done), "Decided.")
     return RunRounds(tuple(done), f"Not decided after {most} rounds.")

@@ -68,11 +68,11 @@ def precision(registry: Registry, count: int, seed: int) -> list[str]:
     """Return how a designed program does against undesigned ones."""
     lesson = load_lesson(CLOSED)
     wish = DesignWish(WITHIN, seed=seed, rate=10.0)
-    found = design_for_precision(lesson, ["all"], registry, wish, "D", None, lambda text: None)
+    found = design_for_precision(lesson, ["all"], registry, wish)
     prepared = prepare(lesson, registry)
     free = free_values(lesson, prepared.plan, (), 4.0)
-    room, channels = room_of(prepared), mapping_of(lesson, prepared.machinery).targets("compare")
-    bench = PrecisionBench(prepared, room, free, channels, found.noise, found.rate, replace(wish, draws=1), "D", None)
+    room = room_of(prepared)
+    bench = PrecisionBench(prepared, room, free, found.readout, replace(wish, draws=1))
     random = np.random.default_rng(seed)
     programs = [lay_candidate(undesigned(random, room), room) for _ in range(count)]
     values = bench.values(programs)
@@ -94,8 +94,8 @@ def three_rivals(registry: Registry, seed: int) -> list[str]:
     after = resource.getrusage(resource.RUSAGE_SELF)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return [
-        f"three rivals, {len(found.tried)} programs, {found.runs} runs of one plan: {used:.0f} s of processor time once compiled; "
-        f"chance {found.worth.chance:.2f}"
+        f"three rivals, {len(found.search.tried)} programs, {found.search.runs} runs of one plan: "
+        f"{used:.0f} s of processor time once compiled; chance {found.worth.chance:.2f}"
     ]
 
 
@@ -119,12 +119,12 @@ def without_average(registry: Registry, count: int, seed: int, name: str, rate: 
     """Return how well programs for precision do at values that no design had seen: designed at the given values, and over draws."""
     lesson, lines, short = load_lesson(name), [], 8.0
     prepared = prepare(lesson, registry)
-    room, channels = room_of(prepared), mapping_of(lesson, prepared.machinery).targets("compare")
+    room = room_of(prepared)
     for average in (True, False):
         wish = DesignWish(short, count, draws=5, seed=seed, rate=rate, conditions=Ablation(average=average))
-        found = design_for_precision(lesson, ["all"], registry, wish, "D", None, lambda text: None)
+        found = design_for_precision(lesson, ["all"], registry, wish)
         judge = replace(wish, draws=13, seed=seed + 1000)
-        bench = PrecisionBench(prepared, room, found.free, channels, found.noise, found.rate, judge, "D", None)
+        bench = PrecisionBench(prepared, room, found.free, found.readout, judge)
         fresh = [bench.value_at(found.program, point) for point in bench.points[1:]]
         here = bench.values([found.program])[0]
         way = "over draws" if average else "at the given values"

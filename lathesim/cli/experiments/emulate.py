@@ -95,4 +95,4 @@ def emulate(
     places = write_emulation(found, out)
     if not as_json:
         click.echo(f"\nThe lesson is {places['lesson']}, the report {places['report']}")
-    return STOPPED if found.stopped else 0
+    return STOPPED if found.search.stopped else 0

@@ -124,21 +124,22 @@ def _wish(aim: AimOptions, means: MeansOptions) -> DesignWish:
             f"a recording cannot take a row {per_second:g} times a second.", place="--rate", remedy="Give a rate above 0 Hz."
         )
     conditions = Ablation(*(name not in means.left_out for name in ("average", "refit", "price", "floor")))
-    return DesignWish(limit, means.programs, seed=means.seed, conditions=conditions, rate=per_second)
+    return DesignWish(limit, means.programs, seed=means.seed, conditions=conditions, rate=per_second, criterion=aim.criterion)
 
 
 def _for_values(chosen: ChosenLesson, aim: AimOptions, wish: DesignWish, out: Path, as_json: bool, say: Callable[[str], None]) -> int:
     """Design the program by which values get known as well as possible."""
     from lathesim.experiments.precision import before_design, design_for_precision, precision_lines, write_precision
+    from lathesim.experiments.replica import Listener
 
     registry = chosen.registry
     before = before_design(aim.diagnosis, chosen.loaded) if aim.diagnosis is not None else None
     names = read_names(aim.wanted)
     with interruptible() as stop:
-        precise = design_for_precision(chosen.loaded, names, registry, wish, aim.criterion, chosen.variant, say, stop, before)
+        precise = design_for_precision(chosen.loaded, names, registry, wish, chosen.variant, Listener(say, stop), before)
     data = write_precision(precise, out)
     return write(
-        CommandResult("lathesim-precision/1", data, precision_lines(precise, out), code=STOPPED if precise.stopped else 0), as_json
+        CommandResult("lathesim-precision/1", data, precision_lines(precise, out), code=STOPPED if precise.search.stopped else 0), as_json
     )
 
 
@@ -152,6 +153,10 @@ def _in_rounds(
     chosen: ChosenLesson, aim: AimOptions, wish: DesignWish, out: Path, rounds: int, machine: str | None, say: Callable[[str], None]
 ) -> int:
     """Design, run on the machine of another lesson, diagnose, and again."""
+    from functools import partial
+
+    from lathesim.experiments.design_experiment import design_experiment
+    from lathesim.experiments.replica import Listener
     from lathesim.experiments.sequence import run_rounds
     from lathesim.lessons.lesson import load_lesson
 
@@ -159,7 +164,9 @@ def _in_rounds(
     if machine is None:
         raise click.UsageError("--rounds runs its programs on a machine: name the lesson that plays it with --machine.")
     with interruptible() as stop:
-        ran = run_rounds(chosen.loaded, load_lesson(machine), named, registry, wish, rounds, out, aim.place, say, stop)
+        listener = Listener(say, stop)
+        design = partial(design_experiment, chosen.loaded, named, registry, place=aim.place, listener=listener)
+        ran = run_rounds(design, load_lesson(machine), registry, wish, rounds, out, say)
     for number, item in enumerate(ran.rounds, 1):
         click.echo(f"Round {number}: {item.seconds:.1f} s, {item.verdict} {', '.join(item.named)}".rstrip())
     click.echo(f"{ran.ended} {ran.seconds:.1f} s of programs in all.")
@@ -175,15 +182,16 @@ def _for_rivals(
     from lathesim.experiments.design_experiment import design_experiment
     from lathesim.experiments.experiment_files import as_json as as_json_of
     from lathesim.experiments.experiment_files import told_lines, tried_design, write_experiment, write_program_and_lesson
+    from lathesim.experiments.replica import Listener
 
     registry, named = chosen.registry, _rivals(chosen, aim)
     with interruptible() as stop:
-        found = design_experiment(chosen.loaded, named, registry, wish, chosen.variant, aim.place, say, stop)
+        found = design_experiment(chosen.loaded, named, registry, wish, chosen.variant, aim.place, Listener(say, stop))
         write_program_and_lesson(found, out)
         foretold: list[Foretold] = []
-        if is_tried and not found.stopped and found.decidable:
+        if is_tried and not found.search.stopped and found.decidable:
             with contextlib.suppress(KeyboardInterrupt):
                 found, foretold = tried_design(found, lambda design: write_program_and_lesson(design, out), registry, wish.seed, say)
     write(CommandResult("lathesim-experiment/1", as_json_of(found, foretold), told_lines(found, foretold, out)), as_json)
     write_experiment(found, foretold, out)
-    return STOPPED if found.stopped else 0
+    return STOPPED if found.search.stopped else 0

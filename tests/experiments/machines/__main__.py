@@ -43,9 +43,9 @@ def designed_program(folder: Path, pilot: Path, registry: Registry) -> Path:
     place = folder / "designed"
     if not (place / "program.nc").is_file():
         lesson = load_lesson(pilot / "emulated" / "lesson.yaml")
-        wish = DesignWish(SECONDS, 24, draws=1, rate=10.0, arcs=False, exchanges=16)
+        wish = DesignWish(SECONDS, 24, draws=1, rate=10.0, arcs=False, exchanges=16, criterion="V")
         before = before_design(pilot / "emulated" / "emulation.json", lesson)
-        write_precision(design_for_precision(lesson, ["all"], registry, wish, "V", None, lambda text: None, None, before), place)
+        write_precision(design_for_precision(lesson, ["all"], registry, wish, before=before), place)
     return place / "program.nc"
 
 
