@@ -103,7 +103,7 @@ def learn(course: Course, chosen: Filter, laps: int, *, on: str = "axis", tell: 
 
 def _set_by_hand(prepared: Prepared) -> dict[str, str]:
     """Return the values that the command line set, which a lesson that is written keeps."""
-    return {name: str(given.value) for name, given in prepared.case.set.items() if given.place.startswith("--set")}
+    return {name: str(given.value) for name, given in prepared.case.changed.set.items() if given.place.startswith("--set")}
 
 
 def _no_better(number: int, lap: Lap, floor: float, level: float, count: float) -> str:

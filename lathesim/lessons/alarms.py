@@ -115,9 +115,9 @@ def alarms_of(case: Case, machinery: Machinery) -> tuple[Alarm, ...]:
     written = {
         name: Given(text, source.place(("alarms", name)), source.place(("alarms", name), key=True))
         for name, text in case.lesson.machine.settings.alarms.items()
-        if (place := Place.of(name)).part not in case.replace or place.port in parts[place.part].declared(Output)
+        if (place := Place.of(name)).part not in case.changed.replace or place.port in parts[place.part].declared(Output)
     }
-    return tuple(_alarm(name, given, parts) for name, given in {**written, **case.alarms}.items())
+    return tuple(_alarm(name, given, parts) for name, given in {**written, **case.changed.alarms}.items())
 
 
 def _alarm(name: str, given: Given, parts: Mapping[str, type[Component]]) -> Alarm:

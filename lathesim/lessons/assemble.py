@@ -67,13 +67,13 @@ class _Placed:
 
     def __init__(self, case: Case, registry: Registry, name: str) -> None:
         entry, source, location = case.parts[name].entry, case.parts[name].source, case.parts[name].location
-        replaced = case.replace.get(name)
+        replaced = case.changed.replace.get(name)
         units = {**entry.units, **case.units.get(name, {})}
         self.name = name
         self.case = case
         self.entry = entry
-        self.every = case.every.get(name, entry.every)
-        self.side = str(case.side[name].value) if name in case.side else entry.side or ""
+        self.every = int(case.changed.every[name].value) if name in case.changed.every else entry.every
+        self.side = str(case.changed.side[name].value) if name in case.changed.side else entry.side or ""
         with placed_at(source.place((*location, "component"))):
             template = registry.component(_component_of(entry)).with_units(entry.units)
             self.component = registry.component(_component_of(entry)).with_units(units)
@@ -81,17 +81,17 @@ class _Placed:
             with placed_at(replaced.place):
                 self.component = registry.component(str(replaced.value)).with_units(units)
         if self.side:
-            self._check_side(case.side[name].key_place if name in case.side else source.place((*location, "side")))
+            self._check_side(case.changed.side[name].key_place if name in case.changed.side else source.place((*location, "side")))
         changed = replaced is not None or units != entry.units
         self.parameters: dict[str, float] = {}
         self.start: dict[str, float] = {}
         for group in ("set", "start"):
             for item, text in getattr(entry, group).items():
                 where = (*location, group, item)
-                overridden = f"{name}.{item}" in case.set
+                overridden = f"{name}.{item}" in case.changed.set
                 if not changed or (not overridden and _means_the_same(template, self.component, item)):
                     self._take(item, Given(text, source.place(where), source.place(where, key=True)))
-        for item, given in of_part(name, case.set).items():
+        for item, given in of_part(name, case.changed.set).items():
             self._take(item, given)
 
     def _check_side(self, place: str) -> None:
@@ -119,7 +119,7 @@ def _component_of(entry: PartEntry) -> str:
 
 def _tables(case: Case, part: str, component: type[Component]) -> dict[str, FloatArray]:
     """Return the tables of a part that the lesson names as files."""
-    named = of_part(part, case.tables)
+    named = of_part(part, case.changed.tables)
     for name, given in named.items():
         if name not in component.declared(Table):
             raise no_item(part, component, name, (Table,), "table", given.key_place)
@@ -135,10 +135,10 @@ def _means_the_same(old: type[Component], new: type[Component], item: str) -> bo
 def _refuse_unknown_parts(case: Case) -> None:
     parts = case.parts
     inserted = {insertion.part_name for insertion in case.insert}
-    entries = [(Place.of(name).part, given, True) for name, given in case.set.items()]
-    entries += [(Place.of(name).part, given, False) for name, given in case.wires.items()]
-    entries += [(name, given, False) for name, given in case.replace.items()]
-    entries += [(name, given, False) for name, given in (*case.every_given.items(), *case.side.items())]
+    entries = [(Place.of(name).part, given, True) for name, given in case.changed.set.items()]
+    entries += [(Place.of(name).part, given, False) for name, given in case.changed.wires.items()]
+    entries += [(name, given, False) for name, given in case.changed.replace.items()]
+    entries += [(name, given, False) for name, given in (*case.changed.every.items(), *case.changed.side.items())]
     for name, given, may_be_effect in entries:
         known = [*parts, *inserted] if may_be_effect else list(parts)
         if name not in known:
@@ -157,12 +157,12 @@ def _wires(case: Case, parts: Mapping[str, _Placed]) -> dict[str, Wire]:
     for target, text in case.lesson.machine.settings.wires.items():
         where = ("wires", target)
         written[target] = _Written(Given(text, source.place(where), source.place(where, key=True)), True)
-    written |= {target: _Written(given, False) for target, given in case.wires.items()}
+    written |= {target: _Written(given, False) for target, given in case.changed.wires.items()}
     components = {name: placed.component for name, placed in parts.items()}
     wires: dict[str, Wire] = {}
     for target, item in written.items():
         part, name = Place.of(target)
-        left_over = item.in_template and part in case.replace and part in parts and name not in components[part].declarations
+        left_over = item.in_template and part in case.changed.replace and part in parts and name not in components[part].declarations
         if not left_over:
             wires[target] = _wire(target, item.given, components)
     return wires
@@ -192,7 +192,7 @@ def _guest_declaration(name: str, parts: Mapping[str, type[Component]]) -> str:
 
 
 def _refuse_settings_without_effect(case: Case, wires: Mapping[str, Wire]) -> None:
-    for name, given in case.set.items():
+    for name, given in case.changed.set.items():
         if name in wires:
             feeding = wires[name].source or "a constant"
             fact = f"{name} is fed by {feeding}, so setting it changes nothing."
@@ -244,7 +244,7 @@ def _with_effect(machinery: Machinery, insertion: Insertion, case: Case, registr
         placed = insert_effect(machinery, effect, entry.at, name=insertion.part_name, sources=sources, every=entry.every)
     # an effect may bring further parts with it: what shows a sensor the far side of a spring
     own = placed.by_name[insertion.part_name]
-    values += of_part(insertion.part_name, case.set).items()
+    values += of_part(insertion.part_name, case.changed.set).items()
     parameters: dict[str, float] = {}
     start: dict[str, float] = {}
     for key, given in values:
@@ -268,7 +268,7 @@ def _record(machinery: Machinery, case: Case, parts: Mapping[str, _Placed]) -> t
         part, item = Place.of(name)
         if part in placed and item in placed[part].declared(Output):
             kept.append(name)
-        elif of_lesson or part not in case.replace:
+        elif of_lesson or part not in case.changed.replace:
             declared_item(name, placed, (Output,), "output", source.place(("record", position)))
     kept += [f"{part}.{item}" for part in placed if part not in parts for item in placed[part].declared(Output)]
     return tuple(dict.fromkeys(kept))

@@ -6,7 +6,7 @@ One level of change on the machine template: lesson, then variant, then command 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from lathesim.errors import LessonError, nearest
@@ -53,6 +53,19 @@ class PartOfCase:
 
 
 @dataclass(frozen=True)
+class ChangedEntries:
+    """What the lesson, its variant and the command line change of the machine template, by the keys of a lesson; the last one counts."""
+
+    set: Mapping[str, Given]
+    replace: Mapping[str, Given]
+    wires: Mapping[str, Given]
+    every: Mapping[str, Given]
+    tables: Mapping[str, Given]
+    alarms: Mapping[str, Given]
+    side: Mapping[str, Given]
+
+
+@dataclass(frozen=True)
 class Case:
     """What one run of a lesson is made of."""
 
@@ -65,14 +78,7 @@ class Case:
     step: Given
     parts: Mapping[str, PartOfCase]
     units: Mapping[str, Mapping[str, str]]
-    set: Mapping[str, Given]
-    replace: Mapping[str, Given]
-    wires: Mapping[str, Given]
-    every: Mapping[str, int]
-    every_given: Mapping[str, Given]
-    tables: Mapping[str, Given]
-    alarms: Mapping[str, Given]
-    side: Mapping[str, Given]
+    changed: ChangedEntries
     insert: tuple[Insertion, ...]
 
 
@@ -89,21 +95,18 @@ def case_of(
     layers: list[tuple[Changes, Location]] = [(lesson.settings, ())]
     if variant is not None:
         layers.append((variant_changes(lesson, variant), ("variants", variant)))
-    changed: dict[str, dict[str, Given]] = {"set": {}, "replace": {}, "wires": {}, "tables": {}, "alarms": {}, "side": {}}
+    changed: dict[str, dict[str, Given]] = {item.name: {} for item in fields(ChangedEntries)}
     parts = {name: PartOfCase(entry, lesson.machine.source, ("parts", name)) for name, entry in lesson.machine.settings.parts.items()}
     units: dict[str, dict[str, str]] = {}
-    every: dict[str, int] = {}
-    every_given: dict[str, Given] = {}
     inserted: list[Insertion] = []
     seed = lesson.settings.seed
     duration: Given | None = None
     for changes, location in layers:
         for key, entries in changed.items():
-            entries |= {name: _given(lesson, value, (*location, key, name)) for name, value in getattr(changes, key).items()}
+            written = {name: str(count) for name, count in changes.every.items()} if key == "every" else getattr(changes, key)
+            entries |= {name: _given(lesson, value, (*location, key, name)) for name, value in written.items()}
         parts |= _added(lesson, changes, location, parts)
         units |= _units(lesson, changes, location, parts)
-        every |= changes.every
-        every_given |= {name: _given(lesson, str(count), (*location, "every", name)) for name, count in changes.every.items()}
         inserted += [_insertion(lesson, entry, (*location, "insert", place)) for place, entry in enumerate(changes.insert)]
         seed = changes.seed if changes.seed is not None else seed
         duration = _given(lesson, changes.duration, (*location, "duration")) if changes.duration is not None else duration
@@ -121,14 +124,7 @@ def case_of(
         step=_period(lesson, "step"),
         parts=parts,
         units=units,
-        set=changed["set"],
-        replace=changed["replace"],
-        wires=changed["wires"],
-        every=every,
-        every_given=every_given,
-        tables=changed["tables"],
-        alarms=changed["alarms"],
-        side=changed["side"],
+        changed=ChangedEntries(**changed),
         insert=tuple(inserted),
     )
 

@@ -176,7 +176,7 @@ def files_beside(lesson: Lesson, *, with_tasks: bool = False) -> list[Path]:
     """
     shipped = {path.resolve() for path in (*shipped_files("lesson_configs", "machines/*.yaml"), *shipped_files("part_programs", "*"))}
     cases = [case_of(lesson, variant) for variant in (None, *(lesson.variants if with_tasks else ()))]
-    tables = [table_file(given.value, lesson.path.parent) for case in cases for given in case.tables.values()]
+    tables = [table_file(given.value, lesson.path.parent) for case in cases for given in case.changed.tables.values()]
     paths = dict.fromkeys((lesson.machine.path, *(case.program for case in cases)))
     files = [path for path in paths if path is not None and path.resolve() not in shipped]
     return files + list(dict.fromkeys(file for file in tables if file is not None))

@@ -172,7 +172,7 @@ def run_prepared(
 def _described(record: Record, prepared: Prepared) -> Record:
     """Return the record with the lesson it came from."""
     case = prepared.case
-    changed = {name: str(given.value) for name, given in {**case.set, **case.wires}.items() if given.of_command_line}
+    changed = {name: str(given.value) for name, given in {**case.changed.set, **case.changed.wires}.items() if given.of_command_line}
     meta = {
         **record.meta,
         "lesson": case.lesson.text,

@@ -153,7 +153,7 @@ def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
 
 def written_unit(name: str, prepared: Prepared) -> str:
     """Return the unit in which the lesson, else its machine, writes a parameter; empty where neither does."""
-    given = prepared.case.set.get(name)
+    given = prepared.case.changed.set.get(name)
     if given is not None and isinstance(given.value, str):
         return split_quantity(given.value)[1]
     part, item = Place.of(name)

@@ -43,7 +43,7 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
     driven = machine.driven_by(machine.assembly, recorded.record)
     assembly = replace(cast("Machinery", at_controllers_rate(driven, machine.decisions)), finish="")
     starts = _recorded_starts(machine, recorded, wire(assembly))
-    for name, given in prepared.case.set.items():
+    for name, given in prepared.case.changed.set.items():
         if given.of_command_line:
             starts.pop(name, None)
     assembly = replace(assembly, parts=tuple(_started(part, starts) for part in assembly.parts))

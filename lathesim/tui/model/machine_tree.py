@@ -352,7 +352,7 @@ def _written(case: Prepared, setup: Setup, part: Part, item: str) -> str:
     inserted = _inserted_value(setup, part.name, item)
     if inserted is not None:
         return inserted
-    given = case.case.set.get(f"{part.name}.{item}")
+    given = case.case.changed.set.get(f"{part.name}.{item}")
     if given is not None:
         return str(given.value)
     of_template = case.case.parts.get(part.name)
