@@ -95,7 +95,7 @@ class Room:
     @property
     def dwells(self) -> bool:
         """Whether the dialect has a word for a rest."""
-        return DIALECTS[self.dialect].dwell is not None
+        return DIALECTS[self.dialect].roles.dwell is not None
 
     def time(self, way: float, speed: float) -> float:
         """Return how long a block takes [s]."""
@@ -124,7 +124,7 @@ def room_of(prepared: Prepared) -> Room:
     interpolator = walking[0]
     spans, feed = _of_programs(prepared)
     limits = limits_of(lesson.machine)
-    given = start_of(lesson.machine) or DIALECTS[lesson.settings.dialect].start
+    given = start_of(lesson.machine) or DIALECTS[lesson.settings.dialect].start.place
     bounds = {"X": (limits.x_low, limits.x_high), "Z": (limits.z_low, limits.z_high)}
     axes = []
     for letter in ("X", "Z"):
@@ -218,8 +218,8 @@ class DesignedMove:
 def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room) -> str:
     """Return the part program of moves, in millimetres and millimetres per minute, absolute, X as the dialect means it."""
     dialect = DIALECTS[room.dialect]
-    lines = ["%"] if dialect.program_number else []
-    lines += ["O0001"] if dialect.program_number else []
+    lines = ["%"] if dialect.program.number else []
+    lines += ["O0001"] if dialect.program.number else []
     lines += [f"({in_comment(line)})" for line in title]
     codes = {meaning.name: code for code, meaning in reversed(list(dialect.codes.items()))}
     head = ["PLANE_XZ", "ABSOLUTE", "PER_MINUTE", "MILLIMETRE", "X_RADIUS"]
@@ -236,7 +236,7 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
             if room.idle is not None and not room.dwells:
                 last_feed = 0.0
             continue
-        words = [f"{letter}{_number(1e3 * _shown(letter, value, dialect.x_is_diameter))}" for letter, value in move.to.items()]
+        words = [f"{letter}{_number(1e3 * _shown(letter, value, dialect.start.x_is_diameter))}" for letter, value in move.to.items()]
         if not any(abs(standing[letter] - value) > _WRITTEN for letter, value in move.to.items()):
             continue
         standing |= move.to
@@ -254,7 +254,7 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
     if turning:
         lines.append(codes["SPINDLE_OFF"])
     lines.append("M30")
-    lines += ["%"] if dialect.program_number else []
+    lines += ["%"] if dialect.program.number else []
     return "\n".join(lines) + "\n"
 
 
@@ -265,15 +265,15 @@ def _way_to_turn(turning: float, codes: Mapping[str, str]) -> str:
 def _rest(seconds: float, room: Room, standing: dict[str, float]) -> list[str]:
     """Return the block of a rest: a dwell, or a move of an axis that nothing follows; none where there is neither."""
     dialect = DIALECTS[room.dialect]
-    if dialect.dwell:
-        letter, unit = ("P", dialect.dwell["P"]) if "P" in dialect.dwell else next(iter(dialect.dwell.items()))
+    if dialect.roles.dwell:
+        letter, unit = ("P", dialect.roles.dwell["P"]) if "P" in dialect.roles.dwell else next(iter(dialect.roles.dwell.items()))
         return [f"G4 {letter}{_number(seconds / unit)}"]
     if room.idle is None:
         return []
     way = round(min(_IDLE_WAY, room.feed * seconds), 7)
     target = room.idle.start if standing[room.idle.letter] != room.idle.start else room.idle.start + way
     standing[room.idle.letter] = target
-    shown = _shown(room.idle.letter, target, dialect.x_is_diameter)
+    shown = _shown(room.idle.letter, target, dialect.start.x_is_diameter)
     return [f"G1 {room.idle.letter}{_number(1e3 * shown)} F{_number(6e4 * way / seconds)}"]
 
 

@@ -51,7 +51,7 @@ _NAMED = 8
 
 def contour_cycle(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> Made:
     """Expand the cycle as the dialect has it."""
-    if dialect.contour_in_subprogram:
+    if dialect.cycles.contour_in_subprogram:
         return _profile(block, modal, dialect, meaning)
     if meaning is Meaning.FINISHING_CYCLE:
         return _finishing(block, modal, dialect)
@@ -136,9 +136,9 @@ def _finishing(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     for word in block.takes("UW").values():
         if word.value != 0.0:
             block.warn(f"{word.text} of {code} leaves no allowance; the finishing cycle cuts the contour itself.")
-    start, motion = modal.place, (modal.motion, modal.motion_code)
+    start, motion = modal.place, (modal.modes.motion, modal.modes.motion_code)
     walked = block.flow.walk(first, last, modal)
-    modal.motion, modal.motion_code = motion
+    modal.modes.motion, modal.modes.motion_code = motion
     made: list[PlannedMove | Event] = []
     for place, move in enumerate(walked.moves):
         made += [event for event in walked.events if event.before_move == place]
@@ -239,7 +239,7 @@ def _profile(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) ->
     """
     code, across, finishes = block.codes[meaning].code, meaning in _ACROSS, meaning is Meaning.FINISHING_CYCLE
     check_plane(modal, dialect, code)
-    if not modal.absolute:
+    if not modal.modes.absolute:
         raise Fault(f"{code} does not go with incremental positions.", f"Write {dialect.code_for(Meaning.ABSOLUTE)} before it.")
     words = block.takes("QDEIPRUW")
     value = {letter: modal.metres(word.value) for letter, word in words.items()}
@@ -330,7 +330,7 @@ def _check_start(block: Sorted, modal: Modal, contour: list[Move], code: str, ac
     start = modal.z if across else modal.x
     _check_allowance(block, code, across, side)
     if min(depths) + MICRON < start < max(depths) - MICRON:
-        axis, double = ("Z", 1.0) if across else ("X", 2.0 if modal.diameter else 1.0)
+        axis, double = ("Z", 1.0) if across else ("X", 2.0 if modal.modes.diameter else 1.0)
         begin, low, high = (f"{1e3 * double * depth:.6g}" for depth in (start, min(depths), max(depths)))
         fact = f"{code} begins at {axis} {begin} mm, inside its contour from {low} to {high} mm."
         block.warn(f"{fact} Begin it outside; its rapid moves return there.")

@@ -130,7 +130,7 @@ def begun(block: Sorted, modal: Modal, meaning: Meaning) -> bool:
     """Return whether the block itself has the code of a cycle, which is then in force."""
     if not block.has(meaning):
         return False
-    modal.motion, modal.motion_code = meaning, block.codes[meaning].code
+    modal.modes.motion, modal.modes.motion_code = meaning, block.codes[meaning].code
     return True
 
 
@@ -146,7 +146,7 @@ def readings_elsewhere(block: Sorted, dialect: Dialect) -> str:
 
 def in_steps(word: Word, modal: Modal) -> float:
     """Return a length of a cycle [m]: without a decimal point it counts in the smallest unit of the control."""
-    return modal.metres(word.value) if "." in word.text else word.value * (_TENTH if modal.inch else MICRON)
+    return modal.metres(word.value) if "." in word.text else word.value * (_TENTH if modal.modes.inch else MICRON)
 
 
 def length(block: Sorted, modal: Modal, word: Word) -> float:
@@ -191,13 +191,13 @@ def single_pass(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning)
     start, words = modal.place, modal.thread
     if begun(block, modal, meaning):
         words.taper, words.end = 0.0, start
-    code, across = modal.motion_code, meaning is Meaning.FACING_CYCLE_SIMPLE
+    code, across = modal.modes.motion_code, meaning is Meaning.FACING_CYCLE_SIMPLE
     if block.words.keys().isdisjoint(AXES):
         fact = f"{code} is a cycle here and names no end point{readings_elsewhere(block, dialect)}."
         raise Fault(fact, "Add X and Z words, or take it out.")
     word = block.take("R") or block.take("K" if across else "I")
     words.taper = length(block, modal, word) if word is not None else words.taper
-    from_start = {letter for letter in ("UW" if modal.absolute else AXES) if letter in block.words}
+    from_start = {letter for letter in ("UW" if modal.modes.absolute else AXES) if letter in block.words}
     end = words.end or start
     modal.x, modal.z = start[0] if from_start & {"U", "X"} else end[0], start[1] if from_start & {"W", "Z"} else end[1]
     words.end = end = target(block, modal, dialect)
@@ -224,11 +224,11 @@ def single_pass(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning)
 def thread_by_feed(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> Made:
     """G32: one thread move, its lead in F counted along the longer axis."""
     begun(block, modal, meaning)
-    check_thread(block, modal, modal.motion_code)
+    check_thread(block, modal, modal.modes.motion_code)
     lead, angle = lead_of(block, modal, "FE"), start_angle(block, dialect)
     begin, end = modal.place, target(block, modal, dialect)
     if end == begin:
-        raise Fault(f"{modal.motion_code} names no end point.", "Add a Z word.")
+        raise Fault(f"{modal.modes.motion_code} names no end point.", "Add a Z word.")
     return [go(block, modal, "thread", end, feed=lead_along_path(begin, end, lead), mode=MoveMode(per_revolution=True, start_angle=angle))]
 
 
@@ -286,8 +286,8 @@ def _step(block: Sorted, modal: Modal, letter: str, other: str, code: str) -> fl
         return 0.0 if plain is None else modal.metres(plain.value)
     found = in_steps(word, modal)
     if "." not in word.text and 0.0 < found < _SLIGHT:
-        units = 1.0 / (_TENTH / 0.0254 if modal.inch else MICRON / 1e-3)
-        meant = f"{word.letter}{word.value * units:.0f} for {word.value:g} {'inch' if modal.inch else 'mm'}"
+        units = 1.0 / (_TENTH / 0.0254 if modal.modes.inch else MICRON / 1e-3)
+        meant = f"{word.letter}{word.value * units:.0f} for {word.value:g} {'inch' if modal.modes.inch else 'mm'}"
         block.warn(f"{word.text} of {code} is a step of {in_unit(found, 'mm', 'g')}, as it has no point. Write {meant}.")
     return found
 

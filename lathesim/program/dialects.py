@@ -24,83 +24,143 @@ TWO_DIGITS = 100
 
 
 @dataclass(frozen=True)
+class LetterRoles:
+    """What letters do beside what they are called.
+
+    ``incremental`` letters move an axis incrementally; with G28 and G10 the ``data_incremental`` ones add to X and Z. ``dwell`` gives what
+    one unit of a letter is in seconds, ``start_angle`` the letter of the start angle of a thread and its unit in degrees. ``surface_limit``
+    bounds the spindle speed beside a surface speed. With ``least_increments`` a control may count positions without a point in its
+    smallest unit.
+    """
+
+    incremental: Mapping[str, str] = field(default_factory=dict)
+    data_incremental: Mapping[str, str] = field(default_factory=dict)
+    dwell: Mapping[str, float] = field(default_factory=dict)
+    surface_limit: str = ""
+    start_angle: tuple[str, float] = ("", 1.0)
+    least_increments: bool = False
+
+
+@dataclass(frozen=True)
+class StartState:
+    """What holds until a program says else: the ``motion`` in force, and the ``place`` of the tool (x, z) [m], X as a radius."""
+
+    x_is_diameter: bool = False
+    per_revolution: bool = False
+    motion: M | None = None
+    place: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class SpindleFacts:
+    """How a control turns the spindle.
+
+    With ``surface_number_is_speed`` G97 without S takes the number of the surface speed for rpm, with ``holds_speed`` the speed that
+    turned. With ``stops_after_motion`` M5 acts at the end of its block, and with ``stops_at_change`` a tool change turns the spindle off.
+    """
+
+    surface_number_is_speed: bool = False
+    holds_speed: bool = False
+    stops_after_motion: bool = False
+    stops_at_change: bool = False
+
+
+@dataclass(frozen=True)
+class ToolFacts:
+    """How a control takes tools.
+
+    With ``change_at_t`` the T word changes the tool. ``data`` are the L of G10 that set one (0 without L), which acts at once with
+    ``data_at_once``. With ``in_front`` orientations count with X mirrored, with ``nose_starts_beside`` compensation begins beside the path.
+    """
+
+    change_at_t: bool = False
+    data: tuple[float, ...] = (0.0, 10.0, 11.0, 12.0, 13.0)
+    data_at_once: bool = True
+    in_front: bool = False
+    nose_starts_beside: bool = True
+
+
+@dataclass(frozen=True)
+class OriginFacts:
+    """Where coordinates begin: ``machine_zero`` [m, X as a radius], and the numbers of ``work_offsets`` by their codes.
+
+    With ``further_by_l20`` L20 of G10 sets a further work offset, else the one in force from here. With ``local_is_shift`` G52 is the shift
+    of G92.
+    """
+
+    machine_zero: tuple[float, float] = (0.0, 0.0)
+    work_offsets: Mapping[str, int] = field(default_factory=dict)
+    further_by_l20: bool = True
+    local_is_shift: bool = False
+
+
+@dataclass(frozen=True)
+class ProgramFacts:
+    """What a program may hold beside words for moves.
+
+    One without an end is refused with ``end_required``, and accepted without a warning with ``end_free``. ``carried_out`` are meanings
+    that not every dialect's codes are interpreted in. With ``builder_codes`` further M codes belong to the machine's builder and do
+    nothing here. With ``variables`` there are expressions; ``statements`` choose the next block. Variables up to ``locals_up_to`` are
+    local; with ``unset_is_empty`` one that is not set is empty, else 0; setting ``alarm_variable`` is an alarm (Fanuc 0i operator's
+    manual, custom macro, system variables); ``numbered_parameters`` are those of RS274 and no macro variables.
+    """
+
+    number: bool = False
+    end_required: bool = False
+    end_free: bool = False
+    carried_out: frozenset[M] = frozenset()
+    builder_codes: bool = False
+    statements: frozenset[Keyword] = frozenset()
+    variables: bool = False
+    locals_up_to: int = 33
+    unset_is_empty: bool = True
+    alarm_variable: int | None = 3000
+    numbered_parameters: bool = False
+
+
+@dataclass(frozen=True)
+class CycleFacts:
+    """How a control reads its cycles.
+
+    With ``thread_drive_line`` G76 is that of LinuxCNC. With ``contour_in_subprogram`` Q of a contour cycle names a subprogram; with
+    ``whole_numbers_are_steps`` a length without a point counts in the smallest unit. With ``drills_in_xy`` the drilling cycles are those of
+    LinuxCNC, along Z in the plane of X and Y; with ``returns_to_plane`` they end at the R plane until a code says else. With
+    ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts.
+    """
+
+    thread_drive_line: bool = False
+    contour_in_subprogram: bool = False
+    whole_numbers_are_steps: bool = True
+    drills_in_xy: bool = False
+    returns_to_plane: bool = False
+    cancels_beside_motion: bool = False
+
+
+@dataclass(frozen=True)
 class Dialect:
     """One way of writing part programs.
 
-    ``codes`` gives the meaning of each G and M code, ``letters`` what each further letter carries. ``incremental`` names letters that
-    move an axis incrementally, ``data_incremental`` those that G28 and G10 add to X and Z, ``dwell`` the letters of a dwell with what one
-    unit of them is in seconds, ``surface_limit`` the letter that bounds the spindle speed beside a surface speed, ``start`` where the tool
-    stands at the beginning and ``machine_zero`` where machine coordinates begin [m, X as a radius]. A program without an end is refused
-    with ``end_required``, and accepted without a warning with ``end_free``.
-    ``carried_out`` are meanings that not every dialect's codes are interpreted in. With ``thread_drive_line`` G76 is that of LinuxCNC; with
-    ``cancels_beside_motion`` G80 may stand beside another motion code, which then counts; with ``spindle_stops_after_motion`` M5 acts at
-    the end of its block. ``work_offsets`` numbers their codes. With ``variables`` there are expressions; ``statements`` choose the next
-    block. ``builder_codes``: further M codes belong to the machine's builder and do nothing here.
-    ``surface_number_is_speed``: G97 without S takes the number of the surface speed for rpm; with ``holds_speed`` it holds the speed that
-    turned. ``least_increments``: a control may count positions without a point in its smallest unit.
-    Variables up to ``locals_up_to`` are local; with ``unset_is_empty`` one that is not set is empty, else 0; setting ``alarm_variable`` is
-    an alarm (Fanuc 0i operator's manual, custom macro, system variables); ``numbered_parameters`` are those
-    of RS274 and no macro variables. ``contour_in_subprogram``: Q of a contour cycle names a subprogram. ``whole_numbers_are_steps``: a
-    length of a cycle without a point counts in the smallest unit. ``nose_starts_beside``: compensation begins beside the path.
-    ``local_shift_is_shift``: G52 is the shift of G92. ``tool_data`` are the L of G10 that set a tool (0 without L), which acts at once with
-    ``tool_data_at_once``; with ``further_by_l20`` its L20 sets a further work offset, else the one in force from here.
-    ``variant_of`` names the dialect of which this one is a rarer form; where both have a word, messages name that one.
-    ``first_motion`` is in force until the program names a motion.
-    ``start_angle`` is the letter of the start angle of a thread, and its unit in degrees. With ``drills_in_xy`` the drilling
-    cycles are those of LinuxCNC, along Z in the plane of X and Y; with ``returns_to_plane`` they end at the R plane until a code says else.
-    ``change_stops_spindle``: a tool change turns the spindle off. ``tool_in_front``: the orientations of tools count with X mirrored.
+    ``codes`` gives the meaning of each G and M code, ``letters`` what each further letter carries. ``variant_of`` names the dialect of
+    which this one is a rarer form; where both have a word, messages name that one.
     """
 
     name: str
     title: str
     codes: Mapping[str, M]
     letters: Mapping[str, str]
-    x_is_diameter: bool = False
-    per_revolution: bool = False
-    incremental: Mapping[str, str] = field(default_factory=dict)
-    data_incremental: Mapping[str, str] = field(default_factory=dict)
-    dwell: Mapping[str, float] = field(default_factory=dict)
-    surface_limit: str = ""
-    tool_changes_at_t: bool = False
-    program_number: bool = False
-    end_required: bool = False
-    end_free: bool = False
-    carried_out: frozenset[M] = frozenset()
-    work_offsets: Mapping[str, int] = field(default_factory=dict)
-    statements: frozenset[Keyword] = frozenset()
-    surface_number_is_speed: bool = False
-    holds_speed: bool = False
-    least_increments: bool = False
-    locals_up_to: int = 33
-    unset_is_empty: bool = True
-    alarm_variable: int | None = 3000
-    numbered_parameters: bool = False
-    contour_in_subprogram: bool = False
-    whole_numbers_are_steps: bool = True
-    nose_starts_beside: bool = True
-    local_shift_is_shift: bool = False
-    tool_data: tuple[float, ...] = (0.0, 10.0, 11.0, 12.0, 13.0)
-    tool_data_at_once: bool = True
-    further_by_l20: bool = True
-    variables: bool = False
-    builder_codes: bool = False
-    tool_in_front: bool = False
-    change_stops_spindle: bool = False
+    roles: LetterRoles = LetterRoles()
+    start: StartState = StartState()
+    spindle: SpindleFacts = SpindleFacts()
+    tools: ToolFacts = ToolFacts()
+    origin: OriginFacts = OriginFacts()
+    program: ProgramFacts = ProgramFacts()
+    cycles: CycleFacts = CycleFacts()
     variant_of: str = ""
-    first_motion: M | None = None
-    thread_drive_line: bool = False
-    start_angle: tuple[str, float] = ("", 1.0)
-    drills_in_xy: bool = False
-    returns_to_plane: bool = False
-    cancels_beside_motion: bool = False
-    spindle_stops_after_motion: bool = False
-    start: tuple[float, float] = (0.0, 0.0)
-    machine_zero: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
     def axes(self) -> tuple[tuple[str, str], ...]:
         """Letters of positions, each with its axis."""
-        return tuple({"X": "X", "Z": "Z", **self.incremental}.items())
+        return tuple({"X": "X", "Z": "Z", **self.roles.incremental}.items())
 
     def code_for(self, meaning: M | None) -> str:
         """Return the first code of a meaning, or nothing without one."""
@@ -165,30 +225,17 @@ LINUXCNC = Dialect(
         "H": "length offset",
         "L": "repeats", "Q": "contour or depth", "E": "taper of a thread", "U": "allowance along X", "W": "allowance along Z",
     },
-    dwell={"P": 1.0},
-    work_offsets=_WORK_OFFSETS,
-    statements=frozenset(Keyword) - MACROS,
-    surface_number_is_speed=True,
-    locals_up_to=30,
-    unset_is_empty=False,
-    alarm_variable=None,
-    numbered_parameters=True,
-    contour_in_subprogram=True,
-    whole_numbers_are_steps=False,
-    nose_starts_beside=False,
-    local_shift_is_shift=True,
-    tool_data=(1.0,),
-    tool_data_at_once=False,
-    further_by_l20=False,
-    variables=True,
-    tool_in_front=True,
-    change_stops_spindle=True,
-    thread_drive_line=True,
-    start_angle=("D", 1.0),
-    drills_in_xy=True,
-    returns_to_plane=True,
-    surface_limit="D",
-    end_required=True
+    roles=LetterRoles(dwell={"P": 1.0}, surface_limit="D", start_angle=("D", 1.0)),
+    spindle=SpindleFacts(surface_number_is_speed=True, stops_at_change=True),
+    tools=ToolFacts(data=(1.0,), data_at_once=False, in_front=True, nose_starts_beside=False),
+    origin=OriginFacts(work_offsets=_WORK_OFFSETS, further_by_l20=False, local_is_shift=True),
+    program=ProgramFacts(
+        end_required=True, statements=frozenset(Keyword) - MACROS, variables=True, locals_up_to=30, unset_is_empty=False,
+        alarm_variable=None, numbered_parameters=True,
+    ),
+    cycles=CycleFacts(
+        thread_drive_line=True, contour_in_subprogram=True, whole_numbers_are_steps=False, drills_in_xy=True, returns_to_plane=True
+    ),
 )  # fmt: skip
 
 _LINUXCNC_ONLY = {
@@ -202,9 +249,8 @@ GRBL = replace(
     name="grbl",
     title="GRBL 1.1 and grblHAL for lathes: starts in G0, and a program needs no end",
     codes={code: meaning for code, meaning in LINUXCNC.codes.items() if code not in _LINUXCNC_ONLY},
-    end_required=False,
-    end_free=True,
-    first_motion=M.RAPID,
+    start=StartState(motion=M.RAPID),
+    program=replace(LINUXCNC.program, end_required=False, end_free=True),
     variant_of="linuxcnc",
 )
 
@@ -241,25 +287,18 @@ FANUC = Dialect(
         "A": "angle of a thread", "L": "repeats", "B": "argument of a macro", "C": "argument of a macro", "H": "argument of a macro",
         "J": "argument of a macro", ",C": "chamfer at the corner", ",R": "rounding at the corner", ",A": "angle of the line",
     },
-    x_is_diameter=True,
-    per_revolution=True,
-    incremental={"U": "X", "W": "Z"},
-    data_incremental={"U": "X", "W": "Z"},
-    dwell={"X": 1.0, "U": 1.0, "P": 0.001},
-    work_offsets=_WORK_OFFSETS,
-    variables=True,
-    builder_codes=True,
-    carried_out=frozenset({M.SUBPROGRAM, M.SUBPROGRAM_END}),
-    cancels_beside_motion=True,
-    spindle_stops_after_motion=True,
-    tool_changes_at_t=True,
-    program_number=True,
-    holds_speed=True,
-    least_increments=True,
-    statements=MACROS,
-    start_angle=("Q", 1e-3),
-    start=(0.1, 0.2),
-    machine_zero=(0.1, 0.2)
+    roles=LetterRoles(
+        incremental={"U": "X", "W": "Z"}, data_incremental={"U": "X", "W": "Z"}, dwell={"X": 1.0, "U": 1.0, "P": 0.001},
+        start_angle=("Q", 1e-3), least_increments=True,
+    ),
+    start=StartState(x_is_diameter=True, per_revolution=True, place=(0.1, 0.2)),
+    spindle=SpindleFacts(holds_speed=True, stops_after_motion=True),
+    tools=ToolFacts(change_at_t=True),
+    origin=OriginFacts(machine_zero=(0.1, 0.2), work_offsets=_WORK_OFFSETS),
+    program=ProgramFacts(
+        number=True, carried_out=frozenset({M.SUBPROGRAM, M.SUBPROGRAM_END}), builder_codes=True, statements=MACROS, variables=True
+    ),
+    cycles=CycleFacts(cancels_beside_motion=True),
 )  # fmt: skip
 
 FANUC_B = replace(
@@ -274,7 +313,7 @@ FANUC_B = replace(
         "G98": M.CYCLE_RETURN, "G99": M.CYCLE_RETURN,
     },
     letters={**FANUC.letters, "U": "depth or allowance along X", "W": "depth or allowance along Z"},
-    incremental={},
+    roles=replace(FANUC.roles, incremental={}),
     variant_of="fanuc"
 )  # fmt: skip
 
@@ -287,7 +326,7 @@ _ALSO_CALLED = {"fanuc-a": "fanuc", "haas": "fanuc", "emc2": "linuxcnc", "grblha
 
 def not_interpreted(meaning: M, dialect: Dialect) -> bool:
     """Return whether a dialect has a meaning that is not carried out for it."""
-    return meaning in NOT_INTERPRETED and meaning not in dialect.carried_out
+    return meaning in NOT_INTERPRETED and meaning not in dialect.program.carried_out
 
 
 def dialect_named(name: str) -> Dialect:

@@ -87,9 +87,9 @@ def speed_words(block: Block, meanings: Mapping[str, Meaning | None], inch: bool
 def cycle_words(meaning: Meaning, block: Block, dialect: Dialect) -> str:
     """Return what the words of a block tell a cycle; lengths in the unit of the program."""
     letters = {word.letter for word in block.words}
-    if dialect.contour_in_subprogram and meaning is Meaning.FINISHING_CYCLE:
+    if dialect.cycles.contour_in_subprogram and meaning is Meaning.FINISHING_CYCLE:
         table = _PROFILE
-    elif dialect.contour_in_subprogram:
+    elif dialect.cycles.contour_in_subprogram:
         table = (
             _DRIVE_LINE if meaning is Meaning.THREADING_CYCLE else _PROFILE if _FULL.get(meaning) is _CONTOUR else _FULL.get(meaning, {})
         )
@@ -97,7 +97,7 @@ def cycle_words(meaning: Meaning, block: Block, dialect: Dialect) -> str:
         table = _FIRST[meaning]
     else:
         table = _FULL.get(meaning, {})
-    steps = meaning not in _CONTOURED and dialect.whole_numbers_are_steps
+    steps = meaning not in _CONTOURED and dialect.cycles.whole_numbers_are_steps
     told = [table[word.letter].format(_number(word, steps=steps)) for word in block.words if word.letter in table]
     if meaning is Meaning.THREADING_CYCLE and table is _FIRST[meaning]:
         told = [_passes(word.value) if word.letter == "P" else words for word, words in zip(_of(block, table), told, strict=True)]
@@ -259,6 +259,6 @@ def move_sentence(move: Move, dialect: Dialect) -> str:
 
 
 def _end(move: Move, dialect: Dialect) -> str:
-    if dialect.x_is_diameter:
+    if dialect.start.x_is_diameter:
         return f"X {move.end_x * 2e3:.6g} mm (diameter), Z {in_unit(move.end_z, 'mm', '.6g')}"
     return f"X {in_unit(move.end_x, 'mm', '.6g')} (radius), Z {in_unit(move.end_z, 'mm', '.6g')}"

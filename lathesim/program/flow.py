@@ -63,7 +63,7 @@ class Flow:
         self.contours: dict[int, tuple[Move, ...]] = {}
         self.known: dict[tuple[Word, ...], Codes] = {}
         self.variables = Variables(
-            lambda key: system_value(key, self.modal, dialect), locals_to=dialect.locals_up_to, empty=dialect.unset_is_empty
+            lambda key: system_value(key, self.modal, dialect), locals_to=dialect.program.locals_up_to, empty=dialect.program.unset_is_empty
         )
         self.position = self.depth = self.runs = 0
         self.passed: set[int] = set()
@@ -155,7 +155,7 @@ class Flow:
 
     def _computed(self, block: Block) -> Block:
         """Return the block with the numbers of its expressions; its assignments are carried out."""
-        if not self.dialect.variables:
+        if not self.dialect.program.variables:
             check_statement(block, self.dialect)
         values = [assignment.value.evaluate(self.variables) for assignment in block.assignments]
         words = []
@@ -170,7 +170,7 @@ class Flow:
         return block._replace(words=tuple(words))
 
     def _assign(self, assignment: Assignment, value: Value, block: Block) -> None:
-        alarm = self.dialect.alarm_variable
+        alarm = self.dialect.program.alarm_variable
         if assignment.number is not None and alarm is not None and assignment.number.evaluate(self.variables) == alarm:
             said = f": {block.comments[0]}" if block.comments else ""
             raise Fault(f"The program stops itself with an alarm{said}.", "Look for the condition in front of it.")
@@ -296,7 +296,7 @@ class Flow:
         """Return the contour from the ``first`` block to the ``last`` as the program would run it, with ``modal`` in force."""
         if self.walking:
             raise Fault("A cycle stands in the contour of a cycle.", "Write the contour with G0 to G3 only.")
-        modal.motion, self.corner = None, None
+        modal.modes.motion, self.corner = None, None
         with self._aside(modal=modal, moves=Moves(), events=[], passed=set(), walking=True):
             self.run_blocks(first, last + 1)
             self.contours.setdefault(first, tuple(self.moves))

@@ -34,16 +34,16 @@ _LIFT = 0.254e-3
 
 def hole(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> Made:
     """Expand a cycle for holes as the dialect has it."""
-    return (_canned if dialect.drills_in_xy else _drilling)(block, modal, dialect, meaning)
+    return (_canned if dialect.cycles.drills_in_xy else _drilling)(block, modal, dialect, meaning)
 
 
 def _returns_to_plane(block: Sorted, modal: Modal, dialect: Dialect) -> bool:
     """Return whether holes end at the R plane; the default of a dialect is noted as an assumption."""
     if modal.hole.returns_to_plane is not None:
         return modal.hole.returns_to_plane
-    if dialect.returns_to_plane:
+    if dialect.cycles.returns_to_plane:
         block.assume("cycle_return", "to the R plane, as G99 does")
-    return dialect.returns_to_plane
+    return dialect.cycles.returns_to_plane
 
 
 # ---- Fanuc and Haas ------------------------------------------------------------------------------------------------------------------
@@ -54,11 +54,11 @@ def _drilling(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -
     start, hole = modal.place, modal.hole
     if begun(block, modal, meaning):
         hole.words, hole.level = {}, modal.z
-    code, level, given = modal.motion_code, modal.z if hole.level is None else hole.level, hole.words
+    code, level, given = modal.modes.motion_code, modal.z if hole.level is None else hole.level, hole.words
     for letter, word in block.takes("R" if meaning is Meaning.TAPPING else "RQP").items():
         in_milliseconds = letter == "P" and "." not in word.text
         given[letter] = length(block, modal, word) if letter == "Q" else word.value * (1e-3 if in_milliseconds else 1.0)
-    below = "W" in block.words or ("Z" in block.words and not modal.absolute)
+    below = "W" in block.words or ("Z" in block.words and not modal.modes.absolute)
     x, bottom = target(block, modal, dialect)
     plane = _plane(block, modal, given.get("R"), level)
     if below:
@@ -115,7 +115,7 @@ def _plane(block: Sorted, modal: Modal, r: float | None, level: float) -> float:
 
 def _tapping(block: Sorted, modal: Modal, dialect: Dialect, place: Point, plane: float, level: float) -> Made:
     """Expand G84 of Fanuc and Haas: in with the lead that F gives per revolution or per minute, out with the spindle reversed."""
-    spindle, code, feed, (x, bottom) = modal.spindle, modal.motion_code, modal.feed, place
+    spindle, code, feed, (x, bottom) = modal.spindle, modal.modes.motion_code, modal.feed, place
     back = plane if _returns_to_plane(block, modal, dialect) else level
     ignored_word(block, "P", code)
     if spindle.surface or not spindle.speed:
@@ -145,7 +145,7 @@ def _tapping(block: Sorted, modal: Modal, dialect: Dialect, place: Point, plane:
 def rigid_tapping(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> Made:
     """Expand G33.1: in with the lead K, and out to the start with the spindle reversed, I times as fast."""
     begun(block, modal, meaning)
-    code, start = modal.motion_code, modal.place
+    code, start = modal.modes.motion_code, modal.place
     lead, faster = lead_along(block, modal, meaning), block.take("I")
     end = target(block, modal, dialect)
     if end == start:
@@ -158,12 +158,12 @@ def rigid_tapping(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meanin
 
 def _canned(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> Made:
     """Expand G73, G74 and G81 to G89 of LinuxCNC, along Z in the XY plane: R, Z, Q and P are modal, L repeats."""
-    words, repeated = modal.hole, modal.motion is meaning
-    if modal.motion not in HOLES:
+    words, repeated = modal.hole, modal.modes.motion is meaning
+    if modal.modes.motion not in HOLES:
         words.level = modal.z
     begun(block, modal, meaning)
-    code = modal.motion_code
-    if modal.plane is not Meaning.PLANE_XY:
+    code = modal.modes.motion_code
+    if modal.modes.plane is not Meaning.PLANE_XY:
         plane, own = dialect.code_for(Meaning.PLANE_XY), dialect.code_for(Meaning.PLANE_XZ)
         fact = f"{code} drills along Z only in {plane}; in {own} it drills along Y."
         raise Fault(fact, f"Write {plane} before it and {own} after it.")
@@ -191,7 +191,7 @@ def _check_canned(modal: Modal, meaning: Meaning, code: str) -> None:
         raise Fault(f"The peck Q of {code} is not above 0.", "Give the depth of one peck without a sign.")
     if given.get("P", 0.0) < 0.0:
         raise Fault(f"P of {code} is below 0.", "Give it without a sign.")
-    if given["Z"] > (given["R"] if modal.absolute else 0.0):
+    if given["Z"] > (given["R"] if modal.modes.absolute else 0.0):
         raise Fault(f"The bottom Z of {code} lies above its R plane.", "Give a Z below R: the feed begins at R and ends at Z.")
 
 
@@ -203,10 +203,10 @@ def _drill_holes(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning
     if count is not None and (count.value != repeats or repeats < 1):
         raise Fault(f"{count.text} of {code} is not a number of holes.", "Give a whole number above 0.")
     level = modal.z if modal.hole.level is None else modal.hole.level
-    plane = given["R"] + (modal.origin.zero[1] if modal.absolute else level)
-    bottom = given["Z"] + (modal.origin.zero[1] if modal.absolute else plane)
+    plane = given["R"] + (modal.origin.zero[1] if modal.modes.absolute else level)
+    bottom = given["Z"] + (modal.origin.zero[1] if modal.modes.absolute else plane)
     x = target(block, modal, dialect)[0]
-    along = 0.0 if modal.absolute else x - modal.x
+    along = 0.0 if modal.modes.absolute else x - modal.x
     steps = rapids((modal.x, plane)) if level < plane else []
     here, level = (plane, plane) if level < plane else (modal.z, level)
     clear = plane if _returns_to_plane(block, modal, dialect) else level

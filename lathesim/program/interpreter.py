@@ -22,7 +22,7 @@ from lathesim.program.dialects import DIALECTS, TWO_DIGITS, Dialect, dialect_nam
 from lathesim.program.flow import Flow, Step, subprogram
 from lathesim.program.hole_cycles import hole, rigid_tapping
 from lathesim.program.meanings import HOLES, Group, Meaning
-from lathesim.program.modal import FeedInForce, Modal, Turret
+from lathesim.program.modal import FeedInForce, Modal, ModesInForce, Turret
 from lathesim.program.motions import PLAIN, go, plain_motion
 from lathesim.program.moves import CUTTING, KINDS, Event, Made, MoveMode, Moves, Program, Tool
 from lathesim.program.nose_compensation import compensated
@@ -52,9 +52,10 @@ def interpret(
     Raises :class:`ProgramError` with ``file:line``, the word, what is wrong and what to do.
     """
     table = dialect if isinstance(dialect, Dialect) else dialect_named(dialect)
-    start = table.start if start is None else start
-    modal = Modal(*start, table.x_is_diameter, FeedInForce(table.per_revolution), Turret(TURRET_STATIONS, dict(tools or {})))
-    modal.motion, modal.motion_code = table.first_motion, table.code_for(table.first_motion)
+    start = table.start.place if start is None else start
+    motion = table.start.motion
+    modes = ModesInForce(table.start.x_is_diameter, motion=motion, motion_code=table.code_for(motion))
+    modal = Modal(*start, modes, FeedInForce(table.start.per_revolution), Turret(TURRET_STATIONS, dict(tools or {})))
     flow = Flow(blocks, table, modal, _steps_of, strict)
     try:
         check_statements(blocks, table)
@@ -86,9 +87,9 @@ def _close(flow: Flow) -> None:
         raise Fault(f"{corner.text} has no move behind it.", "Take it out.", corner.line)
     if blocks.ending or flow.ended or not any(block.words for block in blocks.blocks):
         return
-    if flow.dialect.end_required:
+    if flow.dialect.program.end_required:
         raise Fault("The program has no end.", "Write M2 or M30 in its last block; it may be cut short.")
-    if not flow.dialect.end_free:
+    if not flow.dialect.program.end_free:
         flow.warnings.append(Warned(blocks.last_line, "The program ends without M02 or M30."))
 
 
@@ -101,11 +102,11 @@ def _note_assumptions(flow: Flow, start: tuple[float, float]) -> None:
     taken = {
         Group.UNITS: ("units", "millimetres"),
         Group.DISTANCE: ("distance", str(Meaning.ABSOLUTE)),
-        Group.FEED_MODE: ("feed_mode", str(Meaning.PER_REVOLUTION if dialect.per_revolution else Meaning.PER_MINUTE)),
-        Group.DIAMETER: ("x_mode", "diameter" if dialect.x_is_diameter else "radius"),
+        Group.FEED_MODE: ("feed_mode", str(Meaning.PER_REVOLUTION if dialect.start.per_revolution else Meaning.PER_MINUTE)),
+        Group.DIAMETER: ("x_mode", "diameter" if dialect.start.x_is_diameter else "radius"),
         Group.PLANE: ("plane", str(Meaning.PLANE_XZ)),
         Group.SPINDLE_MODE: ("spindle_mode", "" if modal.spindle.speed is None else str(Meaning.SPINDLE_SPEED)),
-        Group.MOTION: ("motion", "" if dialect.first_motion is None else f"{dialect.first_motion} until the program says otherwise"),
+        Group.MOTION: ("motion", "" if dialect.start.motion is None else f"{dialect.start.motion} until the program says otherwise"),
     }
     assumed.update(dict(said for group, said in taken.items() if said[1] and group not in modal.said))
     if modal.turret.use is None and any(KINDS[kind] in CUTTING for kind in set(flow.moves.kinds)):
@@ -143,7 +144,7 @@ _LEADS = frozenset({Meaning.THREAD_BY_FEED, Meaning.THREADING_CYCLE_SIMPLE, Mean
 
 def feed(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """F in mm or inch per minute or per revolution."""
-    if "F" not in block.words or (block.of_group(Group.MOTION) or modal.motion) in _LEADS:
+    if "F" not in block.words or (block.of_group(Group.MOTION) or modal.modes.motion) in _LEADS:
         return ()
     word = block.words["F"]
     block.used.add("F")
@@ -158,7 +159,7 @@ def feed(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
 def _check_units(block: Sorted, modal: Modal, word: Word) -> None:
     """Refuse feeds and surface speeds in the very block that changes the units, as controls differ."""
     units = block.of_group(Group.UNITS)
-    if units is not None and modal.inch != (units is Meaning.INCH):
+    if units is not None and modal.modes.inch != (units is Meaning.INCH):
         code = block.codes[units].text
         fact = f"{word.text} stands in the block in which {code} changes the units, and controls differ in which unit it then has."
         raise Fault(fact, f"Write {code} in a block before it.")
@@ -179,7 +180,7 @@ def spindle_speed(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
         _set_spindle_mode(block, modal, dialect, mode, word)
     if word is not None and spindle.surface:
         _check_units(block, modal, word)
-        spindle.speed = word.value * (_FOOT if modal.inch else 1.0) / 60.0
+        spindle.speed = word.value * (_FOOT if modal.modes.inch else 1.0) / 60.0
     elif word is not None:
         spindle.speed = word.value * _REVOLUTION / 60.0
     return ()
@@ -192,8 +193,8 @@ def _set_spindle_mode(block: Sorted, modal: Modal, dialect: Dialect, mode: Meani
     if word is None and spindle.surface and not surface:
         _keep_speed(block, modal, dialect, code)
     spindle.surface = surface
-    if surface and dialect.surface_limit:
-        limit = block.take(dialect.surface_limit)
+    if surface and dialect.roles.surface_limit:
+        limit = block.take(dialect.roles.surface_limit)
         if limit is not None and limit.value <= 0.0:
             raise Fault(f"{limit.text} is no speed limit.", "Give it in rpm, above 0.")
         spindle.limit = None if limit is None else limit.value * _REVOLUTION / 60.0
@@ -202,15 +203,15 @@ def _set_spindle_mode(block: Sorted, modal: Modal, dialect: Dialect, mode: Meani
 def _keep_speed(block: Sorted, modal: Modal, dialect: Dialect, code: str) -> None:
     """G97 without S: Fanuc holds the speed that turned where the tool stands, LinuxCNC reads the number of G96 as rpm."""
     spindle = modal.spindle
-    if dialect.surface_number_is_speed:
-        number = (spindle.speed or 0.0) * 60.0 / (_FOOT if modal.inch else 1.0)
+    if dialect.spindle.surface_number_is_speed:
+        number = (spindle.speed or 0.0) * 60.0 / (_FOOT if modal.modes.inch else 1.0)
         spindle.speed = number * _REVOLUTION / 60.0
         block.warn(f"{code} has no S word; the {number:.6g} of the surface speed counts in rpm now.")
         return
     radius = abs(modal.here[0])
     speed = (spindle.speed or 0.0) / radius if radius > 0.0 else math.inf
     speed = speed if spindle.limit is None else min(speed, spindle.limit)
-    if math.isinf(speed) or not dialect.holds_speed:
+    if math.isinf(speed) or not dialect.spindle.holds_speed:
         raise Fault(f"{code} needs a spindle speed and has none.", f"Add an S word in rpm, for example {code} S1000.")
     spindle.speed = speed
     block.warn(f"{code} has no S word and holds the speed of {speed * 60.0 / _REVOLUTION:.4g} rpm.")
@@ -223,7 +224,7 @@ def tool(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
         if word.value < 0.0 or word.value != math.floor(word.value):
             raise Fault(f"{word.text} is no tool number.", "Tools count from 1 up.")
         number = offset = int(word.value)
-        if dialect.tool_changes_at_t and number >= TWO_DIGITS:
+        if dialect.tools.change_at_t and number >= TWO_DIGITS:
             number, offset = divmod(number, TWO_DIGITS)
         if number > turret.stations:
             raise Fault(f"{word.text} asks for tool {number}, and the turret has {turret.stations}.", "Use a tool of the turret.")
@@ -232,11 +233,11 @@ def tool(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     if block.has(Meaning.TOOL_CHANGE) and turret.ready is None:
         code = block.codes[Meaning.TOOL_CHANGE].text
         raise Fault(f"{code} changes the tool and no T word has named one.", f"Write it as T1 {code}.")
-    at_t = word is not None and dialect.tool_changes_at_t
+    at_t = word is not None and dialect.tools.change_at_t
     if not at_t and not block.has(Meaning.TOOL_CHANGE):
         return ()
     turret.use = turret.ready
-    stops = dialect.change_stops_spindle and modal.spindle.direction != 0
+    stops = dialect.spindle.stops_at_change and modal.spindle.direction != 0
     made = [*(_turn(block, modal, Meaning.SPINDLE_OFF) if stops else ()), Event("tool", block.line, tool=turret.use)]
     if at_t:
         call_tool(modal, dialect, offset)
@@ -246,12 +247,12 @@ def tool(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
 def spindle(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """M3 and M4, and M5 where it acts before the motion of its block."""
     meaning = block.of_group(Group.SPINDLE)
-    return () if meaning is Meaning.SPINDLE_OFF and dialect.spindle_stops_after_motion else _turn(block, modal, meaning)
+    return () if meaning is Meaning.SPINDLE_OFF and dialect.spindle.stops_after_motion else _turn(block, modal, meaning)
 
 
 def spindle_behind(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """M5 where it acts behind the motion of its block."""
-    return _turn(block, modal, Meaning.SPINDLE_OFF) if block.has(Meaning.SPINDLE_OFF) and dialect.spindle_stops_after_motion else ()
+    return _turn(block, modal, Meaning.SPINDLE_OFF) if block.has(Meaning.SPINDLE_OFF) and dialect.spindle.stops_after_motion else ()
 
 
 def _turn(block: Sorted, modal: Modal, meaning: Meaning | None) -> Made:
@@ -277,7 +278,7 @@ def coolant(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     if block.has(Meaning.CYCLE_RETURN):
         word = block.codes[Meaning.CYCLE_RETURN]
         modal.hole.returns_to_plane = word.code == "G99"
-        if dialect.drills_in_xy and not drills(block.flow.blocks, dialect):
+        if dialect.cycles.drills_in_xy and not drills(block.flow.blocks, dialect):
             others = other_readings(word.code, dialect)
             block.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing, as no cycle drills; {others}.")
     if block.has(Meaning.PATH_BLENDED) or block.has(Meaning.LOOK_AHEAD):
@@ -300,15 +301,15 @@ def dwell(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     if not block.has(Meaning.DWELL):
         return ()
     code = block.codes[Meaning.DWELL].text
-    given = [word for letter in dialect.dwell if (word := block.words.get(letter)) is not None]
+    given = [word for letter in dialect.roles.dwell if (word := block.words.get(letter)) is not None]
     if len(given) != 1:
         fact = f"{code} needs a time and has none." if not given else f"{code} has two times."
-        raise Fault(fact, f"Write one, as in {code} {next(iter(dialect.dwell))}1.5.")
+        raise Fault(fact, f"Write one, as in {code} {next(iter(dialect.roles.dwell))}1.5.")
     word = given[0]
     block.used.add(word.letter)
     if word.value < 0.0:
         raise Fault(f"{word.letter} of {code} is a negative time.", "A dwell takes 0 s or more.")
-    seconds = word.value * (1.0 if "." in word.text else dialect.dwell[word.letter])
+    seconds = word.value * (1.0 if "." in word.text else dialect.roles.dwell[word.letter])
     return [go(block, modal, "dwell", modal.place, mode=MoveMode(seconds=seconds))]
 
 
@@ -316,20 +317,20 @@ def units(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """Inch or millimetre."""
     meaning = block.of_group(Group.UNITS)
     if meaning is not None:
-        if modal.turret.nose is not None and modal.inch != (meaning is Meaning.INCH):
+        if modal.turret.nose is not None and modal.modes.inch != (meaning is Meaning.INCH):
             raise Fault(f"{block.codes[meaning].text} changes the units while nose compensation is on.", "Write G40 before it.")
-        modal.inch = meaning is Meaning.INCH
+        modal.modes.inch = meaning is Meaning.INCH
     return ()
 
 
 def distance(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """Absolute or incremental, for positions and for arc centres; X as diameter or radius."""
     meaning = block.of_group(Group.DISTANCE)
-    modal.absolute = modal.absolute if meaning is None else meaning is Meaning.ABSOLUTE
+    modal.modes.absolute = modal.modes.absolute if meaning is None else meaning is Meaning.ABSOLUTE
     meaning = block.of_group(Group.ARC_DISTANCE)
-    modal.arc_absolute = modal.arc_absolute if meaning is None else meaning is Meaning.ARC_ABSOLUTE
+    modal.modes.arc_absolute = modal.modes.arc_absolute if meaning is None else meaning is Meaning.ARC_ABSOLUTE
     meaning = block.of_group(Group.DIAMETER)
-    modal.diameter = modal.diameter if meaning is None else meaning is Meaning.X_DIAMETER
+    modal.modes.diameter = modal.modes.diameter if meaning is None else meaning is Meaning.X_DIAMETER
     return ()
 
 
@@ -343,9 +344,9 @@ _CYCLES = {
 def motion(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """The motion or cycle of the block, by its own code or by the one in force."""
     meaning = block.of_group(Group.MOTION)
-    if (meaning or modal.motion) not in PLAIN:
-        if meaning is None and modal.motion in REPEATED and block.moves_an_axis:
-            meaning = modal.motion
+    if (meaning or modal.modes.motion) not in PLAIN:
+        if meaning is None and modal.modes.motion in REPEATED and block.moves_an_axis:
+            meaning = modal.modes.motion
         if meaning in _CYCLES:
             return _CYCLES[meaning](block, modal, dialect, meaning)
     return plain_motion(block, modal, dialect)
@@ -364,7 +365,7 @@ def stops(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
 def unused(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """Refuse the first word that nothing has used."""
     for letter, word in block.words.items():
-        if letter not in block.used and not (letter == "O" and dialect.program_number):
+        if letter not in block.used and not (letter == "O" and dialect.program.number):
             carried = dialect.letters[letter]
             other = next((other for other in DIALECTS.values() if other.letters.get(letter, carried) != carried), None)
             elsewhere = f"; in the dialect '{other.name}' it is {other.letters[letter]}" if other is not None else ""

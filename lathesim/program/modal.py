@@ -123,23 +123,30 @@ class HoleWords:
 
 
 @dataclass
+class ModesInForce:
+    """The codes in force: how places are given, in which plane, and the motion of blocks that name none."""
+
+    diameter: bool
+    absolute: bool = True
+    arc_absolute: bool = False
+    inch: bool = False
+    plane: Meaning = Meaning.PLANE_XZ
+    motion: Meaning | None = None
+    motion_code: str = ""
+
+
+@dataclass
 class Modal:
-    """The modal state of a program: position, modes, and groups of what belongs together.
+    """The modal state of a program: position, and groups of what belongs together.
 
     ``said`` are the groups of codes that the program has used before its first move.
     """
 
     x: float
     z: float
-    diameter: bool
+    modes: ModesInForce
     feed: FeedInForce
     turret: Turret
-    motion: Meaning | None = None
-    motion_code: str = ""
-    absolute: bool = True
-    arc_absolute: bool = False
-    inch: bool = False
-    plane: Meaning = Meaning.PLANE_XZ
     said: set[Group] = field(default_factory=set)
     spindle: SpindleInForce = field(default_factory=SpindleInForce)
     origin: Origin = field(default_factory=Origin)
@@ -149,7 +156,7 @@ class Modal:
 
     def copied(self) -> Modal:
         """Return a state that changes without this one."""
-        groups = ("feed", "turret", "spindle", "origin", "roughing", "thread", "hole")
+        groups = ("modes", "feed", "turret", "spindle", "origin", "roughing", "thread", "hole")
         return replace(self, **{name: copy(getattr(self, name)) for name in groups})
 
     @property
@@ -165,15 +172,15 @@ class Modal:
 
     def shown(self, length: float) -> float:
         """Return a length [m] in the unit of the program [mm or inch]."""
-        return length * 1e3 / (25.4 if self.inch else 1.0)
+        return length * 1e3 / (25.4 if self.modes.inch else 1.0)
 
     def metres(self, value: float) -> float:
         """Return a programmed length [mm or inch] in metres; the division keeps 0.03 the same number as 30/1000."""
-        return (value * 25.4 if self.inch else value) / 1000.0
+        return (value * 25.4 if self.modes.inch else value) / 1000.0
 
     def across(self, value: float) -> float:
         """Return a programmed length along X [mm or inch] as a radius [m]; it is a diameter if positions along X are."""
-        return self.metres(value) * (0.5 if self.diameter else 1.0)
+        return self.metres(value) * (0.5 if self.modes.diameter else 1.0)
 
 
 _RPM = 30.0 / math.pi
@@ -185,7 +192,7 @@ def system_value(key: int | str, modal: Modal, dialect: Dialect) -> float | None
     """Return the value of a variable of the machine in the units of the program, or None where there is none of that number or name."""
     if isinstance(key, str):
         return _named(key, modal)
-    return _numbered(key, modal) if dialect.numbered_parameters else _macro(key, modal, dialect)
+    return _numbered(key, modal) if dialect.program.numbered_parameters else _macro(key, modal, dialect)
 
 
 def _numbered(key: int, modal: Modal) -> float | None:
@@ -202,12 +209,12 @@ def _numbered(key: int, modal: Modal) -> float | None:
 
 def _named(key: str, modal: Modal) -> float | None:
     x, z = modal.here
-    spindle, per_revolution = modal.spindle, modal.feed.per_revolution
+    spindle, modes, per_revolution = modal.spindle, modal.modes, modal.feed.per_revolution
     feed = 0.0 if modal.feed.value is None else modal.shown(modal.feed.value * (1.0 if per_revolution else 60.0))
     return {
-        "_X": modal.shown(x), "_Y": 0.0, "_Z": modal.shown(z), "_METRIC": float(not modal.inch), "_IMPERIAL": float(modal.inch),
-        "_ABSOLUTE": float(modal.absolute), "_INCREMENTAL": float(not modal.absolute), "_LATHE_DIAMETER_MODE": float(modal.diameter),
-        "_LATHE_RADIUS_MODE": float(not modal.diameter), "_FEED": feed, "_CURRENT_TOOL": float(modal.turret.use or 0),
+        "_X": modal.shown(x), "_Y": 0.0, "_Z": modal.shown(z), "_METRIC": float(not modes.inch), "_IMPERIAL": float(modes.inch),
+        "_ABSOLUTE": float(modes.absolute), "_INCREMENTAL": float(not modes.absolute), "_LATHE_DIAMETER_MODE": float(modes.diameter),
+        "_LATHE_RADIUS_MODE": float(not modes.diameter), "_FEED": feed, "_CURRENT_TOOL": float(modal.turret.use or 0),
         "_SELECTED_TOOL": float(modal.turret.ready or 0), "_CSS_MODE": float(spindle.surface), "_RPM_MODE": float(not spindle.surface),
         "_SPINDLE_ON": float(spindle.direction != 0), "_SPINDLE_CW": float(spindle.direction > 0),
         "_COORD_SYSTEM": float(modal.origin.number), "_UNITS_PER_MINUTE": float(not per_revolution),
@@ -217,8 +224,8 @@ def _named(key: str, modal: Modal) -> float | None:
 
 def _macro(key: int, modal: Modal, dialect: Dialect) -> float | None:
     x, z = modal.here
-    double = 2.0 if modal.diameter else 1.0
-    machine = (modal.x - dialect.machine_zero[0], modal.z - dialect.machine_zero[1])
+    double = 2.0 if modal.modes.diameter else 1.0
+    machine = (modal.x - dialect.origin.machine_zero[0], modal.z - dialect.origin.machine_zero[1])
     return {
         5001: double * modal.shown(x), 5002: modal.shown(z), 5021: double * modal.shown(machine[0]), 5022: modal.shown(machine[1]),
         5041: double * modal.shown(x), 5042: modal.shown(z), 4120: float(modal.turret.use or 0),

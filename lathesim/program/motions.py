@@ -84,12 +84,12 @@ def target(block: Sorted, modal: Modal, dialect: Dialect, axes: Iterable[tuple[s
     words = block.words
     x, z = modal.x, modal.z
     machine = Meaning.MACHINE_COORDINATES in block.codes
-    zero = dialect.machine_zero if machine else modal.origin.zero
+    zero = dialect.origin.machine_zero if machine else modal.origin.zero
     for letter, axis in axes or dialect.axes:
         if letter not in words:
             continue
         block.used.add(letter)
-        absolute = letter == axis and (modal.absolute or machine)
+        absolute = letter == axis and (modal.modes.absolute or machine)
         if axis == "X":
             x = modal.across(words[letter].value) + (zero[0] if absolute else x)
         else:
@@ -101,28 +101,28 @@ def plain_motion(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     """The motion of the block, by its own code or by the one in force."""
     meaning = block.of_group(Group.MOTION)
     if meaning is not None:
-        modal.motion, modal.motion_code = meaning, block.codes[meaning].code
+        modal.modes.motion, modal.modes.motion_code = meaning, block.codes[meaning].code
     axes = [letter for letter, _ in dialect.axes if letter in block.words and letter not in block.used]
-    if not axes and not (modal.motion in _ARCS and any(letter in block.words for letter in "IJKR")):
+    if not axes and not (modal.modes.motion in _ARCS and any(letter in block.words for letter in "IJKR")):
         if block.has(Meaning.MACHINE_COORDINATES):
             raise Fault(f"{block.codes[Meaning.MACHINE_COORDINATES].text} names no axis.", "Add an X or a Z word.")
         if meaning is Meaning.THREAD:
-            raise Fault(f"{modal.motion_code} names no end point.", "Add a Z word.")
+            raise Fault(f"{modal.modes.motion_code} names no end point.", "Add a Z word.")
         if meaning in _ARCS:
             raise _no_centre(modal)
         return ()
-    if modal.motion is None or modal.motion is Meaning.MOTION_OFF:
-        why = "none is set yet" if modal.motion is None else f"{modal.motion_code} has ended the one before"
+    if modal.modes.motion is None or modal.modes.motion is Meaning.MOTION_OFF:
+        why = "none is set yet" if modal.modes.motion is None else f"{modal.modes.motion_code} has ended the one before"
         raise Fault(f"{block.words[axes[0]].text} needs a motion code and {why}.", "Write G0 or G1 in front of it.")
     if Meaning.MACHINE_COORDINATES in block.codes:
         _check_machine_coordinates(block.codes[Meaning.MACHINE_COORDINATES].text, modal)
-    if modal.motion is Meaning.RAPID:
+    if modal.modes.motion is Meaning.RAPID:
         return [go(block, modal, "rapid", target(block, modal, dialect))]
-    if modal.motion is Meaning.LINE:
+    if modal.modes.motion is Meaning.LINE:
         check_feed(block, modal, dialect)
         corner = _corner(block, modal, dialect)
         return feed_to(block, modal, "feed", _line_end(block, modal, dialect), corner=corner)
-    if modal.motion in _ARCS:
+    if modal.modes.motion in _ARCS:
         return _arc(block, modal, dialect, bool(axes))
     lead, angle = lead_along(block, modal, Meaning.THREAD), start_angle(block, dialect)
     return [go(block, modal, "thread", target(block, modal, dialect), feed=lead, mode=_PER_TURN._replace(start_angle=angle))]
@@ -155,7 +155,7 @@ def _line_end(block: Sorted, modal: Modal, dialect: Dialect) -> Point:
 
 def _arc(block: Sorted, modal: Modal, dialect: Dialect, moves_axes: bool) -> Made:
     """G2, G3 by radius or by centre."""
-    code, clockwise = modal.motion_code, modal.motion is Meaning.ARC_CLOCKWISE
+    code, clockwise = modal.modes.motion_code, modal.modes.motion is Meaning.ARC_CLOCKWISE
     check_plane(modal, dialect, code)
     i, j, k, r = (block.take(letter) for letter in "IJKR")
     if j is not None and j.value != 0.0:
@@ -172,9 +172,9 @@ def _arc(block: Sorted, modal: Modal, dialect: Dialect, moves_axes: bool) -> Mad
             raise Fault(f"{code} with R names no end point.", "Add X and Z words.")
         end = target(block, modal, dialect)
         return feed_to(block, modal, "arc", end, arc_by_radius(start, end, modal.metres(r.value), clockwise, code))
-    if modal.arc_absolute and (i is None or k is None):
+    if modal.modes.arc_absolute and (i is None or k is None):
         raise Fault(f"{code} needs both I and K while arc centres are absolute.", "Add the missing one, or write G91.1.")
-    zero = modal.origin.zero if modal.arc_absolute else start
+    zero = modal.origin.zero if modal.modes.arc_absolute else start
     end = target(block, modal, dialect)
     centre = (zero[0] + modal.metres(i.value if i else 0.0), zero[1] + modal.metres(k.value if k else 0.0))
     return feed_to(block, modal, "arc", end, arc_by_centre(start, end, centre, clockwise, code))
@@ -182,19 +182,19 @@ def _arc(block: Sorted, modal: Modal, dialect: Dialect, moves_axes: bool) -> Mad
 
 def check_plane(modal: Modal, dialect: Dialect, code: str) -> None:
     """Raise :class:`Fault` for a code that needs the XZ plane while another plane is in force."""
-    if modal.plane is not Meaning.PLANE_XZ:
-        raise Fault(f"{code} needs the plane of X and Z, but {dialect.code_for(modal.plane)} is in force.", "Write G18 before it.")
+    if modal.modes.plane is not Meaning.PLANE_XZ:
+        raise Fault(f"{code} needs the plane of X and Z, but {dialect.code_for(modal.modes.plane)} is in force.", "Write G18 before it.")
 
 
 def _no_centre(modal: Modal) -> Fault:
-    fact = f"{modal.motion_code} needs I and K, or R, and has none of them."
+    fact = f"{modal.modes.motion_code} needs I and K, or R, and has none of them."
     return Fault(fact, "Give the centre with I and K, or the radius with R.")
 
 
 def lead_along(block: Sorted, modal: Modal, meaning: Meaning) -> float:
     """Return the lead along the path [m] that K gives G33 and G33.1; the previous lead holds if the code is not repeated."""
     lead = lead_of(block, modal, "K", repeats=not block.has(meaning))
-    check_thread(block, modal, modal.motion_code)
+    check_thread(block, modal, modal.modes.motion_code)
     return lead
 
 
@@ -208,7 +208,9 @@ def lead_of(block: Sorted, modal: Modal, letters: str, *, repeats: bool = True) 
             raise Fault(f"{word.text} is no lead.", f"Give the lead of the thread above 0, {example}")
         modal.feed.lead = _long_lead(block, word, modal.metres(word.value))
     elif modal.feed.lead is None or not repeats:
-        raise Fault(f"{modal.motion_code} needs a lead and has none.", f"Add {'a' if letter == 'K' else 'an'} {letter} word, {example}")
+        raise Fault(
+            f"{modal.modes.motion_code} needs a lead and has none.", f"Add {'a' if letter == 'K' else 'an'} {letter} word, {example}"
+        )
     return modal.feed.lead
 
 
@@ -232,7 +234,7 @@ def check_thread(block: Sorted, modal: Modal, code: str) -> None:
 
 def start_angle(block: Sorted, dialect: Dialect) -> float:
     """Return the angle [rad] from the index of the spindle to the start of a thread; it holds only for its block."""
-    letter, unit = dialect.start_angle
+    letter, unit = dialect.roles.start_angle
     word, moves = block.take(letter), block.flow.moves
     if word is None:
         return 0.0
@@ -256,9 +258,9 @@ def start_angle(block: Sorted, dialect: Dialect) -> float:
 
 def _check_machine_coordinates(code: str, modal: Modal) -> None:
     """Refuse machine coordinates with other motions than absolute rapids and straight feeds."""
-    if modal.motion not in (Meaning.RAPID, Meaning.LINE):
-        raise Fault(f"{code} goes with G0 and G1 only, and {modal.motion_code} is in force.", "Write G0 or G1 in its block.")
-    if not modal.absolute:
+    if modal.modes.motion not in (Meaning.RAPID, Meaning.LINE):
+        raise Fault(f"{code} goes with G0 and G1 only, and {modal.modes.motion_code} is in force.", "Write G0 or G1 in its block.")
+    if not modal.modes.absolute:
         raise Fault(f"{code} names machine coordinates and positions are incremental.", "Write G90 before it.")
 
 
@@ -269,11 +271,11 @@ def check_feed(block: Sorted, modal: Modal, dialect: Dialect) -> None:
         mode = dialect.code_for(Meaning.PER_REVOLUTION if feed.per_revolution else Meaning.PER_MINUTE)
         example = f"Add an F word, for example {'F0.2' if feed.per_revolution else 'F120'} with {mode}."
         why = f"the feed of line {feed.line} is 0" if feed.value is not None else feed.lost or "none is set yet"
-        raise Fault(f"{modal.motion_code} needs a feed and {why}.", example)
+        raise Fault(f"{modal.modes.motion_code} needs a feed and {why}.", example)
     if not spindle.turns and feed.per_revolution:
         other = dialect.code_for(Meaning.PER_MINUTE)
         remedy = f"Turn it on with {'M3' if spindle.speed else 'M3 and an S word'}, or use {other}."
-        raise Fault(f"{modal.motion_code} feeds per revolution and the spindle stands still.", remedy)
+        raise Fault(f"{modal.modes.motion_code} feeds per revolution and the spindle stands still.", remedy)
     if not spindle.turns:
         block.warn("The tool feeds while the spindle stands still.")
 

@@ -40,7 +40,7 @@ def plane(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
     if meaning is not None:
         if modal.turret.nose is not None and meaning is not Meaning.PLANE_XZ:
             raise Fault(f"{block.codes[meaning].text} changes the plane while nose compensation is on.", "Write G40 before it.")
-        modal.plane = meaning
+        modal.modes.plane = meaning
     return ()
 
 
@@ -66,7 +66,7 @@ def compensation(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
 def _nose(modal: Modal, dialect: Dialect, tool: Tool) -> Nose | None:
     if tool.radius == 0.0:
         return None
-    return nose(modal.turret.side, tool, front=dialect.tool_in_front, starts_beside=dialect.nose_starts_beside)
+    return nose(modal.turret.side, tool, front=dialect.tools.in_front, starts_beside=dialect.tools.nose_starts_beside)
 
 
 def _given_nose(block: Sorted, modal: Modal, code: str) -> Tool:
@@ -112,7 +112,7 @@ def _work_offset(block: Sorted, modal: Modal, dialect: Dialect) -> None:
         return
     word = block.codes[meaning]
     further = meaning is Meaning.OFFSET_FURTHER
-    origin.number = _further_offset(block, dialect, word.text) if further else dialect.work_offsets[word.code]
+    origin.number = _further_offset(block, dialect, word.text) if further else dialect.origin.work_offsets[word.code]
     if meaning is not Meaning.OFFSET_FIRST and origin.number not in origin.offsets:
         block.assume("work_offsets", "all zero")
         block.warn(f"{word.text} is read with an offset of 0.")
@@ -126,7 +126,7 @@ def _further_offset(block: Sorted, dialect: Dialect, code: str) -> int:
     p = block.take("P")
     if p is None or p.value != int(p.value) or not 1 <= p.value <= _FURTHER_OFFSETS:
         raise Fault(f"{code} needs the number of a work offset.", f"Write it as {code} P1, up to P{_FURTHER_OFFSETS}.")
-    return len(dialect.work_offsets) + int(p.value)
+    return len(dialect.origin.work_offsets) + int(p.value)
 
 
 def _length_offset(block: Sorted, modal: Modal) -> None:
@@ -174,7 +174,7 @@ def once(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
 def _shift(block: Sorted, modal: Modal, dialect: Dialect) -> None:
     """The present position gets the coordinates of the block; U and W move the origin by so much."""
     origin, meaning = modal.origin, Meaning.SHIFT if block.has(Meaning.SHIFT) else Meaning.SPINDLE_LIMIT
-    given = _lengths(block, modal, ("X", "Z", *dialect.incremental))
+    given = _lengths(block, modal, ("X", "Z", *dialect.roles.incremental))
     code = block.codes[meaning].text
     if not given:
         if meaning is Meaning.SHIFT:
@@ -192,9 +192,9 @@ def _shift_local(block: Sorted, modal: Modal, dialect: Dialect) -> None:
     given, origin = _lengths(block, modal, "XZ"), modal.origin
     if not given:
         raise Fault(f"{block.codes[Meaning.SHIFT_LOCAL].text} shifts the origin and names no axis.", "Add an X or a Z word.")
-    x, z = origin.shift if dialect.local_shift_is_shift else origin.local
+    x, z = origin.shift if dialect.origin.local_is_shift else origin.local
     place = (given.get("X", x), given.get("Z", z))
-    if dialect.local_shift_is_shift:
+    if dialect.origin.local_is_shift:
         origin.shift = origin.kept = place
     else:
         origin.local = place
@@ -205,9 +205,9 @@ def _home(block: Sorted, modal: Modal, dialect: Dialect, which: Meaning) -> Made
     if which is Meaning.HOME_SECOND:
         block.take("P")
     named = [letter for letter in AXES if letter in block.words]
-    axes = {"X": "X", "Z": "Z", **dialect.data_incremental}
+    axes = {"X": "X", "Z": "Z", **dialect.roles.data_incremental}
     made = [go(block, modal, "rapid", target(block, modal, dialect, axes.items()), compensated=False)] if named else []
-    zero = modal.origin.homes.get(which, dialect.machine_zero)
+    zero = modal.origin.homes.get(which, dialect.origin.machine_zero)
     block.assume("reference_point", f"X{1e3 * zero[0]:g} Z{1e3 * zero[1]:g} mm, X as a radius")
     x = zero[0] if not named or "X" in named or "U" in named else modal.x
     z = zero[1] if not named or "Z" in named or "W" in named else modal.z
@@ -226,22 +226,22 @@ def _set_data(block: Sorted, modal: Modal, dialect: Dialect) -> None:
         raise Fault(f"{code} needs the number of an offset.", f"Write it as {code} L2 P1 X0 Z0.")
     sort = kind.value if kind is not None else _WITHOUT
     if sort in _WORK_DATA:
-        further = sort == _WORK_DATA[1] and dialect.further_by_l20
-        first, last = (1, _FURTHER_OFFSETS) if further else (0, len(dialect.work_offsets))
+        further = sort == _WORK_DATA[1] and dialect.origin.further_by_l20
+        first, last = (1, _FURTHER_OFFSETS) if further else (0, len(dialect.origin.work_offsets))
         if not first <= number <= last:
             raise Fault(f"P{number} of {code} is no work offset.", f"There are P1 to P{last}.")
-        number += len(dialect.work_offsets) if further else 0
+        number += len(dialect.origin.work_offsets) if further else 0
         _set_work_offset(block, modal, dialect, code, number, sort == _WORK_DATA[1] and not further)
-    elif sort in dialect.tool_data:
+    elif sort in dialect.tools.data:
         _set_tool(block, modal, dialect, code, number)
     else:
-        kinds = "L2 and L20 (work offset), " + ("and no L, L10 or L11 (tool)" if _WITHOUT in dialect.tool_data else "L1 (tool)")
+        kinds = "L2 and L20 (work offset), " + ("and no L, L10 or L11 (tool)" if _WITHOUT in dialect.tools.data else "L1 (tool)")
         raise Fault(f"{code} with {kind.text if kind is not None else 'no L'} is not interpreted.", f"There are {kinds}.")
 
 
 def _given(block: Sorted, modal: Modal, dialect: Dialect, before: Point, here: Point | None = None) -> Point:
     """Return the offset that a block of G10 makes of the one ``before``; from ``here`` its words count, if it is given."""
-    given = _lengths(block, modal, ("X", "Z", *dialect.data_incremental))
+    given = _lengths(block, modal, ("X", "Z", *dialect.roles.data_incremental))
     if here is not None:
         given = {letter: here[0 if letter == "X" else 1] - value for letter, value in given.items()}
     return given.get("X", before[0]) + given.get("U", 0.0), given.get("Z", before[1]) + given.get("W", 0.0)
@@ -268,5 +268,5 @@ def _set_tool(block: Sorted, modal: Modal, dialect: Dialect, code: str, number: 
         raise Fault(f"{radius.text} of {code} is a negative nose radius.", "Give it without a sign.")
     size = tool.radius if radius is None else modal.metres(radius.value)
     turret.tools[number] = Tool(size, tool.orientation if orientation is None else _orientation(orientation.value, code), x, z)
-    if dialect.tool_data_at_once and number == turret.offset:
+    if dialect.tools.data_at_once and number == turret.offset:
         modal.origin.tool = (x, z)

@@ -75,7 +75,7 @@ def _without_limit(program: Program) -> Iterator[Warned]:
         rpm = 30.0 / math.pi * move.mode.spindle.speed / smallest if smallest > _SAME else math.inf
         speeds = "without bound" if math.isinf(rpm) else f"at up to {rpm:.0f} rpm"
         table = dialect_named(program.dialect)
-        how = ", as a D word beside G96" if table.surface_limit else ", as G50 S2500" if table.program_number else ""
+        how = ", as a D word beside G96" if table.roles.surface_limit else ", as G50 S2500" if table.program.number else ""
         yield Warned(move.line, f"The spindle runs {speeds} under constant surface speed. Write a speed limit before it{how}.")
 
 
@@ -111,7 +111,7 @@ def _run_up(program: Program) -> Iterator[Warned]:
 
 def _decimal_points(program: Program, blocks: Blocks) -> Iterator[Warned]:
     """Positions without a decimal point: a control set to its least increment reads them in steps of it."""
-    if not dialect_named(program.dialect).least_increments:
+    if not dialect_named(program.dialect).roles.least_increments:
         return
     for block in blocks.matching(_WITHOUT_POINT):
         for word in block.words:

@@ -95,10 +95,10 @@ def _signs(blocks: Blocks, dialect: Dialect) -> int:
 
 def _is_sign(block: Block, dialect: Dialect) -> bool:
     if block.statement is not None:
-        return block.statement.kind in dialect.statements
+        return block.statement.kind in dialect.program.statements
     codes = {word.code for word in block.words if word.letter in "GM" and word.expression is None}
     letters = {word.letter: word for word in block.words}
-    if dialect.tool_changes_at_t:
+    if dialect.tools.change_at_t:
         moves = not letters.keys().isdisjoint("XZUW")
         long_tool = "T" in letters and letters["T"].value >= TWO_DIGITS
         cycle = bool(codes & {"G70", "G71", "G72", "G73", "G75"}) and bool(letters.keys() & {"P", "U", "R"})
@@ -106,7 +106,7 @@ def _is_sign(block: Block, dialect: Dialect) -> bool:
         own = bool(letters.keys() & {"U", "W", "O"}) or bool(codes & {"G32", "G50", "G99", "G65", "M97", "M98"})
         own = own or ("G33" in codes and "F" in letters and "K" not in letters)
         return long_tool or cycle or simple or own
-    if dialect.thread_drive_line:
+    if dialect.cycles.thread_drive_line:
         thread = ("G76" in codes and "J" in letters) or ("G33" in codes and "K" in letters)
         return thread or bool(codes & {"G7", "G8", "G64", "G41.1", "G42.1"})
     return bool(codes & {"G70", "G71"}) and not letters.keys() & {"P", "U", "R", "Q"}

@@ -30,7 +30,7 @@ _TAPERS = {0.0: (False, False), 1.0: (True, False), 2.0: (False, True), 3.0: (Tr
 def threading_cycle(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> Made:
     """G76: of LinuxCNC (P is the pitch), of Fanuc in two blocks, or of Haas in one (K and D)."""
     code = block.codes[meaning].code
-    if dialect.thread_drive_line:
+    if dialect.cycles.thread_drive_line:
         return _drive_line_threading(block, modal, dialect, code)
     if block.words.keys().isdisjoint(AXES):
         _first_block(block, modal, code)

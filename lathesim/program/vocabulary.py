@@ -103,16 +103,16 @@ def check_statements(blocks: Blocks, dialect: Dialect) -> None:
 def words_missing(blocks: Blocks, dialect: Dialect) -> int:
     """Return the number of block shapes that the dialect lacks, plus one each for a missing end, motion or plane."""
     missing = sum(not has_shape(block, dialect) for block in blocks.shapes.values())
-    missing += dialect.end_required and not blocks.ending
-    missing += dialect.drills_in_xy and drills(blocks, dialect) and Meaning.PLANE_XY not in _meanings(blocks, dialect)
-    return missing + (dialect.first_motion is None and _moves_before_a_code(blocks, dialect))
+    missing += dialect.program.end_required and not blocks.ending
+    missing += dialect.cycles.drills_in_xy and drills(blocks, dialect) and Meaning.PLANE_XY not in _meanings(blocks, dialect)
+    return missing + (dialect.start.motion is None and _moves_before_a_code(blocks, dialect))
 
 
 def has_shape(block: Block, dialect: Dialect) -> bool:
     """Return whether a dialect has and carries out the words of a block."""
-    if block.statement is not None and block.statement.kind not in dialect.statements:
+    if block.statement is not None and block.statement.kind not in dialect.program.statements:
         return False
-    if (block.assignments or block.computed) and not dialect.variables:
+    if (block.assignments or block.computed) and not dialect.program.variables:
         return False
     motions = 0
     for word in block.words:
@@ -125,7 +125,7 @@ def has_shape(block: Block, dialect: Dialect) -> bool:
                 return False
             if meaning in _NAMES_A_PLACE and not any(other.letter in "XZUW" for other in block.words):
                 return False
-            motions += meaning.group is Group.MOTION and not (dialect.cancels_beside_motion and meaning is Meaning.MOTION_OFF)
+            motions += meaning.group is Group.MOTION and not (dialect.cycles.cancels_beside_motion and meaning is Meaning.MOTION_OFF)
     return motions <= 1
 
 
@@ -152,7 +152,7 @@ def _moves_before_a_code(blocks: Blocks, dialect: Dialect) -> bool:
 def is_builders(word: Word, dialect: Dialect) -> bool:
     """Return whether an M code that the dialect does not have may belong to the builder of the machine."""
     return (
-        dialect.builder_codes
+        dialect.program.builder_codes
         and word.letter == "M"
         and any(first <= word.value <= last for first, last in _BUILDERS)
         and word.value % 1.0 == 0.0
@@ -162,13 +162,13 @@ def is_builders(word: Word, dialect: Dialect) -> bool:
 def check_statement(block: Block, dialect: Dialect) -> None:
     """Raise :class:`Fault` for a statement, an expression or an assignment that the dialect lacks or writes otherwise."""
     statement = block.statement
-    if not dialect.variables:
+    if not dialect.program.variables:
         shown = next((word.text for word in block.words if word.expression is not None), "The statement" if statement else "The assignment")
-        having = _quoted(without_variants([other.name for other in DIALECTS.values() if other.variables]))
+        having = _quoted(without_variants([other.name for other in DIALECTS.values() if other.program.variables]))
         fact = f"{shown} computes with expressions or variables, and the dialect '{dialect.name}' has none; {having} have them."
         raise Fault(fact, "Choose the dialect the program is written in, or write the numbers themselves.", block.line)
-    if statement is not None and statement.kind not in dialect.statements:
-        having = _quoted(without_variants([other.name for other in DIALECTS.values() if statement.kind in other.statements]))
+    if statement is not None and statement.kind not in dialect.program.statements:
+        having = _quoted(without_variants([other.name for other in DIALECTS.values() if statement.kind in other.program.statements]))
         fact = f"{statement.kind} is written so in {having}, and not in the dialect '{dialect.name}'."
         raise Fault(fact, "Choose the dialect the program is written in.", block.line)
 
@@ -196,7 +196,7 @@ def sort_block(block: Block, flow: Flow) -> Sorted:
     found = known.get(key)
     if found is None:
         found = known[key] = _codes(key, blocks, dialect)
-    for letter, axis in dialect.incremental.items():
+    for letter, axis in dialect.roles.incremental.items():
         if letter in words and axis in words:
             fact = f"{words[axis].text} and {words[letter].text} both move {axis}."
             raise Fault(fact, "Keep the absolute or the incremental one.")
@@ -218,7 +218,7 @@ def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect) -> Codes:
                 told = _apart(first, word, dialect)
                 raise Fault(f"{first.text} and {word.text} exclude each other ({group}){told}.", "Keep one, or write two blocks.")
         codes[meaning] = word
-    if dialect.cancels_beside_motion and sum(meaning.group is Group.MOTION for meaning in codes) > 1:
+    if dialect.cycles.cancels_beside_motion and sum(meaning.group is Group.MOTION for meaning in codes) > 1:
         codes.pop(Meaning.MOTION_OFF, None)
         groups[Group.MOTION] = next(meaning for meaning in codes if meaning.group is Group.MOTION)
     return Codes(codes, groups, tuple(builders))
@@ -250,7 +250,7 @@ def _apart(first: Word, second: Word, dialect: Dialect) -> str:
 def _may_stand_together(first: Meaning, second: Meaning, dialect: Dialect) -> bool:
     if first is second:
         return False
-    if dialect.cancels_beside_motion and Meaning.MOTION_OFF in (first, second):
+    if dialect.cycles.cancels_beside_motion and Meaning.MOTION_OFF in (first, second):
         return True
     group = first.group
     return group is Group.OTHER or (group is Group.COOLANT and Meaning.COOLANT_OFF not in (first, second))
