@@ -163,11 +163,11 @@ def _spreads(lesson: Lesson, prepared: Prepared, notes: TeacherNotes) -> tuple[_
         raise LessonError("nothing says which values differ in a class.", place=str(lesson.path), remedy=remedy)
     found = []
     for name, text in entries.items():
-        kind, position = plan.settable(name)
+        kind, _ = plan.settable(name)
         declared = plan.declaration(name)
         if kind != "parameter" or not isinstance(declared, Parameter):
             raise LessonError(f"{name} is no parameter, so it cannot differ in a class.", place=str(lesson.path))
-        given = float(plan.parameter_values[position])
+        given = plan.values[name]
         number, unit = split_quantity(text)
         width = abs(given * number / 100.0) if unit == "%" else quantity(text, declared.unit)
         width *= 1.0 if notes.vary else _OF_UNCERTAIN

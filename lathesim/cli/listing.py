@@ -247,7 +247,7 @@ def wiring_text(plan: Plan) -> str:
     lines = [
         f"sample period {plan.assembly.sample_period:g} s, {plan.steps_per_sample} RK4 steps each; {len(plan.channels)} channels recorded"
     ]
-    order = dict.fromkeys([name for name, _ in plan.order] + list(plan.parts))
+    order = dict.fromkeys([name for name, _ in plan.laws.instant] + list(plan.parts))
     for name in order:
         part = plan.parts[name]
         declared = part.component.declarations
@@ -259,7 +259,7 @@ def wiring_text(plan: Plan) -> str:
             if full in plan.feeds:
                 lines.append(f"  {item:<22} {unit:<10} <- {_feeding(plan, full)}")
             elif isinstance(declared[item], Parameter):
-                lines.append(f"  {item:<22} {unit:<10} = {plan.parameter_values[plan.parameters[full]]:g}")
+                lines.append(f"  {item:<22} {unit:<10} = {plan.values[full]:g}")
             elif not isinstance(declared[item], Input) and isinstance(declared[item], Output):
                 lines.append(f"  {item:<22} {unit:<10} -> {', '.join(_readers(plan, full)) or '(read by nobody)'}")
     return "\n".join(lines)
@@ -272,7 +272,7 @@ def _feeding(plan: Plan, target: str) -> str:
     source = plan.feeds[target][1]
     if source != target:
         return source
-    declared, value = plan.declaration(target), plan.parameter_values[plan.parameters[target]]
+    declared, value = plan.declaration(target), plan.values[target]
     return "(not wired)" if isinstance(declared, Input) and not declared.shown and value == declared.default else f"{value:g}"
 
 

@@ -137,8 +137,8 @@ def _inertia(plan: Plan, name: str, values: Mapping[str, float]) -> float:
 
 def value_of(plan: Plan, name: str, item: str, values: Mapping[str, float]) -> float:
     """Return a value of a part, given or in ``values``, or one that follows from its values while it stands."""
-    component, given = plan.parts[name].component, plan.parameter_values
-    known = {one: values.get(f"{name}.{one}", given[plan.parameters[f"{name}.{one}"]]) for one in component.declared(Parameter)
+    component, given = plan.parts[name].component, plan.values
+    known = {one: values.get(f"{name}.{one}", given[f"{name}.{one}"]) for one in component.declared(Parameter)
              if f"{name}.{one}" in plan.parameters}  # fmt: skip
     if item in known:
         return known[item]
@@ -253,8 +253,7 @@ def _counted(experiment: Experiment, values: FloatArray) -> FloatArray:
 
 
 def _own_value(plan: Plan, name: str) -> float:
-    parameters, states = plan.parameters, plan.states
-    return float(plan.parameter_values[parameters[name]] if name in parameters else plan.start_states[states[name]])
+    return plan.values[name]
 
 
 def direction_of(velocity: FloatArray, method: Method = STANDARD) -> FloatArray:

@@ -112,8 +112,8 @@ class _Members:
         plan = self.plan = batch.plan
         self.positions = [plan.settable(name) for name in names]
         self.base = start_arrays(plan)
-        self.tables = {list(plan.tables).index(name): given for name, given in tables.items()}
-        self.noise = draw_noise(plan.noises, batch.seed, 0, batch.samples)
+        self.tables = {list(plan.arrays.tables).index(name): given for name, given in tables.items()}
+        self.noise = draw_noise(plan.arrays.noises, batch.seed, 0, batch.samples)
         if not batch.noisy:
             self.noise[:], self.seeds = 0.0, None
         period = plan.assembly.sample_period
@@ -122,7 +122,8 @@ class _Members:
         self.choice: Choice | None = None
         if len(values) >= LEAST:
             columns = {position: values[:, place] for place, (kind, position) in enumerate(self.positions) if kind == "parameter"}
-            self.choice = Choice(plan, [*names, *tables, *(() if self.seeds is None else plan.noises)], self.base.parameters, columns)
+            varied = [*names, *tables, *(() if self.seeds is None else plan.arrays.noises)]
+            self.choice = Choice(plan, varied, self.base.parameters, columns)
 
     def runs(self, module: CompiledMachine, turns: Iterator[int]) -> Iterator[tuple[list[int], FloatArray]]:
         """Take turns until none is left and give their records, shape (some, samples, channels); sixteen at a time where that pays."""
@@ -169,7 +170,7 @@ class _Members:
         return self.batch.samples if self.lengths is None else min(self.batch.samples, self.lengths[turn])
 
     def _noise(self, turn: int) -> FloatArray:
-        return self.noise if self.seeds is None else draw_noise(self.plan.noises, self.seeds[turn], 0, self.batch.samples)
+        return self.noise if self.seeds is None else draw_noise(self.plan.arrays.noises, self.seeds[turn], 0, self.batch.samples)
 
     def _arrays(self, turn: int) -> RunArrays:
         live = RunArrays(self.base.parameters.copy(), self.base.states.copy(), self.base.discrete.copy(), (), self.base.tables)

@@ -159,9 +159,9 @@ class Writer:
         self.known_idle = idle or {}
         self.laws = LawLibrary()
         self.slow = {part.name for part in plan.parts.values() if part.every > 1}
-        self.stage_laws = [(plan.parts[name], law) for name, law in plan.stage]
+        self.stage_laws = [(plan.parts[name], law) for name, law in plan.laws.stage]
         self.stage_laws += [(part, "derivative") for part in plan.parts.values() if "derivative" in part.component.laws]
-        self.staged = set(plan.stage)
+        self.staged = set(plan.laws.stage)
         self.read = {self._during_stage(source) for part, law in self.stage_laws for source in law_sources(part, law, plan.feeds)}
         """What a stage reads of what its laws give."""
         self.alone = Counter(part.component.laws[law] for part, law in self.stage_laws)
@@ -239,8 +239,8 @@ class Writer:
 
     def _unpack(self) -> list[str]:
         lines = _taken("parameters", self.plan.parameters) + _taken("states", self.plan.states) + _taken("discrete", self.plan.discrete)
-        lines += [f"{flat_name(name)} = vector(memories, {position})" for name, position in self.plan.memories.items()]
-        lines += [f"{flat_name(name)} = matrix(tables, {position})" for name, position in self.plan.tables.items()]
+        lines += [f"{flat_name(name)} = vector(memories, {position})" for name, position in self.plan.arrays.memories.items()]
+        lines += [f"{flat_name(name)} = matrix(tables, {position})" for name, position in self.plan.arrays.tables.items()]
         for part in self.plan.parts.values():
             if tests := [f"{part.name}__{name} == {_number(value)}" for name, value in self._idle(part).items()]:
                 lines.append(f"{part.name}__idle = {' and '.join(tests)}")
@@ -254,7 +254,7 @@ class Writer:
 
     def _sample_instant(self) -> list[str]:
         lines: list[str] = []
-        for name, law in self.plan.order:
+        for name, law in self.plan.laws.instant:
             part = self.plan.parts[name]
             if law != "update":
                 lines += self._outputs(name, law, False, "time")
@@ -276,7 +276,7 @@ class Writer:
         time = "stage_time" if self._uses_time_in_stage() else "time"
         variables = [flat_name(name) for name in self.plan.states]
         body: list[str] = []
-        for name, law in self.plan.stage:
+        for name, law in self.plan.laws.stage:
             body += self._outputs(name, law, True, time)
         for part in moving:
             targets = [flat_name(f"{part.name}.{name}") + "__rate" for name in part.component.declared(State)]
@@ -305,7 +305,7 @@ class Writer:
     def _rates_function(self) -> list[str]:
         lines = ["def rates(time, period, step, parameters, states, discrete, memories, tables, result):"]
         body = self._unpack()
-        for name, law in self.plan.order:
+        for name, law in self.plan.laws.instant:
             if law != "update":
                 body += self._outputs(name, law, False, "time")
         for part in self.plan.parts.values():
@@ -319,9 +319,8 @@ class Writer:
         """Return the lines of one sample."""
         plan = self.plan
         body = ["time = (first + sample) * period", *self._sample_instant()]
-        body += [
-            f"{flat_name(name)}__previous = {flat_name(plan.feeds[name][1])}" for name in plan.previous if plan.feeds[name][0] == "output"
-        ]
+        kept = [(name, plan.feeds[name]) for name in plan.laws.previous]
+        body += [f"{flat_name(name)}__previous = {flat_name(source)}" for name, (kind, source) in kept if kind == "output"]
         body += [f"row = sample * {len(plan.channels)}", *_put("record", plan.channels, "row + ", "keep")]
         body += ["done = sample + 1"]
         if plan.assembly.finish:
@@ -334,7 +333,7 @@ class Writer:
         plan = self.plan
         lines = ["def run_block(first, count, period, step, steps, parameters, states, discrete, memories, tables, noise, record):"]
         setup = self._unpack()
-        setup += [f"{flat_name(name)}__noise = vector(noise, {position})" for name, position in plan.noises.items()]
+        setup += [f"{flat_name(name)}__noise = vector(noise, {position})" for name, position in plan.arrays.noises.items()]
         setup += [*plan.tableau.lines(), "finished = False", "done = 0"]
         body = self.sample()
         body, groups = grouped(body)

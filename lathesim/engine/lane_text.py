@@ -153,10 +153,11 @@ class _LaneWriter:
         self.kept = [flat_name(name) for name in (*plan.parameters, *plan.states, *plan.discrete)]
         self.rows = {name: place for place, name in enumerate(self.kept)}
         mixed = {f"{part.name}__idle" for part in plan.parts.values() if part.component.idle()[0] and part.name not in idle}
-        self.arrays = {flat_name(name): f"vector(memories, {LANES * place}{{}})" for name, place in plan.memories.items()}
-        self.arrays |= {flat_name(name): f"matrix(tables, {LANES * place}{{}})" for name, place in plan.tables.items()}
-        self.arrays |= {f"{flat_name(name)}__noise": f"vector(noise, {LANES * place}{{}})" for name, place in plan.noises.items()}
-        self.varying = {*map(flat_name, varied), *(f"{flat_name(name)}__noise" for name in varied), *map(flat_name, plan.memories), *mixed}
+        self.arrays = {flat_name(name): f"vector(memories, {LANES * place}{{}})" for name, place in plan.arrays.memories.items()}
+        self.arrays |= {flat_name(name): f"matrix(tables, {LANES * place}{{}})" for name, place in plan.arrays.tables.items()}
+        self.arrays |= {f"{flat_name(name)}__noise": f"vector(noise, {LANES * place}{{}})" for name, place in plan.arrays.noises.items()}
+        drawn = [f"{flat_name(name)}__noise" for name in varied]
+        self.varying = {*map(flat_name, varied), *drawn, *map(flat_name, plan.arrays.memories), *mixed}
         self.setup = [f"{name} = {text.format('')}" for name, text in self.arrays.items() if name not in self.varying]
         self.setup += [f"{part.name}__sample_period = period * {part.every}.0" for part in plan.parts.values() if part.every > 1]
         self.stages = plan.tableau.stages

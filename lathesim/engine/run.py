@@ -211,7 +211,7 @@ class _Running:
     def _block(self, module: Any, live: RunArrays, count: int) -> str:
         """Run one block and keep it up to what broke; return the sentence about that, or the alarm of the guard."""
         plan, state, guard = self.plan, self.state, self.kept.attended.guard
-        noise = draw_noise(plan.noises, self.seed, state.first, count)
+        noise = draw_noise(plan.arrays.noises, self.seed, state.first, count)
         before = live.copy()
         done, values, broken = _one_block(plan, module, live, state, count, noise)
         alarm = guard.look(state.first, values) if guard is not None else None

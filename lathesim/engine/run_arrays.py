@@ -87,21 +87,21 @@ def start_arrays(plan: Plan, overrides: Mapping[str, float] | None = None, durat
 
     Memories and tables are never empty tuples (the compiler could not type them): a plan without gets one number that is not read.
     """
-    parameters = np.array([*plan.parameter_values, 0.0][: max(1, len(plan.parameter_values))])
-    states = np.array(plan.start_states or (0.0,))
-    discrete = np.array(plan.start_discrete or (0.0,))
+    parameters, states, discrete = (
+        np.array([plan.values[name] for name in names] or [0.0]) for names in (plan.parameters, plan.states, plan.discrete)
+    )
     arrays: dict[str, FloatArray] = {"parameter": parameters, "state": states, "discrete": discrete}
     for name, value in (overrides or {}).items():
         kind, position = plan.settable(name)
         arrays[kind][position] = value
     memories = start_memories(plan, parameters, duration)
-    tables = tuple(np.ascontiguousarray(plan.parts[part].tables[name], dtype=float) for part, name in map(Place.of, plan.tables))
+    tables = tuple(np.ascontiguousarray(plan.parts[part].tables[name], dtype=float) for part, name in map(Place.of, plan.arrays.tables))
     return RunArrays(parameters, states, discrete, memories, tables or (np.zeros((1, 1)),))
 
 
 def start_memories(plan: Plan, parameters: FloatArray, duration: float) -> tuple[FloatArray, ...]:
     """Return the memories at the start of a run with these parameters, each as long as what it has to hold."""
-    return tuple(_memory(plan, name, parameters, duration) for name in plan.memories) or (np.zeros(1),)
+    return tuple(_memory(plan, name, parameters, duration) for name in plan.arrays.memories) or (np.zeros(1),)
 
 
 def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> FloatArray:

@@ -22,35 +22,50 @@ Node = tuple[str, str]
 
 
 @dataclass(frozen=True)
+class LawOrder:
+    """The laws of a machine in the order in which they are called.
+
+    ``instant`` are the output and update laws at a sample instant, ``stage`` the outputs that every stage of a step needs, ``varying``
+    those whose values move between two instants. ``previous`` are the inputs of which an update takes the value of the instant before.
+    """
+
+    instant: tuple[Node, ...]
+    stage: tuple[Node, ...]
+    varying: frozenset[Node]
+    previous: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ArrayPlaces:
+    """The position of each ``part.name`` in the memories, the tables and the noises that a run is given."""
+
+    memories: dict[str, int]
+    tables: dict[str, int]
+    noises: dict[str, int]
+
+
+@dataclass(frozen=True)
 class Plan:
     """A machine ready to be fused and run.
 
-    ``order`` is the order of the output and update laws at a sample instant, ``stage`` that of the outputs every stage of a step needs.
-    ``parameters``, ``states``, ``discrete``, ``memories``, ``tables`` and ``noises`` give the position of each ``part.name`` in the arrays
-    a run is given; ``start_*`` their values. ``feeds`` tells for each input or replaced parameter what feeds it: ``("output", name)``,
-    ``("parameter", name)``. ``tableau`` is the integrator between two instants. ``kept`` holds results made from the plan
-    for later use (its fused module).
+    ``parameters``, ``states`` and ``discrete`` give the position of each ``part.name`` in the arrays of numbers that a run is given,
+    ``values`` what they hold at the start: a run may override it. ``feeds`` says for each input or replaced parameter what feeds it:
+    ``("output", name)``, ``("parameter", name)``. ``tableau`` is the integrator between two instants. ``kept`` holds results made from the
+    plan for later use (its fused module).
     """
 
     assembly: Assembly
     parts: dict[str, Part]
     feeds: dict[str, tuple[str, str]]
-    order: tuple[Node, ...]
-    stage: tuple[Node, ...]
+    laws: LawOrder
     parameters: dict[str, int]
-    parameter_values: tuple[float, ...]
     states: dict[str, int]
-    start_states: tuple[float, ...]
     discrete: dict[str, int]
-    start_discrete: tuple[float, ...]
-    memories: dict[str, int]
-    tables: dict[str, int]
-    noises: dict[str, int]
-    previous: tuple[str, ...]
+    values: dict[str, float]
+    arrays: ArrayPlaces
     channels: tuple[str, ...]
     steps_per_sample: int
     tableau: Tableau = RK4
-    varying: frozenset[Node] = field(default_factory=frozenset)
     kept: dict[str, object] = field(default_factory=dict, compare=False, repr=False)
 
     def declaration(self, name: str) -> Declaration:
@@ -75,13 +90,12 @@ class Plan:
 
     def moves_between_samples(self, output: str) -> bool:
         """Return whether an output (``part.name``) changes between two sample instants, rather than being held."""
-        return giving(self.parts, output) in self.varying
+        return giving(self.parts, output) in self.laws.varying
 
-    @property
-    def values(self) -> dict[str, float]:
-        """What a run may override, with its value: parameters, and states and discrete states at the start."""
-        names, given = (self.parameters, self.states, self.discrete), (self.parameter_values, self.start_states, self.start_discrete)
-        return {name: value for some, known in zip(names, given, strict=True) for name, value in zip(some, known, strict=True)}
+    def given(self, name: str) -> float:
+        """Return the value [SI] of a name that a run may override; raises as :meth:`settable`."""
+        self.settable(name)
+        return self.values[name]
 
     def settable(self, name: str) -> tuple[str, int]:
         """Return the array (``parameter``, ``state`` or ``discrete``) and position of a name that a run may override."""
@@ -97,9 +111,7 @@ def wire(assembly: Assembly, tableau: Tableau = RK4) -> Plan:
     parts = _named_parts(assembly.parts)
     feeds, constants = _feeds(parts, assembly.wires)
     steps = _steps_per_sample(assembly)
-    parameters, parameter_values = _parameters(parts, constants)
-    states, start_states = _starts(parts, State)
-    discrete, start_discrete = _starts(parts, DiscreteState)
+    parameters, states, discrete = _parameters(parts, constants), _starts(parts, State), _starts(parts, DiscreteState)
     previous = tuple(
         f"{part.name}.{name}"
         for part in parts.values()
@@ -107,33 +119,24 @@ def wire(assembly: Assembly, tableau: Tableau = RK4) -> Plan:
         if item.previous and name in part.component.arguments.get("update", ())
     )
     for name in previous:
-        discrete[f"{name}@previous"] = len(discrete)
         part, item = Place.of(name)
         default = parts[part].component.declared(Input)[item].default
-        source = feeds[name][1]
-        start_discrete.append(constants.get(source, default or 0.0))
+        discrete[f"{name}@previous"] = constants.get(feeds[name][1], default or 0.0)
     order = _order(parts, feeds)
     varying = _varying(parts, feeds, order)
     return Plan(
         assembly=assembly,
         parts=parts,
         feeds=feeds,
-        order=order,
-        stage=_stage(parts, feeds, order, varying),
-        parameters=parameters,
-        parameter_values=tuple(parameter_values),
-        states=states,
-        start_states=tuple(start_states),
-        discrete=discrete,
-        start_discrete=tuple(start_discrete),
-        memories=_positions(parts, Memory),
-        tables=_positions(parts, Table),
-        noises=_positions(parts, Noise),
-        previous=previous,
+        laws=LawOrder(order, _stage(parts, feeds, order, varying), varying, previous),
+        parameters=_numbered(parameters),
+        states=_numbered(states),
+        discrete=_numbered(discrete),
+        values={**parameters, **states, **discrete},
+        arrays=ArrayPlaces(*(_numbered(_declared(parts, kind)) for kind in (Memory, Table, Noise))),
         channels=_channels(parts, assembly),
         steps_per_sample=steps,
         tableau=tableau,
-        varying=varying,
     )
 
 
@@ -235,36 +238,32 @@ def _steps_per_sample(assembly: Assembly) -> int:
     return steps
 
 
-def _parameters(parts: dict[str, Part], constants: dict[str, float]) -> tuple[dict[str, int], list[float]]:
-    positions: dict[str, int] = {}
-    values: list[float] = []
+def _parameters(parts: dict[str, Part], constants: dict[str, float]) -> dict[str, float]:
+    values: dict[str, float] = {}
     for part in parts.values():
         for name, item in part.component.declarations.items():
             full = f"{part.name}.{name}"
             if isinstance(item, Parameter) or full in constants:
-                positions[full] = len(values)
                 default = item.default if isinstance(item, Parameter) else 0.0
-                values.append(float(constants.get(full, part.parameters.get(name, default))))
-    return positions, values
+                values[full] = float(constants.get(full, part.parameters.get(name, default)))
+    return values
 
 
-def _starts(parts: dict[str, Part], kind: type[State]) -> tuple[dict[str, int], list[float]]:
-    positions: dict[str, int] = {}
-    values: list[float] = []
-    for part in parts.values():
-        for name, item in part.component.declared(kind).items():
-            positions[f"{part.name}.{name}"] = len(values)
-            values.append(float(part.start.get(name, item.start)))
-    return positions, values
+def _starts(parts: dict[str, Part], kind: type[State]) -> dict[str, float]:
+    declared = [(part, name, item) for part in parts.values() for name, item in part.component.declared(kind).items()]
+    return {f"{part.name}.{name}": float(part.start.get(name, item.start)) for part, name, item in declared}
 
 
-def _positions(parts: dict[str, Part], kind: type[Memory] | type[Table] | type[Noise]) -> dict[str, int]:
-    names = [f"{part.name}.{name}" for part in parts.values() for name in part.component.declared(kind)]
+def _declared(parts: dict[str, Part], kind: type[Declaration]) -> list[str]:
+    return [f"{part.name}.{name}" for part in parts.values() for name in part.component.declared(kind)]
+
+
+def _numbered(names: Iterable[str]) -> dict[str, int]:
     return {name: position for position, name in enumerate(names)}
 
 
 def _channels(parts: dict[str, Part], assembly: Assembly) -> tuple[str, ...]:
-    outputs = [f"{part.name}.{name}" for part in parts.values() for name in part.component.declared(Output)]
+    outputs = _declared(parts, Output)
     if assembly.finish and assembly.finish not in outputs:
         raise WiringError(f"the run shall end at '{assembly.finish}', which is no output.", remedy=nearest(assembly.finish, outputs))
     if assembly.record is None:

@@ -193,8 +193,7 @@ def _with_noise(assembly: Assembly, columns: Sequence[LoggedColumn], noise: floa
 
 def _drawn(plan: Plan, name: str, deviation: float, rng: np.random.Generator) -> TrueValue:
     """Draw the true value of a name, ``deviation`` [SI] being one standard deviation."""
-    kind, position = plan.settable(name)
-    given = plan.parameter_values[position] if kind == "parameter" else plan.start_states[position]
+    given = plan.given(name)
     declared = plan.declaration(name)
     low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-math.inf, math.inf)
     off = float(np.clip(rng.standard_normal(), -_LARGEST_DEVIATION, _LARGEST_DEVIATION)) * deviation

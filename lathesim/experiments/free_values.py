@@ -91,12 +91,12 @@ def _is_of_the_loop(plan: Plan, name: str) -> bool:
     declared = component.declarations[item]
     if component.group not in _MOVING_GROUPS or not isinstance(declared, Parameter):
         return False
-    return plan.parameter_values[plan.parameters[name]] != 0.0
+    return plan.values[name] != 0.0
 
 
 def _free(lesson: Lesson, plan: Plan, name: str, factor: float) -> FreeValue:
     declared = plan.declaration(name)
-    given = plan.parameter_values[plan.parameters[name]]
+    given = plan.values[name]
     low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-math.inf, math.inf)
     spread, size = _spread(lesson, name, given, declared.unit)
     may_be_none = low <= 0.0 and size * factor > given

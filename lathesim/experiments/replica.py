@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -145,7 +145,7 @@ class ProgramRuns:
         part = next(item for item in assembly.parts if item.name == interpolator)
         self.path = f"{interpolator}.path"
         self.laid: Batch | None = None
-        if self.path not in self.batch.plan.tables:
+        if self.path not in self.batch.plan.arrays.tables:
             alone, self.wanted = _alone(dataclasses.replace(assembly, record=self.setting.channels), part)
             self.laid = Batch(wire(alone), math.ceil(longest / alone.sample_period) + 3, noisy=False)
 
@@ -230,10 +230,10 @@ def _shortest_delay(assembly: Assembly) -> float:
     """Return the shortest delay [s] of a machine."""
     plan = wire(assembly)
     found = math.inf
-    for name, position in plan.parameters.items():
+    for name in plan.parameters:
         part, item = Place.of(name)
         if issubclass(plan.parts[part].component, DelayLine) and item == "delay":
-            found = min(found, plan.parameter_values[position])
+            found = min(found, plan.values[name])
     return found
 
 
@@ -283,9 +283,4 @@ def _laid(output: str) -> str:
 
 def given_values(plan: Plan, names: Sequence[str]) -> FloatArray:
     """Return the values [SI] of parameters and starts as the machine has them."""
-    arrays: Mapping[str, tuple[float, ...]] = {
-        "parameter": plan.parameter_values,
-        "state": plan.start_states,
-        "discrete": plan.start_discrete,
-    }
-    return np.array([arrays[kind][position] for kind, position in (plan.settable(name) for name in names)])
+    return np.array([plan.given(name) for name in names])

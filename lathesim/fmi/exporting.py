@@ -114,7 +114,7 @@ def one_part(plan: Plan, part: str, duration: float, seed: int) -> Exported:
 
 def held_by_an_fmu(plan: Plan, part: str) -> tuple[str, ...]:
     """Return the inputs and outputs of a part that laws take anew between two samples, and that an FMU in its place holds there."""
-    stages = [*plan.stage, *((name, "derivative") for name in plan.parts)]
+    stages = [*plan.laws.stage, *((name, "derivative") for name in plan.parts)]
     taken = {(name, item) for name, law in stages for item in plan.parts[name].component.arguments.get(law, ())}
     held = []
     for full, (kind, source) in plan.feeds.items():
@@ -164,8 +164,8 @@ def write_fmu(exported: Exported, file: Path) -> None:
     """Write an FMU. Raises :class:`LatheSimError` where there is no C compiler, or where the machine cannot be compiled."""
     plan = exported.plan
     arrays = start_arrays(plan, None, exported.duration)
-    samples = max(1, math.ceil(exported.duration / plan.assembly.sample_period) + 1) if plan.noises else 1
-    noise = draw_noise(plan.noises, exported.seed, 0, samples)
+    samples = max(1, math.ceil(exported.duration / plan.assembly.sample_period) + 1) if plan.arrays.noises else 1
+    noise = draw_noise(plan.arrays.noises, exported.seed, 0, samples)
     moving = [arrays.states, arrays.discrete, *arrays.memories]
     numbers = [arrays.parameters, *moving, *arrays.tables, *noise]
     content = b"".join(np.ascontiguousarray(item, dtype="<f8").tobytes() for item in numbers)
@@ -182,7 +182,7 @@ def write_fmu(exported: Exported, file: Path) -> None:
 
 def _header(exported: Exported, digest: str, states: list[int], arrays: list[tuple[FloatArray, ...]]) -> str:
     """Return ``machine.h``: the sizes of the machine, and where its arrays lie among its numbers."""
-    plan, place, shapes = exported.plan, len(exported.plan.parameter_values) or 1, []
+    plan, place, shapes = exported.plan, len(exported.plan.parameters) or 1, []
     parameters = place
     place += sum(states)
     for array in (item for some in arrays for item in some):
@@ -230,7 +230,7 @@ def _description(exported: Exported, token: str, model: str) -> bytes:
     steps = {"canHandleVariableCommunicationStepSize": "true", "fixedInternalStepSize": period}
     Xml.SubElement(root, "CoSimulation", {"modelIdentifier": model, **steps})
     places = {outside: plan.parameters[inside] + 1 for outside, inside in {**exported.inputs, **exported.parameters}.items()}
-    places |= {channel: place + len(plan.parameter_values or (0.0,)) + 1 for place, channel in enumerate(plan.channels)}
+    places |= {channel: place + max(1, len(plan.parameters)) + 1 for place, channel in enumerate(plan.channels)}
     units = {plan.unit(name) for name in places} - {"1", ""}
     _add_units(Xml.SubElement(root, "UnitDefinitions"), sorted(units | {"s"}))
     Xml.SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(exported.duration or 1.0), stepSize=period)

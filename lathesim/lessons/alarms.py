@@ -199,7 +199,7 @@ class AlarmWatch:
         return ""
 
     def _value(self, name: str) -> float:
-        return self._overrides.get(name, self._plan.parameter_values[self._plan.parameters[name]])
+        return self._overrides.get(name, self._plan.values[name])
 
     def _shown(self, name: str) -> str:
         part, item = Place.of(name)

@@ -139,9 +139,9 @@ def raw_stock(plan: Plan) -> RawStock | None:
         if is_stock and all(isinstance(declared.get(item), Input) for item in _PLACES):
             fed = {item: plan.feeds.get(f"{name}.{item}", ("parameter", f"{name}.{item}")) for item in (*_MEASURES, *_PLACES)}
             if all(fed[item][0] == "parameter" for item in _MEASURES) and all(fed[item][0] == "output" for item in _PLACES):
-                values = {item: plan.parameter_values[plan.parameters[fed[item][1]]] for item in _MEASURES}
+                values = {item: plan.values[fed[item][1]] for item in _MEASURES}
                 known = [item for item in _FURTHER if f"{name}.{item}" in plan.parameters]
-                values |= {item: plan.parameter_values[plan.parameters[f"{name}.{item}"]] for item in known}
+                values |= {item: plan.values[f"{name}.{item}"] for item in known}
                 return RawStock(name, **values, x=fed["x_position"][1], z=fed["z_position"][1])
     return None
 
@@ -166,8 +166,7 @@ def unread_drags(plan: Plan) -> list[str]:
         f"{name}: its process damping acts on nothing. Wire the drag of a mode to {name}.drag."
         for name, part in plan.parts.items()
         if "drag" in part.component.declared(Output)
-        and (at := plan.parameters.get(f"{name}.process_damping")) is not None
-        and plan.parameter_values[at] > 0.0
+        and plan.values.get(f"{name}.process_damping", 0.0) > 0.0
         and f"{name}.drag" not in read
     ]
 
@@ -191,7 +190,7 @@ def starts_elsewhere(case: Case, plan: Plan) -> list[str]:
     told = []
     for letter, channel, start in (("X", stock.x, first.start_x), ("Z", stock.z, first.start_z)):
         for state in _place_states(plan, channel):
-            stands = plan.start_states[plan.states[state]]
+            stands = plan.values[state]
             if abs(stands - start) > _SAME_PLACE:
                 radius = " (radius)" if letter == "X" else ""
                 told.append(

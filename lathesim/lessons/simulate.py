@@ -17,7 +17,7 @@ from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
 from lathesim.lessons.alarms import Alarm, AlarmWatch, alarms_of, commands_of_loops
 from lathesim.lessons.assemble import assemble_case
-from lathesim.lessons.case import Case, case_of
+from lathesim.lessons.case import Case, Given, case_of
 from lathesim.lessons.grading import check_promises
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson, MachineTemplate, find_lesson
@@ -207,11 +207,11 @@ def check_lesson(lesson: Lesson, registry: Registry) -> dict[str, type[Component
         if case.duration is not None:
             seconds(case.duration)
     for key, name in _always_overridden(lesson):
-        given = getattr(itself, key)[name]
+        given: Given = getattr(itself.changed, key)[name]
         case = case_of(lesson, _without_change(lesson, {Place.of(name).part, Place.of(str(given.value)).part}))
-        changed: dict[str, Any] = {key: {**getattr(case, key), name: given}}
+        changed: dict[str, Any] = {key: {**getattr(case.changed, key), name: given}}
         try:
-            assemble_case(dataclasses.replace(case, **changed), registry)
+            assemble_case(dataclasses.replace(case, changed=dataclasses.replace(case.changed, **changed)), registry)
         except LessonError as error:
             if error.place in (given.place, given.key_place):
                 raise

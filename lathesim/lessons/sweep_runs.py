@@ -63,7 +63,7 @@ class Members:
     @property
     def bytes_a_run(self) -> int:
         """Memory of a run while it goes on."""
-        return 8 * self.samples * (len(self.prepared.plan.channels) + len(self.prepared.plan.noises))
+        return 8 * self.samples * (len(self.prepared.plan.channels) + len(self.prepared.plan.arrays.noises))
 
     def compile(self) -> None:
         """Make the compiled machine ready, so that the first run is as quick as the others."""

@@ -51,7 +51,7 @@ class SteppedMachine:
         self._arrays = start_arrays(self.plan, overrides)
         self._module: Any = compiled_machine(fuse(self.plan))
         self._rows = [self.plan.settable(f"{_fed_by(target)}.position")[1] for _, target in self._targets]
-        names = list(self.plan.tables)
+        names = list(self.plan.arrays.tables)
         self._tables = [self._arrays.tables[names.index(f"{_fed_by(target)}.recorded")] for _, target in self._targets]
 
     @property
@@ -97,7 +97,7 @@ class SteppedMachine:
         for (column, _), row, table in zip(self._targets, self._rows, self._tables, strict=True):
             table[:count, 0] = set_points[:, column]
             self._arrays.discrete[row] = 0.0
-        noise = draw_noise(self.plan.noises, self.seed, self.periods, count)
+        noise = draw_noise(self.plan.arrays.noises, self.seed, self.periods, count)
         record = np.zeros(count * channels)
         live, assembly = self._arrays, self.plan.assembly
         self._module.run_block(

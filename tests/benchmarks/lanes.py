@@ -220,7 +220,7 @@ def _against_c(rounds: int) -> LaneFigure:
 def _jacobian(rounds: int) -> LaneFigure:
     """Return the cost of a run and of fifteen others, each with one value moved, over that of a run."""
     plan = servo_plan()
-    given = np.array([plan.parameter_values[plan.parameters[name]] for name in JACOBIAN])
+    given = np.array([plan.values[name] for name in JACOBIAN])
     values = np.vstack([given, given + np.diag(1e-6 * np.maximum(np.abs(given), 1e-6))])
     work = batch_work("", 0.0, plan, samples_of(plan), JACOBIAN)
     _make_ready(work.run, values)

@@ -292,7 +292,7 @@ def _batch_here(runs: int) -> str:
     from lathesim.engine.batch import Batch
 
     plan = lathe_plan()
-    value = plan.parameter_values[plan.parameters[_PARAMETER]]
+    value = plan.values[_PARAMETER]
     costs = Batch(plan, 200, seed=SEED).run([_PARAMETER], value * np.linspace(0.9, 1.1, runs)[:, None], _last)
     assert len(costs) == runs
     return f"{largest_memory()}"

@@ -101,7 +101,7 @@ def samples_of(plan: Plan) -> int:
 
 def spread(plan: Plan, names: Sequence[str], runs: int) -> FloatArray:
     """Return values (runs, names) within 5 % of those of the plan."""
-    given = np.array([plan.parameter_values[plan.parameters[name]] for name in names])
+    given = np.array([plan.values[name] for name in names])
     return np.asarray(given * np.random.default_rng(1).uniform(0.95, 1.05, (runs, len(names))))
 
 
@@ -190,7 +190,7 @@ def servo_in_c(plan: Plan, lanes: int) -> Callable[[FloatArray], FloatArray]:
         subprocess.run(command, check=True, capture_output=True, text=True)
         library = ctypes.CDLL(str(built))
     samples, assembly = samples_of(plan), plan.assembly
-    given = np.array([plan.parameter_values[plan.parameters[name]] for name in _GIVEN])
+    given = np.array([plan.values[name] for name in _GIVEN])
     between = len(RECORDED) * samples + 8
     record = np.zeros((lanes, between))
 

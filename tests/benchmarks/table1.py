@@ -90,7 +90,7 @@ def table1(draws: int, tell: Tell) -> list[Mean]:
         tell(f"running case {case} ...")
         prepared = prepare(lesson, registry, case)
         plan, chance = prepared.plan, np.random.default_rng(CHANCE)
-        given = np.array([plan.parameter_values[plan.parameters[name]] for name in JITTERED])
+        given = np.array([plan.values[name] for name in JITTERED])
         drawn = given * chance.uniform(1.0 - JITTER, 1.0 + JITTER, (draws, len(given)))
         members: list[Member] = []
         wanted = {name: registry.metric(name) for name in METRICS}

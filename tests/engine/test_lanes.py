@@ -234,7 +234,7 @@ def test_every_lesson_has_the_same_bits_in_lanes(path: Path, at_once: list[int])
     lesson = load_lesson(path)
     plan = wire(assemble(lesson, load_registry(installed=False), next(iter(lesson.variants), None)))
     left_alone = ("bits", "resolution", "interpolator", "sample", "stages")
-    given = dict(zip(plan.parameters, plan.parameter_values, strict=True))
+    given = {name: plan.values[name] for name in plan.parameters}
     sized = [name for name, value in given.items() if value not in (0.0, 1.0) and abs(value) < 1e8]
     names = [name for name in sized if not any(word in name for word in left_alone)][:6]
     start = np.array([given[name] for name in names])
@@ -289,7 +289,7 @@ def test_one_of_two_neutral_values_may_vary_alone(at_once: list[int]) -> None:
 
 def test_only_a_full_group_decides_whether_lanes_are_given_up() -> None:
     plan = wire(loop())
-    choice = lanes.Choice(plan, ["axis.lag"], np.array(plan.parameter_values), {})
+    choice = lanes.Choice(plan, ["axis.lag"], np.array([plan.values[name] for name in plan.parameters]), {})
     choice.spend(1.0, 1, side_by_side=False)
     choice.spend(8.0, 4, side_by_side=True)
     assert not choice.refused

@@ -131,15 +131,16 @@ def test_a_place_is_read_from_its_text_and_written_as_it(text: str, place: Place
 
 def test_sampled_parts_come_in_the_order_of_the_signal() -> None:
     plan = wire(loop())
-    updates = [part for part, law in plan.order if law == "update"]
+    updates = [part for part, law in plan.laws.instant if law == "update"]
     assert updates == ["source", "controller"]
-    assert plan.order.index(("axis", "output")) < plan.order.index(("controller", "update"))
+    assert plan.laws.instant.index(("axis", "output")) < plan.laws.instant.index(("controller", "update"))
 
 
 def test_an_output_with_a_law_of_its_own_does_not_hold_up_the_others() -> None:
     parts = (*PARTS[:2], Part("axis", DirectAxis))
     plan = wire(Assembly(parts, WIRES, 0.005, 0.0005))
-    assert plan.order.index(("axis", "output")) < plan.order.index(("controller", "update")) < plan.order.index(("axis", "output_current"))
+    at = plan.laws.instant.index
+    assert at(("axis", "output")) < at(("controller", "update")) < at(("axis", "output_current"))
 
 
 def test_an_unconnected_input_is_refused() -> None:
@@ -192,7 +193,7 @@ def test_a_value_out_of_bounds_is_refused() -> None:
 
 def test_a_parameter_may_be_fed_by_a_wire() -> None:
     plan = wire(Assembly(PARTS, (*WIRES, Wire("controller.gain", constant=7.0)), 0.005, 0.0005))
-    assert plan.parameter_values[plan.parameters["controller.gain"]] == 7.0
+    assert plan.values["controller.gain"] == 7.0
 
 
 def test_laws_that_take_outputs_of_their_part_give_what_these_stand_for() -> None:

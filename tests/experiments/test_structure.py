@@ -18,4 +18,4 @@ def test_values_that_a_change_brings_are_written_in_units_that_a_lesson_takes() 
 
     assert any(name.endswith("coulomb_friction.level") for name in brought)
     for name, value in brought.items():
-        assert plan.parameter_values[plan.parameters[name]] == float(f"{value.high:.6g}"), name
+        assert plan.values[name] == float(f"{value.high:.6g}"), name

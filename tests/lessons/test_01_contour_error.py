@@ -88,7 +88,7 @@ def test_the_golden_channels_of_case_one(channel: str, records: dict[str, Record
 def test_the_means_over_small_changes_are_those_of_the_reference(variant: str, registry: Registry) -> None:
     lesson = load_lesson("01_contour_error")
     plan = prepare(lesson, registry, variant).plan
-    given = np.array([plan.parameter_values[plan.parameters[name]] for name in JITTERED])
+    given = np.array([plan.values[name] for name in JITTERED])
     chance = np.random.default_rng(2004)
     rows = []
     for _ in range(20):

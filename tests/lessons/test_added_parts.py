@@ -47,7 +47,7 @@ variants: {fine: {add: {second: {component: LinearEncoder}}, wires: {second.meas
     fine = simulate(load_lesson(path), registry, "fine", {"second.resolution": "5 um"}, engine="plain")
     assert {"scale.position", "second.position"} <= set(fine)
     plan = prepare(load_lesson(path), registry).plan
-    assert plan.parameter_values[plan.parameters["scale.resolution"]] == 2e-6
+    assert plan.values["scale.resolution"] == 2e-6
 
 
 def test_another_quantity_passes_through_a_part(tmp_path: Path, registry: Registry) -> None:
@@ -59,7 +59,7 @@ def test_another_quantity_passes_through_a_part(tmp_path: Path, registry: Regist
 def test_what_the_template_sets_in_the_old_unit_falls_back_to_the_default(tmp_path: Path, registry: Registry) -> None:
     more = "units: {sensor: {signal: m/s}}\nwires: {sensor.measured: table.velocity}\n"
     plan = prepare(load_lesson(lesson(tmp_path, more)), registry).plan
-    assert plan.parameter_values[plan.parameters["sensor.gain"]] == 0.002
+    assert plan.values["sensor.gain"] == 0.002
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def test_on_a_parameter_the_set_value_is_what_comes_in(tmp_path: Path) -> None:
     assert wires["table_mass_shift.incoming"] == "table.mass"
     assert wires["table.mass"] == "table_mass_shift.outgoing"
     plan = wire(machinery)
-    assert plan.parameter_values[plan.parameters["table.mass"]] == 20.0
+    assert plan.values["table.mass"] == 20.0
 
 
 def test_an_input_of_an_effect_can_be_wired_by_hand(tmp_path: Path) -> None:

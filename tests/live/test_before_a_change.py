@@ -50,7 +50,7 @@ def test_the_lesson_of_a_window_begins_from_the_values_before(tmp_path: Path) ->
     place.write_text(text, encoding="utf-8")
     again = prepare(load_lesson(str(place)), load_registry([]))
     declared, kept = (uncertainties(item.case.lesson, item.plan) for item in (ready, again))
-    mass = [item.plan.parameter_values[item.plan.parameters["x_axis.mass"]] for item in (ready, again)]
+    mass = [item.plan.values["x_axis.mass"] for item in (ready, again)]
     assert mass[1] - mass[0] == pytest.approx(2.0 * declared["x_axis.mass"], rel=1e-6)
     assert kept["x_axis.viscous"] == pytest.approx(declared["x_axis.viscous"])
 

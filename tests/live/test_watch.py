@@ -199,7 +199,7 @@ async def test_what_was_named_belongs_to_the_machine_and_its_growth_is_told(
     assert found[0]["until_s"] == pytest.approx(57.0, abs=0.5)
     going_on = prepare(load_lesson(str(tmp_path / "watch_2_goes_on.yaml")), load_registry([]))
     plan = going_on.plan
-    assert plan.parameter_values[plan.parameters["x_axis_coulomb_friction.level"]] == pytest.approx(16.0)
+    assert plan.values["x_axis_coulomb_friction.level"] == pytest.approx(16.0)
 
 
 async def test_without_a_name_the_watch_goes_on_from_the_changed_state(

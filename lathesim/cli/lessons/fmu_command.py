@@ -38,6 +38,6 @@ def fmu(chosen: ChosenLesson, out: Path, part: str | None) -> int:
     for name in made.held:
         moves = f"{name} moves between two samples in the lesson."
         click.echo(f"{moves} The FMU holds it for a step, so a run with the FMU may differ.", err=True)
-    if made.plan.noises:
+    if made.plan.arrays.noises:
         click.echo(f"The noise of seed {seed} is stored for {duration:.4g} s; it begins anew after that.", err=True)
     return 0

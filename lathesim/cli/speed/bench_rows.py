@@ -89,9 +89,9 @@ def lathe_work() -> Work:
 
     plan = lathe_plan()
     samples = len(run(plan, seed=SEED))
-    names = list(plan.noises)
+    names = list(plan.arrays.noises)
     noise = dict(zip(names, draw_noise(names, SEED, 0, samples), strict=True))
-    parameters = {name: plan.parameter_values[position] for name, position in plan.parameters.items()}
+    parameters = {name: plan.values[name] for name in plan.parameters}
     (path,) = (part.tables["path"] for part in plan.parts.values() if "path" in part.tables)
     return Work(
         plan, parameters, np.ascontiguousarray(path, dtype=float), noise, samples, plan.assembly.sample_period, plan.assembly.step,

@@ -94,12 +94,9 @@ def free_parameters(plan: Plan, names: Sequence[str]) -> list[Free]:
     """Return what is to be fitted; :class:`LessonError` with the nearest name for what the machine does not have or nothing depends on."""
     found = []
     for name in dict.fromkeys(names):
-        if name in plan.parameters:
-            given = plan.parameter_values[plan.parameters[name]]
-        elif name in plan.states:
-            given = plan.start_states[plan.states[name]]
-        else:
+        if name not in plan.parameters and name not in plan.states:
             raise LessonError(_why_not(plan, name), place="--free", remedy=nearest(name, [*plan.parameters, *plan.states]))
+        given = plan.values[name]
         declared = plan.declaration(name)
         low, high = (declared.low, declared.high) if isinstance(declared, Parameter) else (-np.inf, np.inf)
         found.append(Free(name, given, abs(given), low, high, given=given))

@@ -99,7 +99,7 @@ def _memory(part: Part, row: int, speeds: Mapping[str, float], replay: Simulator
     size = float(np.std(np.nan_to_num(replay.recorded[row])))
     # later on an integral holds what rounding added up to as well
     begins = max(_FEWEST, int(_BEGINNING * replay.samples))
-    given = np.array([plan.start_discrete[plan.discrete[name]] if name in plan.discrete else replay.given(name) for name in memories])
+    given = np.array([plan.values[name] if name in plan.discrete else replay.given(name) for name in memories])
 
     def left(values: FloatArray) -> FloatArray:
         """Return what of the command does not follow at first, (runs, samples), with some rows of memories."""

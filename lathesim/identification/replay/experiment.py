@@ -287,13 +287,13 @@ class Experiment:
         """Return the states of the machine's own parts as free starting values, from the recorded motion where there is any."""
         motion = recorded_motion(self.with_candidates, self._whole())
         free = []
-        for name, position in plan.states.items():
+        for name in plan.states:
             part = plan.parts[Place.of(name).part]
             if issubclass(part.component, Effect):
                 continue
             seen_start = start_from(part, Place.of(name).port, motion)
             if seen_start is None:
-                start = plan.start_states[position]
+                start = plan.values[name]
                 free.append(Free(name, start, max(abs(start), 1e-2)))
             else:
                 start, spread = seen_start
@@ -355,8 +355,7 @@ def baseline_free(machine: RecordedMachine, wider: float = 1.0) -> list[Free]:
     free = []
     for name, declared_deviation in machine.uncertain.items():
         deviation = wider * declared_deviation
-        _, position = plan.settable(name)
-        given = plan.parameter_values[position]
+        given = plan.given(name)
         part, item = Place.of(name)
         declared = plan.parts[part].component.declared(Parameter)[item]
         low = max(declared.low, given - POSSIBLE * deviation)

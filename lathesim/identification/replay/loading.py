@@ -241,8 +241,7 @@ def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:
     for name, text in entries.items():
         place = lesson.source.place(("uncertain", name))
         number, unit = split_quantity(text)
-        _, position = plan.settable(name)
-        given = plan.parameter_values[position] if name in plan.parameters else plan.start_states[position]
+        given = plan.given(name)
         declared = plan.unit(name)
         found[name] = abs(given) * float(number) / 100.0 if unit == "%" else si_value(Given(text, place, place), declared)
         if found[name] <= 0.0:

@@ -245,7 +245,7 @@ class Simulator:
 
     def _impulse_responses_of(self, states: list[str], values: Mapping[str, float]) -> _ImpulseResponses:
         names = list(dict.fromkeys([*values, *states]))
-        base = np.array([values[name] if name in values else self._start(name) for name in names])
+        base = np.array([values[name] if name in values else self.plan.values[name] for name in names])
         rows = np.tile(base, (len(states) + 1, 1))
         for row, state in enumerate(states, start=1):
             rows[row, names.index(state)] += IMPULSE
@@ -255,17 +255,13 @@ class Simulator:
         impulse_responses[:, [sight.row for sight in self.redundant_sensors]] = 0.0
         return states, np.where(np.abs(impulse_responses) < BEYOND, impulse_responses, 0.0), runs[0]
 
-    def _start(self, state: str) -> float:
-        return self.plan.start_states[self.plan.states[state]]
-
     def settable(self, names: Iterable[str]) -> list[str]:
         """Return those of some names that this machine has, each once."""
         return [name for name in dict.fromkeys(names) if name in self.plan.parameters or name in self.plan.states]
 
     def given(self, name: str) -> float:
         """Return the value that the machine has for a parameter or a starting state."""
-        parameters = self.plan.parameters
-        return self.plan.parameter_values[parameters[name]] if name in parameters else self._start(name)
+        return self.plan.values[name]
 
     def outputs(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
         """Return the simulated channels, shape (channels, samples), for each row of ``values`` of the names that are set.

@@ -45,7 +45,7 @@ def followed_sizes(prepared: Prepared, registry: Registry) -> dict[str, Followed
         part = str(entry.name) or effect_part_name(str(entry.at), str(entry.effect))
         for name, neutral in neutral_values(registry, str(entry.effect)).items():
             if f"{part}.{name}" in plan.parameters:
-                value = plan.parameter_values[plan.parameters[f"{part}.{name}"]]
+                value = plan.values[f"{part}.{name}"]
                 unit = plan.parts[part].component.declarations[name].unit
                 found[f"{part}.{name}"] = FollowedSize(str(entry.effect), str(entry.at), name, value, neutral, unit)
     return found

@@ -96,7 +96,7 @@ class ResidualStream:
     def given(self) -> FloatArray:
         """Return the lesson's own values [SI], (parameters,)."""
         plan = self._prepared.plan
-        return np.array([plan.parameter_values[plan.parameters[name]] for name in self.scales])
+        return np.array([plan.values[name] for name in self.scales])
 
     def restart(self) -> None:
         """Begin the simulation anew: the samples before are not those before the next."""

@@ -86,7 +86,7 @@ def known_before(prepared: Prepared, sizes: Mapping[str, str], expected: Mapping
     for name, offset in expected.items():
         unit = plan.unit(name)
         ending = "" if unit in ("", "1") else f" {unit}"
-        values[name] = f"{plan.parameter_values[plan.parameters[name]] + offset * declared[name]:.9g}{ending}"
+        values[name] = f"{plan.values[name] + offset * declared[name]:.9g}{ending}"
     return BeforeChange(sizes, values)
 
 

@@ -27,9 +27,9 @@ class PartModel:
         self.step = work.step
         self.outputs = [f"{part.name}.{name}" for name in component.declared(Output)]
         self.sources: list[str] = []
-        self.start = [_at(plan.states, plan.start_states, f"{part.name}.{name}") for name in component.declared(State)]
+        self.start = [plan.values[f"{part.name}.{name}"] for name in component.declared(State)]
         names = list(component.declared(DiscreteState))
-        self.discrete = [_at(plan.discrete, plan.start_discrete, f"{part.name}.{name}") for name in names]
+        self.discrete = [plan.values[f"{part.name}.{name}"] for name in names]
         self.instant = 0
         self._plan, self._part, self._work = plan, part, work
         self._stores: dict[str, list[Any]] = {}
@@ -118,13 +118,9 @@ class PartModel:
         return [item.start] * int(self._part.memory_lengths.get(name, item.length))
 
 
-def _at(positions: Any, values: Sequence[float], name: str) -> float:
-    return float(values[positions[name]])
-
-
 def part_models(work: Any) -> list[PartModel]:
     """Return every part, in the order in which they act at a sample instant."""
     plan = work.plan
-    order = dict.fromkeys(name for name, law in plan.order if law == "update")
+    order = dict.fromkeys(name for name, law in plan.laws.instant if law == "update")
     order |= dict.fromkeys(plan.parts)
     return [PartModel(plan, plan.parts[name], work) for name in order]
