@@ -29,7 +29,7 @@ from lathesim.classroom.roster import ClassFolder, Student
 from lathesim.classroom.teacher_notes import COPY_NOTES, AnswerNote, TeacherNotes, notes_file, teacher_notes, with_tables
 from lathesim.component import Parameter
 from lathesim.errors import LessonError, RecordingError
-from lathesim.exercises.class_folder import VALIDATION, conceal_case, publish
+from lathesim.exercises.class_folder import VALIDATION, Hiding, conceal_case, publish
 from lathesim.exercises.conceal import DRAWS, Concealed, Difficulty
 from lathesim.exercises.logger import logged_columns
 from lathesim.exercises.sealed_answer import ANSWER
@@ -185,11 +185,7 @@ def _hidden(desk: _Desk, students: Sequence[Student]) -> Iterator[MadeMachine]:
             own,
             desk.registry,
             desk.folder.students / student.folder,
-            answer=desk.folder.kept(student, ".json"),
-            asked=asked,
-            at_random=not asked,
-            validate=VALIDATION in own.variants,
-            seed=seed,
+            Hiding(asked, not asked, desk.folder.kept(student, ".json"), VALIDATION in own.variants, seed=seed),
             wanted=HIDDEN,
             further=partial(_kept, student, values, answers),
         )

@@ -244,8 +244,9 @@ def wiring_text(plan: Plan) -> str:
     """Return the parts in the order of their updates, each with what feeds its inputs, its parameters and what it gives."""
     from lathesim.component import Input, Output, Parameter
 
+    assembly = plan.assembly
     lines = [
-        f"sample period {plan.assembly.sample_period:g} s, {plan.steps_per_sample} RK4 steps each; {len(plan.channels)} channels recorded"
+        f"sample period {assembly.sample_period:g} s, {assembly.steps_per_sample} RK4 steps each; {len(plan.channels)} channels recorded"
     ]
     order = dict.fromkeys([name for name, _ in plan.laws.instant] + list(plan.parts))
     for name in order:

@@ -87,7 +87,7 @@ class Bench:
         names = sorted({*common, *(name for member in members for name in member)})
         known = self.batch.plan.values
         rows = np.array([[{**common, **member}.get(name, known[name]) for name in names] for member in members]).reshape(len(members), -1)
-        batch = dataclasses.replace(self.batch, noisy=seeds is not None, steps_per_sample=finer * self.batch.plan.steps_per_sample)
+        batch = dataclasses.replace(self.batch, noisy=seeds is not None, steps_per_sample=finer * self.batch.plan.assembly.steps_per_sample)
         return [np.asarray(item) for item in batch.run(names, rows, np.copy, seeds=seeds)]
 
     def table(self, record: FloatArray) -> FloatArray:
@@ -120,6 +120,19 @@ class Diagnosed:
     folder: Path
     variant: str | None = None
     samples: int = 0
+
+    @classmethod
+    def of(cls, lesson: Lesson, registry: Registry, found: DiagnosedMachine, folder: Path, variant: str | None = None) -> Diagnosed:
+        """Return a lesson with its diagnosis: the values as they were refitted with the effects, as far as the machine has them."""
+        machinery = prepare(lesson, registry, variant).machinery
+        declared = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declared(Parameter)}
+        fed = {wire.target for wire in machinery.wires}
+        values = {
+            name: f"{value:.8g}" if unit == "1" else f"{value:.8g} {unit}"
+            for name, (value, _, _, unit) in found.baseline.items()
+            if name in declared and name not in fed
+        }
+        return cls(lesson, registry, tuple(dict(item.entry) for item in found.effects), values, folder, variant)
 
     def text(
         self, lines: Sequence[InsertedRemedy], units: Mapping[str, Mapping[str, str]], folder: Path, *, with_effects: bool = True

@@ -230,7 +230,8 @@ def next_lap(
     file = folder / NEXT_LAP
     write_text(file, program_text(asked + following, course.period, course.axes_of_path(), None))
     values = _set_by_hand(prepared)
-    text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, program=file, further={"dialect": "linuxcnc"})
+    further = {"program": str(file.resolve()), "dialect": "linuxcnc"}
+    text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, further=further)
     write_text(folder / LESSON, text)
     return (file, folder / LESSON), _outlook(course, chosen, before, errors)
 

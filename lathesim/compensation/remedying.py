@@ -6,7 +6,6 @@ import dataclasses
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -25,9 +24,7 @@ from lathesim.identification.position_loops import level_of
 from lathesim.identification.records import Free
 from lathesim.identification.replay.loading import uncertainties
 from lathesim.lessons.insertion import effect_part_name
-from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare
-from lathesim.plugins import Registry
 from lathesim.units import in_unit
 
 Tell = Callable[[str], None]
@@ -70,24 +67,20 @@ class Answer:
 
 
 def remedy(
-    lesson: Lesson,
-    registry: Registry,
+    diagnosed: Diagnosed,
     found: DiagnosedMachine,
-    folder: Path,
     *,
-    variant: str | None = None,
     margin: bool = True,
     seed: int = 1,
     tell: Tell = lambda text: None,
     control: Control | None = None,
 ) -> Answer:
-    """Return the remedies for a diagnosis, tried on the diagnosed machine; files of the trials go to ``folder``.
+    """Return the remedies for a diagnosis, tried on the diagnosed machine; files of the trials go to its folder.
 
     With a ``control`` they are those that it holds, with the numbers that its text holds.
     Raises :class:`LessonError` where the diagnosis is of another machine, where the lesson has such a remedy already, or cannot be run.
     """
-    entries = tuple(dict(item.entry) for item in found.effects)
-    diagnosed = Diagnosed(lesson, registry, entries, _refitted(lesson, registry, found, variant), folder, variant)
+    registry, uncertain = diagnosed.registry, diagnosed.lesson.settings.uncertain
     if found.nothing:
         return Answer(diagnosed, None, (), (), (), (), 0.0, found.cautions, found.nothing)
     _same_machine(diagnosed, found)
@@ -113,22 +106,10 @@ def remedy(
     tell("trying the remedies over draws of what is uncertain")
     mended = diagnosed.bench(lines, noise_of(bench, found.floors))
     intervals = _intervals(mended, found)
-    prior = uncertainties(lesson, mended.batch.plan) if lesson.settings.uncertain else {}
+    prior = uncertainties(diagnosed.lesson, mended.batch.plan) if uncertain else {}
     sizes, better = promised(mended, draws_of(mended, intervals, prior, _free(mended, lines), DRAWS, seed), seed=seed)
     unmended = (*not_mended, *late, *_limits(mended, lines))
     return Answer(diagnosed, mended, tuple(lines), axes, unmended, tuple(sizes), better, found.cautions, gains=gains, texts=texts)
-
-
-def _refitted(lesson: Lesson, registry: Registry, found: DiagnosedMachine, variant: str | None) -> dict[str, str]:
-    """Return the values of the lesson as they were refitted with the effects, as far as the machine has them."""
-    machinery = prepare(lesson, registry, variant).machinery
-    declared = {f"{part.name}.{name}" for part in machinery.parts for name in part.component.declared(Parameter)}
-    fed = {wire.target for wire in machinery.wires}
-    return {
-        name: f"{value:.8g}" if unit == "1" else f"{value:.8g} {unit}"
-        for name, (value, _, _, unit) in found.baseline.items()
-        if name in declared and name not in fed
-    }
 
 
 def _same_machine(diagnosed: Diagnosed, found: DiagnosedMachine) -> None:

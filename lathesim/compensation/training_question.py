@@ -253,7 +253,7 @@ def _values(case: Prepared) -> dict[str, float]:
 
 def _fewest_steps(prepared: Prepared) -> int:
     """Return the fewest integration steps a sample with which the machine is still stable, with one to spare."""
-    most = prepared.plan.steps_per_sample
+    most = prepared.plan.assembly.steps_per_sample
     for steps in range(1, most):
         coarser = wire(replace(prepared.machinery, step=prepared.machinery.sample_period / steps))
         try:

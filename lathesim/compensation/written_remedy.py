@@ -273,8 +273,9 @@ def write_program(answer: Answer, folder: Path) -> list[Path]:
         lay_path(load_program(file, "linuxcnc"), limits_of(diagnosed.lesson.machine))
     except (LatheSimError, ProgramError) as error:
         raise LessonError(f"the mirrored program does not pass its check: {error.fact}", place=str(file), remedy=error.remedy) from None
-    changes = {"replace": {walker: CONTINUOUS}, "program": file, "further": {"dialect": "linuxcnc"}}
-    text = changed_lesson(diagnosed.lesson, [], dict(diagnosed.values), folder, variant=diagnosed.variant, **changes)  # type: ignore[arg-type]
+    further = {"program": str(file.resolve()), "dialect": "linuxcnc"}
+    values, replaced = dict(diagnosed.values), {walker: CONTINUOUS}
+    text = changed_lesson(diagnosed.lesson, [], values, folder, variant=diagnosed.variant, replace=replaced, further=further)
     lesson = folder / LESSON_FILE
     write_text(lesson, text)
     return [file, lesson]

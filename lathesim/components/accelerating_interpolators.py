@@ -12,6 +12,7 @@ from lathesim.components.interpolator import (
     SLOWEST,
     ConstantVelocityInterpolator,
     follow_spindle,
+    turning_speed,
     wanted_speed,
     x_on_path,
     z_on_path,
@@ -117,9 +118,9 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
             samples_left -= 1.0
             path_speed = 0.0
         elif path[row][FEED_MODE] >= THREAD:
-            place, travelled, index, way, reached = follow_spindle(
-                path, row, travelled, index, spindle_angle, spindle_speed, spindle_override, largest_spindle_speed, sample_period
-            )
+            x = x_on_path(path, row, travelled)
+            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
+            place, travelled, index, way, reached = follow_spindle(path, row, travelled, index, spindle_angle, turning, sample_period)
             row = int(place)
             path_speed = way / sample_period
             samples_left = 1.0 - reached
@@ -127,9 +128,8 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         else:
             length = path[row][LENGTH] * 1.0
             x = x_on_path(path, row, travelled)
-            wanted = wanted_speed(
-                path, row, x, spindle_speed, feed_command, feed_override, spindle_override, rapid_speed, largest_spindle_speed
-            )
+            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
+            wanted = wanted_speed(path, row, turning, feed_command, feed_override, rapid_speed)
             if wanted <= SLOWEST:
                 slower = max(0.0, path_speed - acceleration * sample_period)
                 travelled = min(length, travelled + 0.5 * (path_speed + slower) * sample_period)
@@ -265,9 +265,8 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
                 wanted = 0.0
                 if path[row][KIND] != DWELL_PAUSE:
                     x = x_on_path(path, row, travelled)
-                    wanted = wanted_speed(
-                        path, row, x, spindle_speed, feed_command, feed_override, spindle_override, rapid_speed, largest_spindle_speed
-                    )
+                    turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
+                    wanted = wanted_speed(path, row, turning, feed_command, feed_override, rapid_speed)
                     if speed_of_block <= 0.0:
                         speed_of_block = wanted
                         if wanted <= 0.0:

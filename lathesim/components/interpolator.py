@@ -137,31 +137,30 @@ def tangent_on_path(path: Any, row: int, travelled: float) -> tuple[float, float
     return (path[row][END_X] - path[row][START_X]) / length, (path[row][END_Z] - path[row][START_Z]) / length
 
 
-def wanted_speed(
-    path: Any, row: int, x: float, spindle_speed: float, feed_command: float, feed_override: float, spindle_override: float,
-    rapid_speed: float, largest: float,
-) -> float:  # fmt: skip
-    """Return the path speed [m/s] asked for now: rapid, feed per minute, or feed per revolution times the actual spindle speed."""
+def turning_speed(path: Any, row: int, x: float, spindle_speed: float, override: float, largest: float) -> float:
+    """Return the spindle speed [rad/s] that feeds per revolution follow: the actual one, and where none is wired the programmed one."""
+    return programmed_spindle(path, row, x, override, largest) if spindle_speed >= NOT_WIRED else spindle_speed
+
+
+def wanted_speed(path: Any, row: int, turning: float, feed_command: float, feed_override: float, rapid_speed: float) -> float:
+    """Return the path speed [m/s] asked for now: rapid, feed per minute, or feed per revolution times the spindle speed ``turning``."""
     if path[row][KIND] == RAPID:
         return rapid_speed
     override = feed_override if feed_override > 0.0 else 0.0
     if feed_command < 0.0 and path[row][FEED_MODE] == 0.0:
         return float(path[row][FEED]) * override
-    speed = programmed_spindle(path, row, x, spindle_override, largest) if spindle_speed >= NOT_WIRED else spindle_speed
     if path[row][FEED_MODE] >= THREAD:
-        return float(path[row][FEED]) * abs(speed) / TWO_PI
+        return float(path[row][FEED]) * abs(turning) / TWO_PI
     feed = feed_command if feed_command >= 0.0 else float(path[row][FEED])
-    return feed * override * abs(speed) / TWO_PI
+    return feed * override * abs(turning) / TWO_PI
 
 
 def follow_spindle(
-    path: Any, row: int, travelled: float, index: float, angle: float, spindle_speed: float, spindle_override: float, largest_speed: float,
-    sample_period: float,
-) -> tuple[float, float, float, float, float]:  # fmt: skip
+    path: Any, row: int, travelled: float, index: float, angle: float, turning: float, sample_period: float
+) -> tuple[float, float, float, float, float]:
     """Return how a thread goes on in this sample, as :func:`walk_thread`; without a wired ``angle`` [rad] it follows the spindle speed."""
     if angle <= NO_ANGLE:
-        x = x_on_path(path, row, travelled)
-        wanted = wanted_speed(path, row, x, spindle_speed, -1.0, 1.0, spindle_override, 0.0, largest_speed)
+        wanted = wanted_speed(path, row, turning, -1.0, 1.0, 0.0)
         index = index if index > NO_ANGLE else 0.0
         angle = angle_of_speed(path, row, travelled, index, wanted * sample_period)
     return walk_thread(path, row, travelled, index, angle)
@@ -259,18 +258,17 @@ class ConstantVelocityInterpolator(Component):
             reached = 1.0 if samples_left < 1.0 else 0.0
             path_speed = 0.0
         elif path[row][FEED_MODE] >= THREAD:
-            place, travelled, index, way, reached = follow_spindle(
-                path, row, travelled, index, spindle_angle, spindle_speed, spindle_override, largest_spindle_speed, sample_period
-            )
+            x = x_on_path(path, row, travelled)
+            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
+            place, travelled, index, way, reached = follow_spindle(path, row, travelled, index, spindle_angle, turning, sample_period)
             row = int(place)
             path_speed = way / sample_period
             planned_speed = 0.0
         else:
             length = float(path[row][LENGTH])
             x = x_on_path(path, row, travelled)
-            wanted = wanted_speed(
-                path, row, x, spindle_speed, feed_command, feed_override, spindle_override, rapid_speed, largest_spindle_speed
-            )
+            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
+            wanted = wanted_speed(path, row, turning, feed_command, feed_override, rapid_speed)
             if wanted <= SLOWEST:
                 path_speed = 0.0
                 planned_speed = 0.0

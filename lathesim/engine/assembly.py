@@ -65,6 +65,10 @@ class Wire:
     constant: float = 0.0
 
 
+Timing = tuple[float, float, int]
+"""Sample period [s], step [s], steps a sample."""
+
+
 @dataclass(frozen=True)
 class Assembly:
     """Parts and wires, the sample period [s], the RK4 step [s], the output that ends a run, and the channels to record (all by default)."""
@@ -75,6 +79,16 @@ class Assembly:
     step: float
     finish: str = ""
     record: tuple[str, ...] | None = None
+
+    @property
+    def steps_per_sample(self) -> int:
+        """The number of steps from one sample to the next."""
+        return max(1, round(self.sample_period / self.step))
+
+    @property
+    def timing(self) -> Timing:
+        """The times of a run."""
+        return self.sample_period, self.step, self.steps_per_sample
 
     @cached_property
     def by_name(self) -> Mapping[str, Part]:

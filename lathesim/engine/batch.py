@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Timing
 from lathesim.engine.failure import check_step
 from lathesim.engine.fuse import fuse
 from lathesim.engine.lane_text import LANES
-from lathesim.engine.lanes import LEAST, Choice, Lanes, Timing
+from lathesim.engine.lanes import LEAST, Choice, Lanes
 from lathesim.engine.machine_code import CompiledMachine
 from lathesim.engine.module_cache import compiled_machine
 from lathesim.engine.run_arrays import RunArrays, draw_noise, start_arrays, start_memories
@@ -117,7 +117,7 @@ class _Members:
         if not batch.noisy:
             self.noise[:], self.seeds = 0.0, None
         period = plan.assembly.sample_period
-        steps = batch.steps_per_sample or plan.steps_per_sample
+        steps = batch.steps_per_sample or plan.assembly.steps_per_sample
         self.timing: Timing = (period, period / steps if batch.steps_per_sample else plan.assembly.step, steps)
         self.choice: Choice | None = None
         if len(values) >= LEAST:
@@ -151,10 +151,7 @@ class _Members:
 
     def _alone(self, module: CompiledMachine, record: FloatArray, turn: int) -> FloatArray:
         live = self._arrays(turn)
-        done = module.run_block(
-            0, self._count(turn), *self.timing, live.parameters, live.states, live.discrete, live.memories, live.tables,
-            self._noise(turn), record.reshape(-1),
-        )  # fmt: skip
+        done = module.run_block(0, self._count(turn), *self.timing, *live.in_order, self._noise(turn), record.reshape(-1))
         record[0, abs(done) :] = np.nan
         return record
 

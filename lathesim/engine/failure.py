@@ -45,18 +45,13 @@ def describe_failure(plan: Plan, first: int, count: int, arrays: RunArrays, nois
     """Return the sentence that names part, law, time and inputs of the first law that broke in the block, and the time [s]."""
     module = plain_module(fuse(plan, checked=True))
     module.check_law = _checker(plan)
-    assembly = plan.assembly
-    record = np.zeros(count * len(plan.channels))
-    given = arrays.as_lists()
+    record, given = np.zeros(count * len(plan.channels)), arrays.as_lists()
     try:
-        module.run_block(
-            first, count, assembly.sample_period, assembly.step, plan.steps_per_sample, given.parameters, given.states, given.discrete,
-            given.memories, given.tables, noise, record,
-        )  # fmt: skip
+        module.run_block(first, count, *plan.assembly.timing, *given.in_order, noise, record)
     except _LawBrokeError as broke:
         return str(broke.args[0]), float(broke.args[1])
     names = [name for name, position in plan.states.items() if not math.isfinite(given.states[position])]
-    time = (first + count) * assembly.sample_period
+    time = (first + count) * plan.assembly.sample_period
     return f"{', '.join(names) or 'The run'} grew beyond all numbers by t = {time:.4g} s.", time
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.engine.assembly import FloatArray
+from lathesim.engine.assembly import FloatArray, Timing
 from lathesim.engine.fuse import flat_name, fuse, idle_values
 from lathesim.engine.lane_text import LANES, LaneModule, known_module, lane_module
 from lathesim.engine.law_text import NotInPlaceError
@@ -35,8 +35,6 @@ _CAUTION = 2.0
 """``compile_time`` is for people, who wait gladly less than they expect; of five lessons it was 1.8 to 2.3 times what their lanes took."""
 _NOT_WORTH = 1.5
 """How many times longer than one by one runs may take before lanes are given up: the time of one run says little on a busy machine."""
-Timing = tuple[float, float, int]
-"""Sample period [s], step [s], steps a sample."""
 
 
 @dataclass

@@ -40,18 +40,18 @@ class CompiledMachine:
     address: int
     keeper: Any
 
-    def run_block(
-        self, first: int, count: int, period: float, step: float, steps: int, parameters: Any, states: Any, discrete: Any, memories: Any,
-        tables: Any, noise: Any, record: Any,
-    ) -> int:  # fmt: skip
-        """Advance the machine, see :mod:`lathesim.engine.fuse`; all arrays are contiguous, of 64-bit floats. The GIL is released.
+    def run_block(self, first: int, count: int, period: float, step: float, steps: int, *given: Any) -> int:
+        """Advance the machine, see :mod:`lathesim.engine.fuse`; ``given`` are the arrays from ``parameters`` to ``record``.
+
+        They are contiguous, of 64-bit floats. The GIL is released.
 
         Raises ArithmeticError where a law raises.
         """
         done = ctypes.c_int64(0)
         fault = ctypes.c_void_p(None)
-        given = [_directory(arrays) for arrays in (memories, tables, noise)]
-        arrays = [parameters, states, discrete, *given, record]
+        parameters, states, discrete, memories, tables, noise, record = given
+        directories = [_directory(some) for some in (memories, tables, noise)]
+        arrays = [parameters, states, discrete, *directories, record]
         for array in arrays:
             if not array.flags.c_contiguous or array.dtype.itemsize != _BYTES:
                 raise TypeError("an array for the machine code is not contiguous, or not of 64-bit numbers")

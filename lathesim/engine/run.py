@@ -252,12 +252,8 @@ def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count
         state.scratch = np.empty(size)
     record = state.scratch[:size]
     record[:] = 0.0
-    assembly = plan.assembly
     try:
-        done = module.run_block(
-            state.first, count, assembly.sample_period, assembly.step, plan.steps_per_sample, live.parameters, live.states, live.discrete,
-            live.memories, live.tables, noise if compiled else noise.tolist(), record,
-        )  # fmt: skip
+        done = module.run_block(state.first, count, *plan.assembly.timing, *live.in_order, noise if compiled else noise.tolist(), record)
     except (ArithmeticError, ValueError, TypeError, IndexError, struct.error):
         return count, record.reshape(count, -1).T, True
     state.finished, done = done < 0, abs(done)

@@ -41,6 +41,11 @@ class RunArrays:
     memories: Any
     tables: Any
 
+    @property
+    def in_order(self) -> tuple[Any, Any, Any, Any, Any]:
+        """The arrays as ``run_block`` takes them."""
+        return self.parameters, self.states, self.discrete, self.memories, self.tables
+
     def as_lists(self) -> RunArrays:
         """Return the same numbers for the plain engine."""
         return RunArrays(

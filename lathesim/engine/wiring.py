@@ -64,7 +64,6 @@ class Plan:
     values: dict[str, float]
     arrays: ArrayPlaces
     channels: tuple[str, ...]
-    steps_per_sample: int
     tableau: Tableau = RK4
     kept: dict[str, object] = field(default_factory=dict, compare=False, repr=False)
 
@@ -110,7 +109,7 @@ def wire(assembly: Assembly, tableau: Tableau = RK4) -> Plan:
     """Return the plan of an assembly that steps with a tableau. Raises :class:`WiringError` with the name of the fault."""
     parts = _named_parts(assembly.parts)
     feeds, constants = _feeds(parts, assembly.wires)
-    steps = _steps_per_sample(assembly)
+    _check_steps(assembly)
     parameters, states, discrete = _parameters(parts, constants), _starts(parts, State), _starts(parts, DiscreteState)
     previous = tuple(
         f"{part.name}.{name}"
@@ -135,7 +134,6 @@ def wire(assembly: Assembly, tableau: Tableau = RK4) -> Plan:
         values={**parameters, **states, **discrete},
         arrays=ArrayPlaces(*(_numbered(_declared(parts, kind)) for kind in (Memory, Table, Noise))),
         channels=_channels(parts, assembly),
-        steps_per_sample=steps,
         tableau=tableau,
     )
 
@@ -225,17 +223,15 @@ def _find(parts: dict[str, Part], name: str, kinds: tuple[type, ...], place: str
     )
 
 
-def _steps_per_sample(assembly: Assembly) -> int:
+def _check_steps(assembly: Assembly) -> None:
     if not (assembly.sample_period > 0 and assembly.step > 0):
         raise WiringError(f"sample period {assembly.sample_period:g} s and step {assembly.step:g} s must both be above zero.")
-    ratio = assembly.sample_period / assembly.step
-    steps = max(1, round(ratio))
+    ratio, steps = assembly.sample_period / assembly.step, assembly.steps_per_sample
     if not math.isclose(ratio, steps, rel_tol=1e-9):
         raise WiringError(
             f"the sample period of {assembly.sample_period:g} s is {ratio:g} steps of {assembly.step:g} s.",
             remedy=f"Use a whole number of steps, for example {assembly.sample_period / steps:g} s.",
         )
-    return steps
 
 
 def _parameters(parts: dict[str, Part], constants: dict[str, float]) -> dict[str, float]:

@@ -124,45 +124,57 @@ VALIDATION = "validation"
 """Variant of a lesson that is the situation of its second recording."""
 
 
+@dataclass(frozen=True)
+class Hiding:
+    """What is hidden in a machine, and how it is recorded.
+
+    ``asked`` is as ``lathesim conceal --effect`` takes it; empty hides nothing, or what is drawn ``at_random``. ``answer`` is the place of
+    the answer, ``drive`` a recording that holds the driven inputs. With ``validate`` there is a second recording. ``noise`` is in steps of
+    each sensor's resolution.
+    """
+
+    asked: Sequence[str] = ()
+    at_random: bool = False
+    answer: Path | None = None
+    validate: bool = False
+    drive: Path | None = None
+    noise: float = 1.0
+    seed: int | None = None
+
+
 def conceal_case(
     lesson: Lesson,
     registry: Registry,
     folder: Path,
+    hiding: Hiding,
     *,
-    answer: Path | None = None,
-    asked: Sequence[str] = (),
-    at_random: bool = False,
-    validate: bool = False,
-    drive: Path | None = None,
-    noise: float = 1.0,
-    seed: int | None = None,
     tell: Progress = lambda sentence: None,
     wanted: Difficulty | None = None,
     further: Callable[[Concealed], Mapping[str, Any]] = lambda concealed: {},
 ) -> tuple[Concealed, Published]:
-    """Hide what is ``asked`` for (or what is drawn) in the machine of a lesson, record it, and return it with what was written.
+    """Hide effects in the machine of a lesson, record it, and return it with what was written.
 
-    ``asked`` is as ``lathesim conceal --effect`` takes it; empty hides nothing. ``noise`` is in steps of each sensor's resolution. Raises
-    :class:`RecordingError` and :class:`LessonError` where the case cannot be made or written. With ``wanted`` the case is that of a
+    Raises :class:`RecordingError` and :class:`LessonError` where the case cannot be made or written. With ``wanted`` the case is that of a
     student: one effect that is as hard to find, the lesson with its tasks, and ``further`` entries in the answer (:func:`publish`).
     """
-    place = answer_place(folder, answer)
+    noise, drive = hiding.noise, hiding.drive
+    place = answer_place(folder, hiding.answer)
     for file in (folder / "seal.json", folder / RECORDINGS[0], place):
         check_output(file)
     keep_read_lesson(lesson, folder)
     prepared = prepare(lesson, registry)
-    seed = secrets.randbits(48) if seed is None else seed
+    seed = secrets.randbits(48) if hiding.seed is None else hiding.seed
     signals = _signals(lesson, prepared, drive, registry) if drive is not None else {}
     columns = logged_columns(lesson, prepared.machinery, signals)
     effects = cast("dict[str, type[Effect]]", registry.effects)
     situations = [_situation(prepared, signals)]
-    if validate:
+    if hiding.validate:
         second = VALIDATION if VALIDATION in lesson.variants and not signals else None
         situations.append(_situation(prepare(lesson, registry, second), signals))
     made = partial(conceal, situations, columns, uncertain=_uncertain(lesson, prepared, tell), seed=seed, noise=noise, wanted=wanted)
     count = None if wanted is None else 1
     drawn = partial(_drawn, made, prepared, effects, columns, seed, tell, count)
-    concealed = drawn() if at_random else made([read_wish(text, effects) for text in asked])
+    concealed = drawn() if hiding.at_random else made([read_wish(text, effects) for text in hiding.asked])
     more = further(concealed)
     return concealed, publish(lesson, concealed, folder, place, seed=seed, noise=noise, further=more, with_tasks=wanted is not None)
 

@@ -182,12 +182,13 @@ def write_design(lesson: Lesson, room: Room, seconds: float, program: str, folde
     ``further`` are keys of the lesson beside what is changed.
     """
     make_folder(folder)
-    write_text(folder / "program.nc", program)
-    changed: dict[str, Any] = {"variants": {}, "try": [], "goals": [], **(further or {})}
+    file = folder / "program.nc"
+    changed: dict[str, Any] = {"program": str(file.resolve()), "variants": {}, "try": [], "goals": [], **(further or {})}
+    write_text(file, program)
     if room.needs_duration:
         changed["duration"] = f"{np.ceil(10.0 * seconds) / 10.0:.1f} s"
     place = folder / "lesson.yaml"
-    write_text(place, changed_lesson(lesson, [], {}, folder, program=folder / "program.nc", further=changed))
+    write_text(place, changed_lesson(lesson, [], {}, folder, further=changed))
     return place
 
 

@@ -207,7 +207,7 @@ class Scene:
         """Take the fewest steps a sample with which no rival's run differs from that at the lesson's step by ``small`` (a sum of squares in
         noise levels): what a finer step would add tells no rival from another."""
         rows = np.array([self.values(rival, size) for rival in self.rivals for size in rival.sizes])
-        full = self.plan.steps_per_sample
+        full = self.plan.assembly.steps_per_sample
         exact = [self.in_noise_levels(self.readings([item], [rows])[0], item, floors) for item in programs]
         for steps in (count for count in range(1, full) if full % count == 0):
             self.batch = dataclasses.replace(self.batch, steps_per_sample=steps)

@@ -192,7 +192,7 @@ def _header(exported: Exported, digest: str, states: list[int], arrays: list[tup
     inputs = {plan.parameters[name] for name in exported.inputs.values()}
     defined = {
         "run_block": f"run_block_{digest}", "TOKEN": json.dumps(digest), "PERIOD": repr(plan.assembly.sample_period),
-        "STEP": repr(plan.assembly.step), "STEPS": plan.steps_per_sample, "PARAMETERS": parameters, "STATES": states[0],
+        "STEP": repr(plan.assembly.step), "STEPS": plan.assembly.steps_per_sample, "PARAMETERS": parameters, "STATES": states[0],
         "MOVING": moving, "MEMORIES": len(arrays[0]), "TABLES": len(arrays[1]), "NOISES": len(arrays[2]),
         "NOISE_SAMPLES": arrays[2][0].size, "NUMBERS": place, "CHANNELS": len(plan.channels), "INPUTS": len(inputs),
         "ENDS": int(bool(plan.assembly.finish)),

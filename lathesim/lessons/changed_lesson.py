@@ -25,15 +25,13 @@ def changed_lesson(
     *,
     variant: str | None = None,
     replace: Mapping[str, str] | None = None,
-    program: Path | None = None,
-    seed: int | None = None,
     further: Mapping[str, Any] | None = None,
     sizes: Mapping[str, str] | None = None,
 ) -> str:
     """Return the YAML text of a lesson with further ``insert:`` entries and ``set:`` values, for a file in ``folder``.
 
-    ``replace`` puts other components into places, ``program`` and ``seed`` take the place of the lesson's, and so do the keys
-    of ``further`` (``sample_period``, ``recordings`` ...). ``sizes`` are those of inserted effects, by their names ``part.parameter``.
+    ``replace`` puts other components into places, and the keys of ``further`` take the place of the lesson's (``program``, ``seed``,
+    ``recordings`` ...). ``sizes`` are those of inserted effects, by their names ``part.parameter``.
     With a ``variant`` its changes become the lesson's own and the text has no variants: what runs is that variant with the other changes
     on top.
 
@@ -45,10 +43,6 @@ def changed_lesson(
         _take_variant(data, variant)
     if replace:
         data["replace"] = {**data.get("replace", {}), **replace}
-    if program is not None:
-        data["program"] = str(program.resolve())
-    if seed is not None:
-        data["seed"] = seed
     data |= further or {}
     if insert:
         data["insert"] = [*data.get("insert", []), *[dict(entry) for entry in insert]]

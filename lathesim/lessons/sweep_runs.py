@@ -189,7 +189,7 @@ class Members:
         arrays = start_arrays(plan)
         text = hashlib.sha256()
         told: list[Any] = [lathesim.__version__, fuse(plan).digest, plan.channels, plan.assembly.sample_period, plan.assembly.step]
-        told += [self.prepared.case.seed, self.prepared.duration, plan.steps_per_sample]
+        told += [self.prepared.case.seed, self.prepared.duration, plan.assembly.steps_per_sample]
         told += [(name, metric.unit, metric.of_cutting, _source(metric.measure)) for name, metric in self.metrics.items()]
         text.update(json.dumps(told).encode())
         for array in (arrays.parameters, arrays.states, arrays.discrete, *arrays.memories, *arrays.tables):

@@ -99,11 +99,7 @@ class SteppedMachine:
             self._arrays.discrete[row] = 0.0
         noise = draw_noise(self.plan.arrays.noises, self.seed, self.periods, count)
         record = np.zeros(count * channels)
-        live, assembly = self._arrays, self.plan.assembly
-        self._module.run_block(
-            self.periods, count, assembly.sample_period, assembly.step, self.plan.steps_per_sample, live.parameters, live.states,
-            live.discrete, live.memories, live.tables, noise, record,
-        )  # fmt: skip
+        self._module.run_block(self.periods, count, *self.plan.assembly.timing, *self._arrays.in_order, noise, record)
         self.periods += count
         values: FloatArray = record.reshape(count, channels).T
         if not np.isfinite(values).all():

@@ -201,7 +201,7 @@ def servo_in_c(plan: Plan, lanes: int) -> Callable[[FloatArray], FloatArray]:
         varied = np.ascontiguousarray(values.T)
         period, step = (ctypes.c_double(value) for value in (assembly.sample_period, assembly.step))
         count, apart = ctypes.c_long(samples), ctypes.c_long(between)
-        library.axis(address(given), address(varied), count, period, step, plan.steps_per_sample, apart, address(record))
+        library.axis(address(given), address(varied), count, period, step, plan.assembly.steps_per_sample, apart, address(record))
         return np.asarray(record[:, : between - 8].reshape(lanes, samples, len(RECORDED)))
 
     return run

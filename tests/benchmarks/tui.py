@@ -127,13 +127,13 @@ async def _key_answers(keys: int) -> list[float]:
 async def _search_answers(keys: int) -> list[float]:
     """Return for each key the seconds until it is answered, while the diagnosis of a concealed case searches."""
     from lathesim.cli.open_app import make_app
-    from lathesim.exercises.class_folder import conceal_case
+    from lathesim.exercises.class_folder import Hiding, conceal_case
     from lathesim.lessons.lesson import load_lesson
     from lathesim.plugins import load_registry
     from lathesim.tui.model.case_file import Guess
     from lathesim.tui.screens.detective import DetectiveScreen
 
-    conceal_case(load_lesson(_CASE), load_registry(), Path("case"), asked=["CoulombFriction@x_axis"], seed=1, validate=True)
+    conceal_case(load_lesson(_CASE), load_registry(), Path("case"), Hiding(["CoulombFriction@x_axis"], seed=1, validate=True))
     app = make_app(_CASE)
     answers: list[float] = []
     async with app.run_test(size=SIZE) as pilot:

@@ -58,7 +58,7 @@ def remedy(
     records a concealed machine anew with the remedies in, and 'lathesim compare' holds the promise against the result.
     """
     from lathesim.compensation.control_lines import CONTROLS
-    from lathesim.compensation.diagnosed_machine import read_diagnosis
+    from lathesim.compensation.diagnosed_machine import Diagnosed, read_diagnosis
     from lathesim.compensation.remedying import remedy as compensate
     from lathesim.compensation.written_remedy import as_json as as_json_of
     from lathesim.compensation.written_remedy import write_answer, write_lesson
@@ -68,11 +68,10 @@ def remedy(
         raise click.UsageError("--as program changes the part program, and no setting of a control: give it without --for.")
     found = read_diagnosis(diagnosis)
     keep_read_lesson(chosen.loaded, out)
-    registry = chosen.registry
     began = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="lathesim_remedy_") as trials, working(shown=not as_json) as tell:
-        how = {"variant": chosen.variant, "margin": not without_margin, "seed": seed, "control": CONTROLS.get(control or "")}
-        answer = compensate(chosen.loaded, registry, found, Path(trials), tell=tell, **how)  # type: ignore[arg-type]
+        diagnosed = Diagnosed.of(chosen.loaded, chosen.registry, found, Path(trials), chosen.variant)
+        answer = compensate(diagnosed, found, margin=not without_margin, seed=seed, tell=tell, control=CONTROLS.get(control or ""))
         files = write_lesson(answer, out)
         if form == "program":
             from lathesim.compensation.written_remedy import write_program

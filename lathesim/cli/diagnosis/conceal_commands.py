@@ -66,13 +66,13 @@ def conceal(
 
 def _hide(lesson: str, hiding: HidingOptions, out: Path, plugin_folders: tuple[Path, ...]) -> None:
     """Hide, record and seal, and say where everything is."""
-    from lathesim.exercises.class_folder import conceal_case
+    from lathesim.exercises.class_folder import Hiding, conceal_case
     from lathesim.exercises.graded_diagnosis import hidden_lines
     from lathesim.lessons.lesson import load_lesson
 
     registry = open_registry(plugin_folders)
-    how = {**vars(hiding), "asked": [text for text in hiding.asked if text != "none"]}
-    concealed, published = conceal_case(load_lesson(lesson), registry, out, tell=lambda text: click.echo(text, err=True), **how)
+    how = Hiding(**{**vars(hiding), "asked": [text for text in hiding.asked if text != "none"]})
+    concealed, published = conceal_case(load_lesson(lesson), registry, out, how, tell=lambda text: click.echo(text, err=True))
     click.echo("Hidden:")
     for line in hidden_lines(published.answer):
         click.echo(f"  {line}")

@@ -95,7 +95,7 @@ def lathe_work() -> Work:
     (path,) = (part.tables["path"] for part in plan.parts.values() if "path" in part.tables)
     return Work(
         plan, parameters, np.ascontiguousarray(path, dtype=float), noise, samples, plan.assembly.sample_period, plan.assembly.step,
-        plan.steps_per_sample, plan.channels,
+        plan.assembly.steps_per_sample, plan.channels,
     )  # fmt: skip
 
 

@@ -287,10 +287,10 @@ def with_what_was_found(case: CaseFile, setup: Setup) -> Setup:
 
 def conceal(lesson: Lesson, registry: Registry, folder: Path, *, hidden: str, validate: bool, tell: Callable[[str], None]) -> list[str]:
     """Make a case in a folder: ``hidden`` is an effect as ``--effect`` takes it, ``none``, or empty for one drawn at random."""
-    from lathesim.exercises.class_folder import conceal_case
+    from lathesim.exercises.class_folder import Hiding, conceal_case
 
     asked = [hidden] if hidden and hidden != "none" else []
-    concealed, published = conceal_case(lesson, registry, folder, asked=asked, at_random=not hidden, validate=validate, tell=tell)
+    concealed, published = conceal_case(lesson, registry, folder, Hiding(asked, not hidden, validate=validate), tell=tell)
     lines = [f"For the class: {', '.join(str(file) for file in published.files)}", f"The answer, to be kept: {published.answer_file}"]
     return [*lines, concealed.lost_in_noise] if concealed.lost_in_noise else lines
 

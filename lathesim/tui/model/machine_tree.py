@@ -123,17 +123,9 @@ class Setup:
 
     def lesson_text(self, folder: Path) -> str:
         """Return the setup as the YAML text of a lesson for a file in ``folder``; ``lathesim run`` takes it unchanged."""
-        return changed_lesson(
-            self.lesson,
-            self.inserted,
-            self.values,
-            folder,
-            variant=self.variant,
-            replace=self.replaced,
-            program=self.program,
-            seed=self.seed,
-            further=self.simulation,
-        )
+        further = {"program": self.program and str(self.program.resolve()), "seed": self.seed, **self.simulation}
+        given = {key: value for key, value in further.items() if value is not None}
+        return changed_lesson(self.lesson, self.inserted, self.values, folder, variant=self.variant, replace=self.replaced, further=given)
 
     def prepared(self, registry: Registry) -> Prepared:
         """Return the setup assembled and wired; raises what :func:`lathesim.lessons.simulate.prepare` raises."""
