@@ -24,14 +24,17 @@ def limited_pid(
 
 
 class PositionController(Component):
-    """Gives the voltage of an axis from its position error, once a sample:  V = Kp e + Ki sum(e T) + Kd (e - e_before)/T + u_c.
+    """Gives the voltage of an axis from its position error, once a sample:  V = Kp e + Ki sum(e T) + Kd d + u_c.
 
-    e = reference - measured; u_c is the offset of a cross-coupling controller. V is kept within the range of the D/A converter, and while
-    it is not, a sample that would push it further out is not added to the integral (conditional integration). The error that is
-    recorded is the one of this sample, before the axis moves.
+        d = (Tf d_before + e - e_before)/(Tf + T),   e = reference - measured
 
-    Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (5) and section Axes; Kp fitted to its Table 1. Conditional
-    integration: K. J. Astrom, T. Hagglund, PID Controllers (1995), section 3.5. Left out: a filter on the derivative, feed forward.
+    d is the slope of the error, filtered with a lag of Tf; with Tf = 0 it is the slope over the last sample. u_c is the offset of a
+    cross-coupling controller. V is kept within the range of the D/A converter, and while it is not, a sample that would push it further
+    out is not added to the integral (conditional integration). The error that is recorded is the one of this sample, before the axis
+    moves. A filter of unknown lag is a value like any other: uncertain: {x_controller.derivative_filter: 2 ms}.
+
+    Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (5) and section Axes; Kp fitted to its Table 1. Filter and
+    conditional integration: K. J. Astrom, T. Hagglund, PID Controllers (1995), sections 3.4 and 3.5. Left out: feed forward.
     """
 
     group = "controllers"
@@ -48,12 +51,14 @@ class PositionController(Component):
     proportional = Parameter("V/m", 224.5, doc="proportional gain")
     integral = Parameter("V/(m*s)", 0.0, doc="integral gain")
     derivative_gain = Parameter("V*s/m", 0.0, doc="derivative gain")
+    derivative_filter = Parameter("s", 0.0, low=0.0, doc="lag of the derivative")
     smallest_voltage = Parameter("V", -10.0, doc="lower end of the converter's range")
     largest_voltage = Parameter("V", 10.0, doc="upper end of the converter's range")
 
     held_voltage = DiscreteState("V", doc="voltage of this sample")
     held_error = DiscreteState("m", doc="error of this sample")
     error_sum = DiscreteState("m*s", doc="sum of errors times sample period")
+    slope = DiscreteState("m/s", doc="filtered slope of the error")
     started = DiscreteState("1", doc="1 after the first sample")
 
     voltage = Output("V", doc="command voltage")
@@ -62,15 +67,18 @@ class PositionController(Component):
     @staticmethod
     def update(
         reference: float, measured: float, correction: float, proportional: float, integral: float, derivative_gain: float,
-        smallest_voltage: float, largest_voltage: float, held_error: float, error_sum: float, started: float, sample_period: float,
-    ) -> tuple[float, float, float, float]:  # fmt: skip
+        derivative_filter: float, smallest_voltage: float, largest_voltage: float, held_error: float, error_sum: float, slope: float,
+        started: float, sample_period: float,
+    ) -> tuple[float, float, float, float, float]:  # fmt: skip
         """Equation (5) in discrete time, with conditional integration."""
         error = reference - measured
-        slope = (error - held_error) / sample_period if started > ON else 0.0
+        change = error - held_error if started > ON else 0.0
+        filtered = (derivative_filter * slope + change) / (derivative_filter + sample_period)
         voltage, total = limited_pid(
-            error, slope, error_sum, proportional, integral, derivative_gain, correction, smallest_voltage, largest_voltage, sample_period
-        )
-        return voltage, error, total, 1.0
+            error, filtered, error_sum, proportional, integral, derivative_gain, correction, smallest_voltage, largest_voltage,
+            sample_period,
+        )  # fmt: skip
+        return voltage, error, total, filtered, 1.0
 
     @staticmethod
     def output(held_voltage: float, held_error: float) -> tuple[float, float]:
@@ -138,7 +146,7 @@ class AngularPositionController(Component):
 
 
 class SpindleController(PositionController):
-    """Gives the voltage of the spindle from its speed error, once a sample:  V = Kp e + Ki sum(e T) + Kd (e - e_before)/T.
+    """Gives the voltage of the spindle from its speed error, once a sample:  V = Kp e + Ki sum(e T) + Kd d.
 
     The same law as PositionController, of speeds; its integral, too, stops at the ends of the converter's range. The gains are assumed:
     with the default spindle (26.1 rad/s/V, 0.21 s) the closed loop has its pole near 10 rad/s. Source: J. Liu,
@@ -152,12 +160,14 @@ class SpindleController(PositionController):
     proportional = Parameter("V*s/rad", 0.08, doc="proportional gain")
     integral = Parameter("V/rad", 0.4, doc="integral gain")
     derivative_gain = Parameter("V*s^2/rad", 0.0, doc="derivative gain")
+    derivative_filter = Parameter("s", 0.0, low=0.0, doc="lag of the derivative")
     smallest_voltage = Parameter("V", -10.0, doc="lower end of the converter's range")
     largest_voltage = Parameter("V", 10.0, doc="upper end of the converter's range")
 
     held_voltage = DiscreteState("V", doc="voltage of this sample")
     held_error = DiscreteState("rad/s", doc="error of this sample")
     error_sum = DiscreteState("rad", doc="sum of errors times sample period")
+    slope = DiscreteState("rad/s^2", doc="filtered slope of the error")
     started = DiscreteState("1", doc="1 after the first sample")
 
     voltage = Output("V", doc="command voltage")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from lathesim.component import Component, Input, Parameter, State
 from lathesim.components.axes import AnalyticalAxis, EmpiricalAxis, ForceAxis, LedRotaryTable
 from lathesim.components.drives import dry_friction
-from lathesim.components.servo_controllers import AngularPositionController
+from lathesim.components.servo_controllers import AngularPositionController, PositionController, SpindleController
 from lathesim.components.spindles import AnalyticalSpindle, EmpiricalSpindle, TorqueSpindle
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.engine.batch import Batch
@@ -168,20 +168,24 @@ def test_a_mass_below_a_gram_is_taken() -> None:
     assert ForceAxis.declarations["mass"].low < 1e-6  # type: ignore[attr-defined]
 
 
-def slopes(lag: float, errors: list[float]) -> list[float]:
+def slopes(controller: type[PositionController | AngularPositionController], lag: float, errors: list[float]) -> list[float]:
     held = (0.0, 0.0, 0.0, 0.0)
+    corrected = (0.0,) * ("correction" in controller.declarations)
     found = []
     for error in errors:
-        voltage, *kept = AngularPositionController.update(error, 0.0, 0.0, 0.0, 1.0, lag, -1e9, 1e9, *held, 1e-3)
+        voltage, *kept = controller.update(error, 0.0, *corrected, 0.0, 0.0, 1.0, lag, -1e9, 1e9, *held, 1e-3)
         found.append(voltage)
         held = (kept[0], kept[1], kept[2], kept[3])
     return found
 
 
-def test_a_derivative_without_a_filter_is_the_slope_of_the_last_sample_and_with_one_it_comes_late() -> None:
+@pytest.mark.parametrize("controller", [PositionController, AngularPositionController, SpindleController])
+def test_a_derivative_without_a_filter_is_the_slope_of_the_last_sample_and_with_one_it_comes_late(
+    controller: type[PositionController | AngularPositionController],
+) -> None:
     ramp = [0.002 * sample for sample in range(2000)]
-    assert slopes(0.0, ramp)[1:] == pytest.approx([2.0] * 1999)
-    late = slopes(20e-3, ramp)
+    assert slopes(controller, 0.0, ramp)[1:] == pytest.approx([2.0] * 1999)
+    late = slopes(controller, 20e-3, ramp)
     assert late[1] == pytest.approx(2.0 / 21.0)
     assert late[20] == pytest.approx(2.0 * (1.0 - (20.0 / 21.0) ** 20))
     assert late[-1] == pytest.approx(2.0)
