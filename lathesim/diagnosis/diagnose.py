@@ -174,7 +174,7 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     """Return what explains both recordings fitted together, where each of them wants other values of the same model.
 
     One recording may leave a mixture of values open that two determine. Nothing is left then to judge the answer, so that each value is due
-    half the logarithm of the samples.
+    half the logarithm of the samples, and an explanation of fewer values needs no more than to leave less.
     """
     one_alone = prepared.question.validation is None or prepared.before is not None
     off = np.sqrt(np.mean(np.square(found.model.validation_fit.residual), axis=1))
@@ -190,8 +190,9 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     other = explain(study_of_both)
     gained = gain(other.model.fitted, shared, full_band=is_full_band((*other.model.candidates, *found.model.candidates)))
     before, after = (np.sum(np.square(own_residuals(study_of_both, one)[1]), axis=1) for one in (other.baseline, other.model))
-    helps = bool(other.model.candidates) and np.all(after <= before) and is_clear(gained, study_of_both.method, len(other.model.free))
-    if not (other.complete and helps):
+    simpler = gained.nats > 0.0 and len(other.model.free) < len(found.model.free)
+    better = simpler or is_clear(gained, study_of_both.method, len(other.model.free))
+    if not (other.complete and other.model.candidates and np.all(after <= before) and better):
         return prepared, study, found
     why = "each recording wants other values of what was found on the first one"
     step = Step("both together", (), (), gained.nats, gained.nats, why)

@@ -109,17 +109,19 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method
         if candidate.effect.site != "drive" or len(limits) != 1 or len(candidate.parameters) != 1 or source not in channels:
             continue
         command = np.nan_to_num(experiment.sensed.channel([], [], channels.index(source)))
-        if not convertible(*(experiment.sensed.plan.unit(name) for name in (candidate.parameters[0], source))):
-            # a limit of the rate
-            command = np.diff(command) / experiment.machine.assembly.sample_period
+        of_rate = not convertible(*(experiment.sensed.plan.unit(name) for name in (candidate.parameters[0], source)))
         induced = _induced(experiment, candidate)
-        size = np.abs(command - induced)
-        reached = np.r_[
-            np.quantile(size, method.candidates.limits_reached), np.array(method.candidates.limits_of_largest) * size.max(initial=0.0)
-        ]
-        if np.any(induced):
+        size = np.abs(np.diff(command) / experiment.machine.assembly.sample_period if of_rate else command - induced)
+        largest = float(size.max(initial=0.0))
+        if of_rate:
+            # a command in steps says nothing of how long its ramps take: from a sample to the whole recording
+            least = float(np.ptp(command)) / (len(command) * experiment.machine.assembly.sample_period)
+            reached = np.geomspace(least, largest, method.candidates.limits_tried) if least else size[:0]
+        elif np.any(induced):
             # what a motor could not follow has commands grow far beyond what drove it
-            reached = np.geomspace(method.candidates.least_driving, 1.0, method.candidates.limits_of_driving) * size.max(initial=0.0)
+            reached = np.geomspace(method.candidates.least_driving, 1.0, method.candidates.limits_tried) * largest
+        else:
+            reached = np.r_[np.quantile(size, method.candidates.limits_reached), np.array(method.candidates.limits_of_largest) * largest]
         found[candidate.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], candidate.low, candidate.high)
     return found
 

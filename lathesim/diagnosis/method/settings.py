@@ -44,9 +44,9 @@ class CandidateSettings:
     limits_of_largest: tuple[float, ...] = (0.9, 0.75, 0.6, 0.45)
     """... and shares of its largest value: a command in steps is at its largest for long."""
     least_driving: float = 0.01
-    """Share of the largest voltage beside the back EMF from which on limits of it are tried ..."""
-    limits_of_driving: int = 12
-    """... and how many of them."""
+    """Share of the largest voltage beside the back EMF from which on limits of it are tried."""
+    limits_tried: int = 12
+    """Limits of that voltage, and of the rate of a command, that are tried."""
     null_draws: int = 20
     """Draws of noise from which the null maximum is taken."""
     fastest_resonance: float = 0.2

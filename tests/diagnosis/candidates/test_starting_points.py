@@ -9,7 +9,7 @@ import pytest
 from lathesim.components.axes import ForceAxis
 from lathesim.components.drives import VoltageDrive
 from lathesim.diagnosis.candidates.starting_points import limit_points, starting_points
-from lathesim.effects.drive_errors import DriveSaturation
+from lathesim.effects.drive_errors import DriveSaturation, SlewLimit
 from lathesim.effects.sensor_errors import LostCounts
 from lathesim.effects.structure import AxialResonance
 from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
@@ -59,6 +59,16 @@ def test_a_limit_is_looked_for_below_a_command_that_is_at_its_largest_for_long()
     experiment, _ = build_experiments(machine(), [("a", record), ("b", record)], [DriveSaturation])
     points = limit_points(experiment, list(experiment.candidates))[experiment.candidates[0].part]
     assert np.sum(points < 2.9) >= 4
+
+
+def test_a_limit_of_the_rate_is_looked_for_far_below_the_jumps_of_a_command_in_steps() -> None:
+    """Steps of 6 N jump by 6000 N/s from sample to sample, and a drive that needs 0.1 s for one has 60 N/s."""
+    record = recording()
+    steps = np.where(np.arange(len(record)) % 500 < 250, 3.0, -3.0)
+    record = replace(record, channels={**record.channels, FORCE: replace(record.channels[FORCE], values=steps)})
+    experiment, _ = build_experiments(machine(), [("a", record), ("b", record)], [SlewLimit])
+    points = limit_points(experiment, list(experiment.candidates))[experiment.candidates[0].part]
+    assert float(np.min(np.abs(np.log(points / 60.0)))) < np.log(1.6)
 
 
 def test_a_resonance_is_looked_for_at_frequencies_close_together() -> None:
