@@ -81,7 +81,10 @@ def _period(clock: re.Pattern[str], path: Path) -> float:
 _TIME = (r"#?time(?:stamp)?(?: ?\(s\))?", "s")
 _HALSCOPE = re.compile(r"^# Sampling period is (\d+) ns", re.MULTILINE)
 TEXT_FORMS = (
-    TextForm("Klipper accelerometer", (".csv",), re.compile(r"^#time,accel_x,accel_y,accel_z"), (_TIME, (r"accel_[xyz]", "mm/s^2"))),
+    TextForm(
+        "Klipper accelerometer", (".csv",), re.compile(r"^#time,accel_x,accel_y,accel_z", re.MULTILINE),
+        (_TIME, (r"accel_[xyz]", "mm/s^2")),
+    ),
     TextForm(
         "ODrive log", (".csv",), re.compile(r"ODrive \d+ (?:Position|Velocity|Current)|\b(?:pos|vel)_estimate\b"),
         (
@@ -128,9 +131,9 @@ def reads_old_scope(path: Path) -> bool:
 
 
 def read_old_scope(path: Path) -> RawTable:
-    """Read the rows; one with other labels than the first counts as missing."""
+    """Read the rows; one with other labels than the first counts as missing. The commas of some languages are points."""
     period = _period(_OLD_SCOPE, path) * 1e-9
-    rows = [words for words in _word_rows(path) if words]
+    rows = [[word if place % 2 == 0 else word.replace(",", ".") for place, word in enumerate(words)] for words in _word_rows(path) if words]
     labels = rows[0][::2] if rows else []
     refuse_size(path, len(rows), len(labels))
     lost = [row[::2] != labels or len(row) != 2 * len(labels) or not all(re.fullmatch(NUMBER, word) for word in row[1::2]) for row in rows]

@@ -35,3 +35,21 @@ def test_every_variant_of_twincat_scope_is_one_table(variant: str, tmp_path: Pat
     SCOPES[variant].write(path)
     symbols = ("MAIN.place", "MAIN.test", "MAIN.fast")
     assert_equal(read(path), scope_expected(*symbols) if variant == "blanks" else scope_expected())
+
+
+def test_the_comma_of_a_halscope_in_another_language_is_a_point_and_a_signal_may_come_twice(tmp_path: Path) -> None:
+    path = tmp_path / "halscope.log"
+    row = "ahc.arc-ok +1,00000000000000 joint.3.motor-pos-cmd -16,71899999938447 ahc.arc-ok +1,00000000000000 \n"
+    path.write_text("Sampling period is 100000 nSec \n\n" + row * 120, encoding="utf-8")
+    table = read(path)
+    assert table.notes == ()
+    assert {name: values[-1] for name, values in table.columns.items()} == pytest.approx(
+        {"time": 0.0119, "ahc.arc-ok": 1.0, "joint.3.motor-pos-cmd": -16.71899999938447, "ahc.arc-ok_2": 1.0}
+    )
+
+
+def test_a_line_of_statistics_may_stand_above_the_head_of_klipper(tmp_path: Path) -> None:
+    path = tmp_path / "raw.csv"
+    FILES["Klipper accelerometer"].write(path)
+    path.write_text("##freq 3200, 12 errors\n" + path.read_text(encoding="utf-8"), encoding="utf-8")
+    assert_equal(read(path), FILES["Klipper accelerometer"].expected)
