@@ -10,44 +10,43 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from lathesim.stability.diagnose_cut import RecordedCut, cutting_stretch, diagnose_cut, turning_of
-from lathesim.stability.judge import judge
-from lathesim.stability.signal_lines import departure_from_gaussian, refined_speed, vibration
+from lathesim.stability.diagnose_cut import CutDiagnosis, RecordedCut, cutting_stretch, diagnose_cut, turning_of
+from lathesim.stability.signal_lines import departure_from_gaussian, refined_speed
 from tests.cli.command import call
 from tests.shared_data import SHARED, needs_shared
-from tests.stability.cut_generator import KINDS, Made, made, regenerative, uninterrupted_limit
+from tests.stability.campaign.chatter import as_recorded, measured
+from tests.stability.campaign.rig_cuts import KINDS, Recording, recording
 
 
-def kind_of(cut: Made) -> str:
-    return judge(vibration(cut.force, cut.rate, cut.speed / 60.0), (cut.natural,)).kind
+def told(made: Recording) -> CutDiagnosis:
+    """Return what is told of a cut whose modes are known."""
+    return diagnose_cut(as_recorded(made), tuple(mode[0] for mode in made.rig.modes))
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_kind_is_named(kind: str) -> None:
-    assert kind_of(made(kind, np.random.default_rng(KINDS.index(kind) + 70))) == kind
+    assert told(recording(kind, 0, "tuning")).judged.kind == kind
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("unseen", [False, True])
-def test_seventy_five_cuts_of_rigs(unseen: bool) -> None:
-    found = [(kind, kind_of(made(kind, np.random.default_rng(5000 + number), unseen=unseen))) for number, kind in enumerate((*KINDS,) * 11)]
-    right = sum(kind == said for kind, said in found)
-    alarms = sum(said in ("hopf", "flip") for kind, said in found if kind not in ("hopf", "flip"))
-    assert right >= 0.96 * len(found)
+@pytest.mark.parametrize("half", ["tuning", "test"])
+def test_seventy_seven_cuts_of_rigs(half: str) -> None:
+    rows = [measured(half, number) for number in range(77)]
+    right = sum(row["kind"] == row["known"] for row in rows)
+    alarms = sum(row["known"] in ("hopf", "flip") for row in rows if row["kind"] not in ("hopf", "flip"))
+    assert right >= 0.96 * len(rows)
     assert alarms <= 2
 
 
 def test_chatter_is_told_early_with_its_mode_and_speeds_worth_trying() -> None:
-    limit = uninterrupted_limit(120.0, 0.03, 1e7, 2100.0)
-    force = regenerative(120.0, 0.03, 1e7, 1.12 * limit, 2100.0, 1.0, 1e-4, 3.0, 10000.0, np.random.default_rng(3))
-    cut = Made(force, 10000.0, 2100.0, "hopf", 120.0)
-    found = diagnose_cut(RecordedCut("force", cut.force, np.zeros(0), cut.rate, cut.speed / 60.0), (cut.natural, 3.0 * cut.natural))
+    made = recording("hopf", 0, "tuning")
+    natural, found = made.rig.modes[0][0], told(made)
     assert found.judged.kind == "hopf"
     assert found.judged.mode == 1
     assert found.told_share < 0.34
     assert found.speeds
     for speed in found.speeds:
-        assert cut.natural * 60.0 / speed == pytest.approx(round(cut.natural * 60.0 / speed), abs=1e-6)
+        assert natural * 60.0 / speed == pytest.approx(round(natural * 60.0 / speed), abs=1e-6)
 
 
 def test_a_second_cut_decides_between_a_mode_and_the_chip() -> None:
@@ -111,19 +110,19 @@ def test_the_command_tells_and_refuses_in_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    cut = made("hopf", np.random.default_rng(4))
-    time = np.arange(len(cut.force)) / cut.rate
-    np.savetxt("cut.csv", np.stack([time, cut.force], axis=1), delimiter=",", header="time [s],force [N]", comments="", fmt="%.6g")
+    cut = recording("hopf", 1, "tuning")
+    time = np.arange(len(cut.signal)) / cut.rate
+    np.savetxt("cut.csv", np.stack([time, cut.signal], axis=1), delimiter=",", header="time [s],force [N]", comments="", fmt="%.6g")
     said = call(capsys, "chatter", "cut.csv", "--speed", str(cut.speed), "--json", "--save", "cut.png")
     assert said.code == 0, said.err
     found = json.loads(said.out)
     assert found["kind"] == "hopf"
-    assert found["frequency_hz"] == pytest.approx(cut.natural, rel=0.2)
+    assert found["frequency_hz"] == pytest.approx(cut.rig.modes[1][0], rel=0.2)
     assert Path("cut.png").stat().st_size > 10_000
     assert "the speed of the spindle is not known" in call(capsys, "chatter", "cut.csv").err
     assert "the file has no column 'forc'" in call(capsys, "chatter", "cut.csv", "--speed", "900", "--channel", "forc").err
     assert call(capsys, "chatter", "cut.csv", "--speed", "0").code == 2
-    assert "holds 0.7 turns" in call(capsys, "chatter", "cut.csv", "--speed", "20").err
+    assert "holds 0.9 turns" in call(capsys, "chatter", "cut.csv", "--speed", "20").err
 
 
 @needs_shared
