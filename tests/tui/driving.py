@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from typing import Any
 
+from textual.app import App
 from textual.pilot import Pilot
-from textual.widgets import Input
+from textual.widgets import Input, OptionList, Static
 
 from lathesim.cli.open_app import make_app
 from lathesim.tui.app import LathesimApp
@@ -49,16 +51,43 @@ async def run_to_end(app: LathesimApp, pilot: Pilot[None]) -> None:
     await pilot.pause()
 
 
-async def edit(app: LathesimApp, pilot: Pilot[None], name: str, text: str) -> None:
-    """Go to a parameter, write another value and press Enter."""
+async def press(pilot: Pilot[None], *keys: str) -> None:
+    """Press keys and wait until the screen has settled."""
+    await pilot.press(*keys)
+    await pilot.pause()
+
+
+async def answer(app: LathesimApp, pilot: Pilot[None], text: str) -> None:
+    """Write an answer into the field of the dialog or the pane that is open."""
+    app.screen.query_one("#answer, #value, #path", Input).value = text
+    await pilot.pause()
+    await press(pilot, "enter")
+
+
+async def show(app: LathesimApp, pilot: Pilot[None], name: str) -> None:
+    """Show a parameter on Configure."""
     await app.show_parameter(name)
     await pilot.pause()
-    await pilot.press("enter")
-    await pilot.pause()
-    app.screen.query_one("#value", Input).value = text
-    await pilot.pause()
-    await pilot.press("enter")
-    await pilot.pause()
+
+
+async def edit(app: LathesimApp, pilot: Pilot[None], name: str, text: str) -> None:
+    """Go to a parameter, write another value and press Enter."""
+    await show(app, pilot, name)
+    await press(pilot, "enter")
+    await answer(app, pilot, text)
+
+
+def choose(app: LathesimApp, name: str) -> list[str]:
+    """Put the cursor of the list of a dialog on a name; return all its names."""
+    listed = app.screen.query_one(OptionList)
+    names = [str(listed.get_option_at_index(place).prompt).strip("> ") for place in range(listed.option_count)]
+    listed.highlighted = names.index(name)
+    return names
+
+
+def content(app: App[Any], place: str) -> str:
+    """Return what a label of the screen in front says."""
+    return str(app.screen.query_one(place, Static).content)
 
 
 def told(app: LathesimApp) -> str:

@@ -1,16 +1,10 @@
-"""Lessons chosen in a terminal of 80 x 24 while other processes keep the machine busy.
-
-``python -m tests.tui.lesson_choices`` makes fifty choices (F6, Down, Enter) with six busy processes. For each it prints the processor time
-that the app took until the bench of the chosen lesson stood on the screen. ``--choices`` and ``--busy`` change the numbers.
-"""
+"""Lessons chosen (F6, Down, Enter) in a terminal of 80 x 24 while other processes keep the machine busy."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -74,25 +68,3 @@ def _shows_bench(screen: str, lesson: str) -> bool:
 def _processor_time(process: int) -> float:
     words = Path(f"/proc/{process}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
-
-
-def main() -> int:
-    """Print a line for each choice and leave with 1 where one was not drawn in time."""
-    parser = argparse.ArgumentParser(description="Choose lessons under load.")
-    parser.add_argument("--choices", type=int, default=50)
-    parser.add_argument("--busy", type=int, default=6)
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory(prefix="choices_") as folder:
-        found = []
-        for choice in choices(Path(folder), options.choices, options.busy):
-            drawn = "drawn" if choice.is_drawn else "NOT DRAWN"
-            print(f"{choice.lesson:34} {drawn} {choice.processor:5.2f} s, {choice.clock:.2f} s of clock")
-            found.append(choice)
-    good = sum(choice.is_drawn and choice.processor <= MOST for choice in found)
-    slowest = max(choice.processor for choice in found)
-    print(f"{good} of {len(found)} drawn within {MOST:g} s of processor time; the slowest took {slowest:.2f} s")
-    return 0 if good == len(found) else 1
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,28 +13,55 @@ from textual.widgets import Select, Static
 from lathesim.cli.main import run_command_line
 from lathesim.cli.open_app import make_app
 from lathesim.record import load
+from lathesim.tui.app import LathesimApp
 from lathesim.tui.model.student_book import KeptState
 from lathesim.tui.screens.help import KeysView
 from lathesim.tui.widgets.controls import Slider
 from lathesim.tui.widgets.lathe_view import LatheView
 from lathesim.tui.widgets.program_listing import ProgramListing
-from tests.tui.driving import opened, run_to_end, until
+from tests.tui.driving import content, opened, press, run_to_end, until
 from tests.tui.screen_words import words_of
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def stock(app: LathesimApp) -> int:
+    """Return how much material the lathe view shows."""
+    picture = app.screen.query_one(LatheView).picture
+    assert picture is not None
+    return int(picture.material.sum())
 
 
-async def test_a_run_is_drawn_kept_and_judged_and_its_command_gives_the_same_bits() -> None:
+def layouts_asked_for(app: LathesimApp) -> list[str]:
+    """Return the widgets of the screen that ask for a layout from now on."""
+    asked: list[str] = []
+    for widget in app.screen.walk_children():
+        refresh = widget.refresh
+
+        def watched(*regions: Region, _refresh: Any = refresh, _name: str = str(widget), layout: bool = False, **further: Any) -> Any:
+            if layout:
+                asked.append(_name)
+            return _refresh(*regions, layout=layout, **further)
+
+        widget.refresh = watched  # type: ignore[method-assign]
+    return asked
+
+
+async def test_a_run_is_drawn_kept_and_judged_played_again_and_its_command_gives_the_same_bits() -> None:
+    """Playing it again lays nothing out anew, which costs more than a picture."""
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
-        assert "✗ largest contour error at most 0.2 mm: 0.6851 mm" in str(app.screen.query_one("#result", Static).content)
+        assert "✗ largest contour error at most 0.2 mm: 0.6851 mm" in content(app, "#result")
         command = app.workbench.command()
-        picture = app.screen.query_one(LatheView).picture
-        assert picture is not None
-        assert picture.material.any()
+        whole = stock(app)
+        app.screen.query_one(Slider).focus()
+        await press(pilot, "home")
+        raw, asked = stock(app), layouts_asked_for(app)
+        assert raw > whole
+        await press(pilot, *["shift+right"] * 7)
+        assert app.screen.query_one(ProgramListing).line == 9
+        assert raw > stock(app) > whole
+        await press(pilot, "home")
+        assert stock(app) == raw
+        assert asked == []
     shown = load("lathesim_runs/01_contour_error/001.h5")
     words = command.split()
     assert words[:3] == ["lathesim", "run", "01_contour_error"]
@@ -51,14 +77,13 @@ async def test_a_run_asked_for_before_the_lesson_is_read_begins_once_it_is_there
     monkeypatch.setattr(app, "open_first", lambda: None)
     async with app.run_test(size=(120, 36)) as pilot:
         await pilot.pause()
-        assert "being read" in str(app.screen.query_one("#result", Static).content)
-        await pilot.press("f5")
-        await pilot.pause()
-        assert "The run begins as soon as it is there" in str(app.screen.query_one("#result", Static).content)
+        assert "being read" in content(app, "#result")
+        await press(pilot, "f5")
+        assert "The run begins as soon as it is there" in content(app, "#result")
         assert "STOP" in words_of(app.export_screenshot())
         read_lesson()
         await until(pilot, lambda: bool(app.workbench.runs) and app.workbench.live is None, "the end of the run")
-        await until(pilot, lambda: "largest contour error" in str(app.screen.query_one("#result", Static).content), "the result")
+        await until(pilot, lambda: "largest contour error" in content(app, "#result"), "the result")
 
 
 async def test_a_run_asked_for_too_early_can_be_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,30 +127,7 @@ async def test_leaving_in_a_run_keeps_the_data_and_the_looks() -> None:
     assert load("lathesim_runs/01_contour_error/001.h5").status == "stopped"
 
 
-async def test_a_run_is_played_again_with_the_slider_and_its_block_is_marked() -> None:
-    async with opened() as (app, pilot):
-        await run_to_end(app, pilot)
-        slider = app.screen.query_one(Slider)
-        slider.focus()
-        await pilot.press("home")
-        await pilot.pause()
-        whole = app.screen.query_one(LatheView).picture
-        assert whole is not None
-        for _ in range(7):
-            await pilot.press("shift+right")
-        await pilot.pause()
-        assert app.screen.query_one(ProgramListing).line == 9
-        cut = app.screen.query_one(LatheView).picture
-        assert cut is not None
-        assert cut.material.sum() < whole.material.sum()
-        await pilot.press("home")
-        await pilot.pause()
-        back = app.screen.query_one(LatheView).picture
-        assert back is not None
-        assert back.material.sum() == whole.material.sum()
-
-
-async def test_a_first_start_shows_five_keys_and_the_key_for_help_those_of_the_screen_in_front() -> None:
+async def test_a_first_start_shows_five_keys_help_those_of_the_screen_in_front_and_a_variant_is_undone() -> None:
     async with opened(size=(80, 24)) as (app, pilot):
         shown = words_of(app.export_screenshot())
         assert all(key in shown for key in ("Five keys", "F5  Run", "F6  Read", "F4  Change", "F3  Compare", "?  See"))
@@ -135,19 +137,12 @@ async def test_a_first_start_shows_five_keys_and_the_key_for_help_those_of_the_s
         keys = "\n".join(str(widget.content) for widget in app.screen.query(Static))
         assert "Run a lesson and watch the part being turned" in keys
         assert keys.index("Magnify the error") < keys.index("Everywhere")
-        await pilot.press("escape")
-        await pilot.press("m")
-        await pilot.pause()
+        await press(pilot, "escape", "m")
         assert "error x10" in str(app.screen.query_one(LatheView).border_subtitle)
-
-
-async def test_a_variant_is_chosen_and_undone() -> None:
-    async with opened() as (app, pilot):
         app.screen.query_one("#variant", Select).value = "II"
         await pilot.pause()
         assert app.workbench.command() == "lathesim run 01_contour_error --variant II"
-        await pilot.press("ctrl+z")
-        await pilot.pause()
+        await press(pilot, "ctrl+z")
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I"
 
 
@@ -158,28 +153,4 @@ async def test_the_bench_works_at_both_sizes_and_survives_a_tiny_terminal(size: 
         await pilot.pause()
         await pilot.resize_terminal(*size)
         await run_to_end(app, pilot)
-        picture = app.screen.query_one(LatheView).picture
-        assert picture is not None
-        assert picture.material.any()
-
-
-async def test_drawing_lays_nothing_out_anew() -> None:
-    """A layout costs more than a picture: going through a run must not ask for one."""
-    async with opened() as (app, pilot):
-        await run_to_end(app, pilot)
-        screen = app.screen
-        asked: list[str] = []
-        for widget in screen.walk_children():
-            refresh = widget.refresh
-
-            def watched(*regions: Region, _refresh: Any = refresh, _name: str = str(widget), layout: bool = False, **further: Any) -> Any:
-                if layout:
-                    asked.append(_name)
-                return _refresh(*regions, layout=layout, **further)
-
-            widget.refresh = watched  # type: ignore[method-assign,assignment]
-        slider = screen.query_one(Slider)
-        for _ in range(5):
-            slider.action_step(-0.01)
-            await pilot.pause()
-        assert asked == []
+        assert stock(app) > 0

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import pytest
-
-from lathesim.plugins import load_registry
-from lathesim.tui.app import LathesimApp
-from lathesim.tui.model.workbench import Workbench
+from lathesim.tui.model.machine_tree import candidates
 from lathesim.tui.screens.configure import ConfigureScreen
-from tests.tui.driving import opened
+from tests.tui.driving import opened, press
 
 KEYS = {
     "Fig. 3, RESULTS": "f3",
@@ -93,51 +87,20 @@ CHANNELS = {
 """What the RESULTS window of 2004 plots -> channel; currents are of the machines with electrical drives."""
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
-def app() -> LathesimApp:
-    return LathesimApp(Workbench(lambda: load_registry(installed=False)))
-
-
-@pytest.mark.parametrize("control", KEYS)
-def test_a_control_has_a_key(control: str) -> None:
-    assert KEYS[control] in {binding.key for binding in app().keys}  # type: ignore[union-attr]
-
-
-@pytest.mark.parametrize("control", CONFIGURE_KEYS)
-def test_a_control_has_a_key_on_configure(control: str) -> None:
-    assert CONFIGURE_KEYS[control] in {
-        binding.key for entry in app().entries if entry.name == "configure" for binding in app().keys_of(entry)
-    }
-
-
-async def test_every_parameter_of_2004_is_shown_with_unit_and_sentence() -> None:
+async def test_every_control_of_2004_is_a_key_a_parameter_a_choice_or_a_channel() -> None:
     async with opened() as (app, pilot):
-        await pilot.press("f4")
-        await pilot.pause()
+        assert set(KEYS.values()) <= {binding.key for binding in app.keys}  # type: ignore[union-attr]
+        (configure,) = (entry for entry in app.entries if entry.name == "configure")
+        assert set(CONFIGURE_KEYS.values()) <= {binding.key for binding in app.keys_of(configure)}
+        case = app.workbench.prepared()
+        for control, (place, wanted) in COMPONENTS.items():
+            assert set(candidates(case, app.workbench.registry, case.plan.parts[place])) >= wanted, control
+        assert set(CHANNELS.values()) <= set(case.plan.channels)
+        await press(pilot, "f4")
         screen = app.screen
         assert isinstance(screen, ConfigureScreen)
         for control, name in PARAMETERS.items():
             screen.show_parameter(name)
-            entry = screen.entry
-            assert entry is not None, control
-            assert entry.name == name, control
-            assert entry.doc, control
-
-
-async def test_every_choice_of_2004_is_offered() -> None:
-    from lathesim.tui.model.machine_tree import candidates
-
-    async with opened() as (app, _):
-        case = app.workbench.prepared()
-        for control, (place, wanted) in COMPONENTS.items():
-            part = case.plan.parts[place]
-            assert set(candidates(case, app.workbench.registry, part)) >= wanted, control
-
-
-async def test_every_result_of_2004_is_a_channel() -> None:
-    async with opened() as (app, _):
-        assert set(CHANNELS.values()) <= set(app.workbench.prepared().plan.channels)
+            assert screen.entry is not None, control
+            assert screen.entry.name == name, control
+            assert screen.entry.doc, control

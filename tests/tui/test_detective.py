@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from textual.pilot import Pilot
-from textual.screen import Screen
-from textual.widgets import Button, Input, Select, Static, TabbedContent
+from textual.widgets import Button, Input, Select, TabbedContent
 
 from lathesim.cli.main import run_command_line
 from lathesim.identification.records import CandidateStanding
@@ -22,14 +20,9 @@ from lathesim.tui.app import LathesimApp
 from lathesim.tui.model.case_file import CaseFile, Guess, guessed_columns
 from lathesim.tui.screens.detective import DetectiveScreen
 from lathesim.tui.widgets.case_panes import standing_bars
-from tests.tui.driving import opened, told, until
+from tests.tui.driving import content, opened, press, told, until
 
 LESSON = "22_what_is_wrong_with_this_machine"
-
-
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
 
 
 def hide(effect: str, folder: str = "case_1") -> None:
@@ -38,8 +31,7 @@ def hide(effect: str, folder: str = "case_1") -> None:
 
 async def compared(app: LathesimApp, pilot: Pilot[None], place: str) -> tuple[DetectiveScreen, CaseFile]:
     """Open a case on the screen and wait until it is compared."""
-    await pilot.press("f7")
-    await pilot.pause()
+    await press(pilot, "f7")
     screen = app.screen
     assert isinstance(screen, DetectiveScreen)
     screen.query_one("#path", Input).value = place
@@ -49,10 +41,6 @@ async def compared(app: LathesimApp, pilot: Pilot[None], place: str) -> tuple[De
     return screen, screen.case
 
 
-def text(screen: Screen[Any], name: str) -> str:
-    return str(screen.query_one(f"#{name}", Static).content)
-
-
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 async def test_a_detective_guesses_is_told_inserts_the_effect_and_sees_the_residual_fall() -> None:
@@ -60,24 +48,23 @@ async def test_a_detective_guesses_is_told_inserts_the_effect_and_sees_the_resid
     async with opened(LESSON) as (app, pilot):
         screen, case = await compared(app, pilot, "case_1")
         before = max(item.over_floor for item in case.comparison.channels) if case.comparison else 0.0
-        assert "[✗ x_axis]" in text(screen, "chain")
-        await pilot.press("s")
-        await pilot.pause()
+        assert "[✗ x_axis]" in content(app, "#chain")
+        await press(pilot, "s")
         assert app.screen.query_one(TabbedContent).active == "guess"
         screen.query_one("#size", Input).value = "19 N"
         screen.take_guess(Guess("CoulombFriction", "x_axis", "19 N"))
         await pilot.press("s")
-        await until_long(pilot, lambda: "CoulombFriction at x_axis" in text(screen, "standing"))
+        await until_long(pilot, lambda: "CoulombFriction at x_axis" in content(app, "#standing"))
         assert case.diagnosis is None, "it stands there while the search goes on"
         await until_long(pilot, lambda: case.diagnosis is not None and not screen.busy)
-        assert "✓ Right: CoulombFriction at x_axis. ✓ level is 20.21 N, you said 19 N." in text(screen, "judged")
+        assert "✓ Right: CoulombFriction at x_axis. ✓ level is 20.21 N, you said 19 N." in content(app, "#judged")
         await pilot.press("i")
         await until_long(pilot, lambda: not screen.busy and screen.case is not None and app.workbench.live is None)
         assert app.workbench.setup is not None
         assert app.workbench.setup.inserted[0]["effect"] == "CoulombFriction"
         await until_long(pilot, lambda: case.comparison is not None and max(i.over_floor for i in case.comparison.channels) < before / 20)
         screen.reveal("case_1", "case_1_answer.json")
-        assert "✓ Your guess: CoulombFriction x_axis 19 N" in text(screen, "truth")
+        assert "✓ Your guess: CoulombFriction x_axis 19 N" in content(app, "#truth")
 
 
 async def until_long(pilot: Pilot[None], holds: object) -> None:
@@ -101,7 +88,7 @@ async def test_a_search_is_stopped_and_a_wrong_answer_refused() -> None:
         await pilot.press("s")
         await until(pilot, lambda: not screen.busy, "the end of the search")
         screen.reveal("case_1", "case_1/seal.json")
-        assert text(screen, "truth").startswith("✗")
+        assert content(app, "#truth").startswith("✗")
         await pilot.press("f2")
         assert app.current_mode == "bench"
 
@@ -112,8 +99,7 @@ async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> N
     header = "time [s],x axis position [m],x encoder position [m]"
     np.savetxt("mine.csv", data, delimiter=",", header=header, comments="")
     async with opened("32_the_forged_sensor") as (app, pilot):
-        await pilot.press("f7")
-        await pilot.pause()
+        await press(pilot, "f7")
         app.screen.query_one("#path", Input).value = "mine.csv"
         await pilot.click("#open")
         await until(pilot, lambda: bool(app.screen.query("#role-2")), "the form")
@@ -122,7 +108,7 @@ async def test_columns_are_mapped_in_a_form_where_the_lesson_says_nothing() -> N
         app.screen.query_one("#unit-1", Input).value = ""
         take = app.screen.query_one("#take", Button)
         await pilot.click(take)
-        await until(pilot, lambda: "needs a channel and a unit" in text(app.screen, "fault"), "the fault")
+        await until(pilot, lambda: "needs a channel and a unit" in content(app, "#fault"), "the fault")
         app.screen.query_one("#unit-1", Input).value = "m"
         await until(pilot, lambda: not take.has_class("-active"), "the button")  # which takes no second click before
         await pilot.click(take)
@@ -138,8 +124,7 @@ async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
     Path("empty.csv").write_text("", encoding="utf-8")
     Path("words.csv").write_text("name,colour\nanna,red\nben,blue\n", encoding="utf-8")
     async with opened() as (app, pilot):
-        await pilot.press("f7")
-        await pilot.pause()
+        await press(pilot, "f7")
         for typed in ("nowhere.csv", "empty.csv", "words.csv", "lathesim_runs"):
             app.screen.query_one("#path", Input).value = typed
             button = app.screen.query_one("#open", Button)
@@ -149,10 +134,9 @@ async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
             await until(pilot, lambda: typed in told(app), f"a sentence about {typed}")  # noqa: B023
         await pilot.press("s")
         assert isinstance(app.screen, DetectiveScreen)
-        await pilot.press("h")
-        await pilot.pause()
+        await press(pilot, "h")
         await pilot.click("#choose")
-        await until(pilot, lambda: "AmplifierDeadZone" in text(app.screen, "page"), "the page of the first effect")
+        await until(pilot, lambda: "AmplifierDeadZone" in content(app, "#page"), "the page of the first effect")
         await pilot.press("enter")
         await until(pilot, lambda: bool(app.screen.query("#hidden")), "the form")
         assert app.screen.query_one("#hidden", Input).value == "AmplifierDeadZone@x_controller"
@@ -161,18 +145,15 @@ async def test_what_is_no_recording_is_told_in_a_sentence() -> None:
 @pytest.mark.slow
 async def test_a_class_gets_a_folder_each_and_the_answer_is_revealed_from_its_own() -> None:
     async with opened(LESSON) as (app, pilot):
-        await pilot.press("f7")
-        await pilot.pause()
-        await pilot.press("h")
-        await pilot.pause()
+        await press(pilot, "f7")
+        await press(pilot, "h")
         app.screen.query_one("#hidden", Input).value = "CoulombFriction:level=20 N@x_axis"
         app.screen.query_one("#folder", Input).value = "class"
         count = app.screen.query_one("#count", Input)
         count.focus()
         count.value = "0"
-        await pilot.press("enter")
-        await pilot.pause()
-        assert "a number of cases from 1 to 200" in text(app.screen, "fault")
+        await press(pilot, "enter")
+        assert "a number of cases from 1 to 200" in content(app, "#fault")
         count.value = "2"
         await pilot.press("enter")
         await until(pilot, lambda: isinstance(app.screen, DetectiveScreen), "the screen")
@@ -185,20 +166,17 @@ async def test_a_class_gets_a_folder_each_and_the_answer_is_revealed_from_its_ow
         assert Path("class_1/recording.csv").read_bytes() != Path("class_2/recording.csv").read_bytes()
         screen.query_one("#seal", Input).value = "class_2"
         screen.query_one("#sealed", Input).value = "class_2_answer.json"
-        await pilot.press("v")
-        await pilot.pause()
-        assert "CoulombFriction at x_axis" in text(screen, "truth")
+        await press(pilot, "v")
+        assert "CoulombFriction at x_axis" in content(app, "#truth")
         screen.query_one("#sealed", Input).value = "class_1_answer.json"
-        await pilot.press("v")
-        await pilot.pause()
-        assert text(screen, "truth").startswith("✗")
+        await press(pilot, "v")
+        assert content(app, "#truth").startswith("✗")
 
 
 async def test_leaving_does_not_wait_for_a_search() -> None:
     hold = threading.Event()
     async with opened() as (app, pilot):
-        await pilot.press("f7")
-        await pilot.pause()
+        await press(pilot, "f7")
         screen = app.screen
         assert isinstance(screen, DetectiveScreen)
         screen.in_thread("Searching ...", lambda: hold.wait(60.0), lambda: None, writes=False)

@@ -1,14 +1,11 @@
 """The tutorial of the first hour: its keys do what its text says, and its numbers are those on the screen."""
 
-from pathlib import Path
-
-import pytest
 from textual.pilot import Pilot
 from textual.widgets import Input, Tree
 
 from lathesim.manual.chapters import chapter
 from lathesim.tui.app import LathesimApp
-from tests.tui.driving import opened, run_to_end
+from tests.tui.driving import opened, press, run_to_end
 from tests.tui.screen_words import words_of
 
 
@@ -24,23 +21,20 @@ async def change(app: LathesimApp, pilot: Pilot[None], part: str, text: str) -> 
     await pilot.press("shift+tab", "shift+tab")
 
 
-async def test_the_first_hour_can_be_walked_with_the_keys_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+async def test_the_first_hour_can_be_walked_with_the_keys_alone() -> None:
     text = chapter("first_hour").text
     assert "at most 0.2 mm" in text
     async with opened(size=(110, 34)) as (app, pilot):
         await run_to_end(app, pilot)
         assert "0.6851 mm" in words_of(app.export_screenshot())
         assert "0.6851 mm" in text
-        await pilot.press("f4")
-        await pilot.pause()
+        await press(pilot, "f4")
         for part in ("X controller", "Z controller"):
             await change(app, pilot, part, "0.449 V/mm")
         await pilot.press("f2")
         await run_to_end(app, pilot)
         assert "✗ largest contour error at most 0.2 mm" in words_of(app.export_screenshot())
-        await pilot.press("f3", "down", "space", "e")
-        await pilot.pause()
+        await press(pilot, "f3", "down", "space", "e")
         shown = words_of(app.export_screenshot())
         assert "002" in shown
         assert "0.3379 mm" in shown

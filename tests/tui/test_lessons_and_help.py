@@ -14,19 +14,19 @@ from lathesim.tui.model.student_book import suggestion
 from lathesim.tui.screens.help import KeysView
 from lathesim.tui.widgets.controls import ReadOuts
 from lathesim.tui.widgets.time_plot import TimePlot
-from tests.tui.driving import opened, run_to_end, told, until
+from tests.tui.driving import content, opened, press, run_to_end, told, until
 from tests.tui.screen_words import words_of
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
-async def test_a_hint_opens_after_a_try_and_the_book_keeps_the_best() -> None:
+async def test_a_thing_to_try_sets_its_values_a_hint_opens_after_a_try_and_the_book_keeps_the_best() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f6")
         await pilot.pause(0.2)
+        await pilot.press("y", "down", "down", "enter")
+        await pilot.pause(0.2)
+        assert app.current_mode == "bench"
+        assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set x_dac.bits=12 --set z_dac.bits=12"
+        await press(pilot, "ctrl+z", "f6")
         goals = app.screen.query_one("#goals", Static)
         assert "A hint opens after your first run." in str(goals.content)
         listed = app.screen.query_one("#lessons", OptionList)
@@ -48,16 +48,6 @@ async def test_a_hint_opens_after_a_try_and_the_book_keeps_the_best() -> None:
     assert not entry["best"]["max_contour_error at most"]["met"]
 
 
-async def test_a_thing_to_try_sets_its_values_on_the_bench() -> None:
-    async with opened() as (app, pilot):
-        await pilot.press("f6")
-        await pilot.pause(0.2)
-        await pilot.press("y", "down", "down", "enter")
-        await pilot.pause(0.2)
-        assert app.current_mode == "bench"
-        assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set x_dac.bits=12 --set z_dac.bits=12"
-
-
 @pytest.mark.slow
 async def test_enter_puts_a_lesson_on_the_bench() -> None:
     async with opened() as (app, pilot):
@@ -71,76 +61,65 @@ async def test_enter_puts_a_lesson_on_the_bench() -> None:
         assert app.workbench.setup.lesson.name == "02_quantisation"
 
 
-async def test_f5_runs_the_lesson_under_the_cursor_and_the_bench_shows_what_runs() -> None:
+async def test_f5_runs_the_lesson_under_the_cursor_with_what_was_changed_of_it_and_the_bench_shows_what_runs() -> None:
     async with opened() as (app, pilot):
         app.workbench.pace = 0.1
         await pilot.press("f6")
         await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 1, "the lessons")
         await pilot.press("down", "f5")
         await until(pilot, lambda: app.current_mode == "bench" and app.workbench.live is not None, "the run")
-        assert str(app.screen.query_one("#title", Static).content) == "Quantisation and limit cycles"
+        assert content(app, "#title") == "Quantisation and limit cycles"
         result = app.screen.query_one("#result", Static)
         assert str(result.content) == "Running 001 8_bits. F5 stops it."
         await pilot.press("f6", "down", "enter")
-        await until(pilot, lambda: str(app.screen.query_one("#title", Static).content) == "Integral windup", "another lesson")
+        await until(pilot, lambda: content(app, "#title") == "Integral windup", "another lesson")
         assert str(result.content) == "Running 001 8_bits of Quantisation and limit cycles. F5 stops it."
         await pilot.press("f5")
         await until(pilot, lambda: str(result.content).startswith("Stopped, kept as 001 of Quantisation"), "the end")
         assert [run.path.parent.name for run in app.workbench.runs] == ["02_quantisation"]
-
-
-async def test_f5_in_the_list_keeps_what_was_changed_of_the_lesson() -> None:
-    async with opened() as (app, pilot):
         assert app.workbench.setup is not None
         app.workbench.change(app.workbench.setup.with_simulation("duration", "0.1 s"))
-        await pilot.press("f6")
-        await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).highlighted == 1, "the lessons")
+        await press(pilot, "f6")
         await run_to_end(app, pilot)
-        assert app.workbench.runs[0].title == "001 I, duration=0.1 s"
+        assert app.workbench.runs[-1].title.endswith(", duration=0.1 s")
 
 
 LONG = " Say it to a tenth of a millimetre" * 4
 
 
 async def test_questions_are_asked_after_a_run_and_the_answers_stand_beside_it() -> None:
-    Path("mine.yaml").write_text(
+    Path("lesson_configs").mkdir()
+    Path("lesson_configs/99_mine.yaml").write_text(
         "lesson: Mine\nmachine: turning_with_chatter\nduration: 2 ms\nplot: [cut.force]\nread_outs: [cut.force]\nquestions:\n"
         "  - {ask: Which?, choices: [first, second], answer: second}\n"
         f"  - {{ask: How wide?{LONG}, within: 0.1 mm, answer: 1 mm}}\n",
         encoding="utf-8",
     )
-    Path("lesson_configs").mkdir()
-    Path("mine.yaml").rename("lesson_configs/99_mine.yaml")
     other = "lesson: Other\nmachine: turning_with_chatter\nduration: 2 ms\nplot: [cut.thickness]\nread_outs: [cut.force]\n"
     Path("lesson_configs/98_other.yaml").write_text(other, encoding="utf-8")
     async with opened("98_other") as (app, pilot):
         await run_to_end(app, pilot)
-        await pilot.press("f6", "f3")
-        await pilot.pause()
+        await press(pilot, "f6", "f3")
         assert "cut thickness" in str(app.screen.query_one(TimePlot).border_title)
         app.workbench.open_lesson("99_mine")
-        await pilot.press("f2")
-        await pilot.pause()
+        await press(pilot, "f2")
         await pilot.press("f6", "a")
         await until(pilot, lambda: "Run the lesson first" in told(app), "the sentence")
         await run_to_end(app, pilot)
         assert "2 questions about this run: press F6, then a." in told(app)
         assert "cut force" in str(app.screen.query_one("#plot").border_title)
         assert app.screen.query_one(ReadOuts).readings[1].title == "Force"
-        await pilot.press("f3")
-        await pilot.pause()
+        await press(pilot, "f3")
         assert "cut force" in str(app.screen.query_one(TimePlot).border_title)
         await pilot.press("f6", "a", "question_mark")
         await until(pilot, lambda: isinstance(app.screen, KeysView), "the keys")
         assert "This dialog" in "\n".join(str(widget.content) for widget in app.screen.query(Static))
-        await pilot.press("escape")
-        await pilot.pause()
+        await press(pilot, "escape")
         await pilot.press("enter")
         await until(pilot, lambda: "Not right yet" in told(app), "the verdict")
         await pilot.press("a", "down", "enter")
         await until(pilot, lambda: "Right." in told(app), "the verdict")
-        await pilot.press("a")
-        await pilot.pause()
+        await press(pilot, "a")
         assert app.screen.query_one(Label).size.height > 1  # a long question is read to its end
         await pilot.press(*"1.05", "space", *"mm", "enter")
         await pilot.press("a")
@@ -162,7 +141,7 @@ async def test_help_shows_keys_chapters_and_the_page_of_an_effect() -> None:
     async with opened() as (app, pilot):
         await pilot.press("f1")
         await pilot.pause(0.3)
-        assert "Run/Stop" in str(app.screen.query_one("#text", Static).content)
+        assert "Run/Stop" in content(app, "#text")
         app.screen.query_one("#wanted", Input).value = "backlash"
         await pilot.pause(0.3)
         tree = app.screen.query_one(Tree)
@@ -170,7 +149,7 @@ async def test_help_shows_keys_chapters_and_the_page_of_an_effect() -> None:
         assert "Backlash" in labels
         await app.show_help("effect", "Backlash")
         await pilot.pause(0.2)
-        assert "Fingerprint" in str(app.screen.query_one("#text", Static).content)
+        assert "Fingerprint" in content(app, "#text")
         await app.show_help("chapter", "plugins")
         await pilot.pause(0.3)
         assert app.screen.query_one(Markdown).display
@@ -207,14 +186,14 @@ async def test_commands_are_forms_that_show_what_the_command_prints() -> None:
         app.screen.query_one("#field-0", Input).value = "x_dac.bits=8,12"
         await pilot.pause()
         line = "$ lathesim sweep 01_contour_error --vary x_dac.bits=8,12 --variant I"
-        assert str(app.screen.query_one("#line", Static).content) == line
+        assert content(app, "#line") == line
         await pilot.press("escape", "f7")
         await until(pilot, lambda: app.current_mode == "detective", "the detective")
         await pilot.press("a")
         await until(pilot, lambda: bool(app.screen.query("#field-3")), "the form")
         app.screen.query_one("#field-3", Input).value = "Backlash"
         await pilot.pause()
-        assert str(app.screen.query_one("#line", Static).content) == "$ lathesim isolable 01_contour_error --effect Backlash"
+        assert content(app, "#line") == "$ lathesim isolable 01_contour_error --effect Backlash"
         await pilot.press("escape", "f6")
         await until(pilot, lambda: app.current_mode == "lessons", "the lessons")
         await pilot.press("g")

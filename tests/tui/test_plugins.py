@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from textual.widgets import OptionList, Static
+from textual.widgets import Static
 
 from lathesim.cli.main import run_command_line
-from tests.tui.driving import opened, run_to_end, until
+from tests.tui.driving import choose, content, opened, press, run_to_end, until
 
 FORCE = '''
 from lathesim.component import Component, Input, Output, Parameter
@@ -81,7 +81,6 @@ def register_screens():
 
 @pytest.fixture(autouse=True)
 def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
     assert run_command_line(["init", "work"]) == 0
     monkeypatch.chdir(tmp_path / "work")
     return tmp_path / "work" / "plugins" / "my_force.py"
@@ -92,27 +91,20 @@ async def test_a_plug_in_is_broken_told_mended_loaded_again_and_run(workspace: P
     """Its run takes longest: the machine is compiled anew."""
     workspace.write_text(FORCE.replace("return [MyForce]", "return [MyForse]"), encoding="utf-8")
     async with opened() as (app, pilot):
-        await pilot.press("f8")
-        await pilot.pause()
+        await press(pilot, "f8")
         said = app.screen.query_one("#said", Static)
         assert "✗ at fault: " in str(said.content)
         assert "my_force.py:" in str(said.content)
         assert "MyForse" in str(said.content)
         workspace.write_text(FORCE, encoding="utf-8")
-        await pilot.press("r")
-        await pilot.pause()
+        await press(pilot, "r")
         assert "✗" not in str(said.content)
         assert "my_force.py: 1 plug-in OK." in str(said.content)
         await app.show_parameter("cutting_force.wear_factor")
         await pilot.pause()
-        await pilot.press("c")
-        await pilot.pause()
-        found = app.screen.query_one(OptionList)
-        names = [str(found.get_option_at_index(place).prompt).strip("> ") for place in range(found.option_count)]
-        assert "MyForce (plug-in)" in names
-        found.highlighted = names.index("MyForce (plug-in)")
-        await pilot.press("enter")
-        await pilot.pause()
+        await press(pilot, "c")
+        choose(app, "MyForce (plug-in)")
+        await press(pilot, "enter")
         assert app.workbench.fault() == ""
         if runs:
             await run_to_end(app, pilot)
@@ -128,13 +120,13 @@ async def test_one_file_adds_a_command_and_screens(workspace: Path, capsys: pyte
     async with opened() as (app, pilot):
         await pilot.press("f9")
         await until(pilot, lambda: bool(app.screen.query("#tally")), "the screen of the plug-in")
-        await until(pilot, lambda: "6 variants" in str(app.screen.query_one("#tally", Static).content), "what it shows")
-        assert str(app.screen.query_one("#go-tally", Static).content) == "F9 Tally"
+        await until(pilot, lambda: "6 variants" in content(app, "#tally"), "what it shows")
+        assert content(app, "#go-tally") == "F9 Tally"
         await pilot.press("f4")
         await pilot.press("v")
         await until(pilot, lambda: bool(app.screen.query("#title")), "the view over Configure")
         assert app.workbench.setup is not None
-        assert str(app.screen.query_one("#title", Static).content) == app.workbench.setup.lesson.title
+        assert content(app, "#title") == app.workbench.setup.lesson.title
 
 
 def test_commands_come_from_a_workspace_alone(workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -221,7 +213,7 @@ def register_components():
         assert not app.workbench.fault()
         await until(pilot, lambda: any(run.live is not None and run.live.is_over for run in app.workbench.runs), "the end of the run")
         await pilot.pause(0.4)
-        assert "Dividing" in str(app.screen.query_one("#result", Static).content)
+        assert "Dividing" in content(app, "#result")
         await pilot.press("ctrl+z")
         await run_to_end(app, pilot)
         assert app.workbench.runs[-1].record().status == "complete"

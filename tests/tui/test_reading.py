@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from textual.color import Color
@@ -104,8 +102,7 @@ def test_labels_of_axes_stand_out_in_every_theme(name: str) -> None:
     assert (light + 0.05) / (dark + 0.05) >= 4.5
 
 
-def test_theme_lesson_and_screen_are_kept_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_theme_lesson_and_screen_are_kept_in_the_folder() -> None:
     fresh = make_app()
     assert (fresh._lessons, fresh._first) == ([(FIRST_LESSON, "")], "bench")
     KeptState("nord", "02_quantisation", "8_bits", "lessons").write()

@@ -15,11 +15,6 @@ from tests.tui.driving import PATIENCE, opened, until
 from tests.tui.lesson_choices import MOST, choices
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 async def test_a_screen_that_turned_idle_in_a_batch_is_painted_when_the_batch_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """Markdown and the footer hold a batch open over many turns of the event loop, also those of a screen that was left."""
     painted: set[Screen[Any]] = set()

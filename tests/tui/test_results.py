@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from textual.pilot import Pilot
-from textual.widgets import DataTable, Input, SelectionList, Static
+from textual.widgets import DataTable, Input, SelectionList
 
 from lathesim.cli.main import run_command_line
 from lathesim.lessons.lesson import load_lesson
@@ -16,23 +16,14 @@ from lathesim.record import load
 from lathesim.tui.app import LathesimApp
 from lathesim.tui.drawing.curves import PlotLine, Scaled
 from lathesim.tui.widgets.time_plot import TimePlot
-from tests.tui.driving import edit, opened, run_to_end, told
+from tests.tui.driving import answer, content, edit, opened, press, run_to_end, told
 from tests.tui.screen_words import words_of
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
-def tick_all(app: LathesimApp) -> None:
+async def show_all(app: LathesimApp, pilot: Pilot[None]) -> None:
+    """Show all runs on Results."""
+    await press(pilot, "f3")
     app.screen.query_one("#runs", SelectionList).select_all()
-
-
-async def answer(app: LathesimApp, pilot: Pilot[None], text: str) -> None:
-    """Answer the question of the dialog that is open."""
-    app.screen.query_one(Input).value = text
-    await pilot.press("enter")
     await pilot.pause()
 
 
@@ -42,20 +33,15 @@ async def test_a_student_doubles_the_gain_sees_the_error_fall_and_saves_what_run
         await run_to_end(app, pilot)
         for axis in ("x", "z"):
             await edit(app, pilot, f"{axis}_controller.proportional", "0.449 V/mm")
-        await pilot.press("ctrl+s")
-        await pilot.pause()
+        await press(pilot, "ctrl+s")
         await answer(app, pilot, "mine.yaml")
         await run_to_end(app, pilot)
-        await pilot.press("f3")
-        await pilot.pause()
-        tick_all(app)
-        await pilot.pause()
+        await show_all(app, pilot)
         table = app.screen.query_one(DataTable)
         errors = next(table.get_row_at(row) for row in range(table.row_count) if str(table.get_row_at(row)[0]) == "largest contour error")
         assert [str(cell) for cell in errors[1:]] == ["0.3379 mm", "0.6851 mm", "max_contour_error"]
         assert [name for _, name, _ in app.screen.query_one(TimePlot).named] == ["002", "001"]
-        await pilot.press("g")
-        await pilot.pause()
+        await press(pilot, "g")
         await answer(app, pilot, "both.png")
         assert Path("both.png").stat().st_size > 10_000
     assert run_command_line(["run", "mine.yaml", "--out", "again.h5", "--no-plots"]) == 0
@@ -64,22 +50,26 @@ async def test_a_student_doubles_the_gain_sees_the_error_fall_and_saves_what_run
     assert load_lesson("mine.yaml").variants == ()
 
 
-async def test_the_records_of_two_students_are_laid_over_each_other() -> None:
+async def test_the_records_of_two_students_are_laid_over_each_other_and_written_as_csv() -> None:
     for student, variant in (("anna", "I"), ("ben", "II")):
         Path(student).mkdir()
         assert run_command_line(["run", "01_contour_error", "--variant", variant, "--out", f"{student}/001.h5", "--no-plots"]) == 0
     async with opened("anna/001.h5") as (app, pilot):
+        assert app.current_mode == "results"
         app.screen.query_one(TimePlot).focus()
-        await pilot.press("o")
-        await pilot.pause()
+        await press(pilot, "w")
+        await press(pilot, "enter")
+        assert app.screen.query_one("#command").command == "lathesim export anna/001.h5 anna/001.csv"  # type: ignore[attr-defined]
+        assert Path("anna/001.csv").read_text(encoding="utf-8").startswith("time [s],interpolator.x_reference [m]")
+        app.screen.query_one(TimePlot).focus()
+        await press(pilot, "o")
         await answer(app, pilot, "ben/001.h5")
         assert {name for _, name, _ in app.screen.query_one(TimePlot).named} == {"anna/001", "ben/001"}
         assert "contour error in contact" in str(app.screen.query_one(TimePlot).border_title)
         columns = [str(column.label) for column in app.screen.query_one(DataTable).columns.values()]
         assert sorted(columns) == ["anna/001", "ben/001", "exact name", "metric"]
         app.screen.query_one(TimePlot).focus()
-        await pilot.press("g")
-        await pilot.pause()
+        await press(pilot, "g")
         await answer(app, pilot, "both.png")
         assert Path("both.png").stat().st_size > 10_000
 
@@ -91,8 +81,7 @@ async def test_a_file_that_cannot_be_written_is_told_and_the_rest_goes_on() -> N
         app.screen.query_one(TimePlot).focus()
         for key, name in (("w", "nowhere/old.csv"), ("g", "nowhere/old.png"), ("o", "nowhere/old.h5"), ("o", "old.csv")):
             before = told(app)
-            await pilot.press(key)
-            await pilot.pause()
+            await press(pilot, key)
             await answer(app, pilot, name)
             assert name in told(app).removeprefix(before), key
         assert app.screen.query_one(TimePlot).named
@@ -105,18 +94,13 @@ async def test_the_saved_figure_is_what_stands_on_the_screen(monkeypatch: pytest
         for variant in ("I", "II"):
             app.workbench.open_lesson("01_contour_error", variant)
             await run_to_end(app, pilot)
-        await pilot.press("f3")
-        await pilot.pause()
-        tick_all(app)
-        await pilot.pause()
+        await show_all(app, pilot)
         plot = app.screen.query_one(TimePlot)
         plot.focus()
         await pilot.press("plus", "right", "full_stop")
-        await pilot.press("g")
-        await pilot.pause()
+        await press(pilot, "g")
         assert app.screen.query_one("#answer", Input).value == "lathesim_runs/01_contour_error/002_001_contour_error.png"
-        await pilot.press("enter")
-        await pilot.pause()
+        await press(pilot, "enter")
         (figure,), shown = figures, plot.picture()
         panel = figure.axes[0]
         curves = [line for line in panel.lines if line.get_label() in ("002", "001")]
@@ -144,41 +128,34 @@ def test_a_part_that_is_zoomed_to_keeps_each_sample() -> None:
 async def test_cursors_range_spectrum_and_note_of_a_run() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
-        await pilot.press("f3")
-        await pilot.pause()
+        await press(pilot, "f3")
         app.screen.query_one(TimePlot).focus()
-        await pilot.press("t", "greater_than_sign", "greater_than_sign")
-        await pilot.pause()
-        words = str(app.screen.query_one("#cursor", Static).content)
+        await press(pilot, "t", "greater_than_sign", "greater_than_sign")
+        words = content(app, "#cursor")
         assert words.startswith("t = 3.")
         assert "contour error: " in words
         assert words.rstrip().endswith("m contour.contour_error")
-        await pilot.press("m", "greater_than_sign")
-        await pilot.pause()
-        words = str(app.screen.query_one("#cursor", Static).content)
+        await press(pilot, "m", "greater_than_sign")
+        words = content(app, "#cursor")
         assert "Δt = 1.8" in words
         assert ", Δ " in words
         plot = app.screen.query_one(TimePlot)
         for key, text in (("n", "soft: half the gain"), ("y", "-200 100")):
-            await pilot.press(key)
-            await pilot.pause()
+            await press(pilot, key)
             await answer(app, pilot, text)
         assert plot.picture().y_limits == (-200.0, 100.0)
         assert "soft: half the gain" in app.workbench.runs[0].title
-        await pilot.press("f")
-        await pilot.pause()
-        assert "contour error [µm]: largest " in str(app.screen.query_one("#cursor", Static).content)
+        await press(pilot, "f")
+        assert "contour error [µm]: largest " in content(app, "#cursor")
         assert plot.picture().x_label == "frequency / Hz"
-        await pilot.press("t", "plus")
-        await pilot.pause()
+        await press(pilot, "t", "plus")
         zoomed = plot.picture()
         for again in ("x", "t", "f5", "f3"):  # another view, another run, another screen
             await (run_to_end(app, pilot) if again == "f5" else pilot.press(again))
             await pilot.pause()
         assert app.screen.query_one("#runs", SelectionList).selected == [0]
         assert (plot.picture().x_limits, plot.picture().y_limits) == (zoomed.x_limits, zoomed.y_limits) != ((0.0, 18.48), (-200.0, 100.0))
-        await pilot.press("r", "e", "t")
-        await pilot.pause()
+        await press(pilot, "r", "e", "t")
         assert plot.picture().x_limits == (0.0, pytest.approx(18.48))
     assert Path("lathesim_runs/01_contour_error/001.note.txt").read_text(encoding="utf-8") == "soft: half the gain\n"
 
@@ -187,44 +164,24 @@ async def test_cursors_range_spectrum_and_note_of_a_run() -> None:
 async def test_every_view_is_drawn_and_its_figure_saved() -> None:
     async with opened() as (app, pilot):
         await run_to_end(app, pilot)
-        await pilot.press("f3")
-        await pilot.pause()
+        await press(pilot, "f3")
         app.screen.query_one(TimePlot).focus()
         for key in ("t", "x", "e", "u"):
-            await pilot.press(key)
-            await pilot.pause()
+            await press(pilot, key)
             assert app.screen.query_one(TimePlot).named
-            await pilot.press("g")
-            await pilot.pause()
+            await press(pilot, "g")
             await answer(app, pilot, f"{key}.svg")
             assert Path(f"{key}.svg").read_text(encoding="utf-8").startswith("<?xml")
-
-
-async def test_an_older_record_is_opened_by_the_command_and_written_as_csv() -> None:
-    assert run_command_line(["run", "01_contour_error", "--variant", "I", "--out", "old.h5", "--no-plots"]) == 0
-    async with opened("old.h5") as (app, pilot):
-        await pilot.pause()
-        assert app.current_mode == "results"
-        app.screen.query_one(TimePlot).focus()
-        await pilot.press("w")
-        await pilot.pause()
-        await pilot.press("enter")
-        await pilot.pause()
-        assert app.screen.query_one("#command").command == "lathesim export old.h5 old.csv"  # type: ignore[attr-defined]
-    assert Path("old.csv").read_text(encoding="utf-8").startswith("time [s],interpolator.x_reference [m]")
 
 
 async def test_a_record_that_is_gone_is_told_in_a_sentence() -> None:
     assert run_command_line(["run", "01_contour_error", "--variant", "I", "--no-plots"]) == 0
     async with opened() as (app, pilot):
-        await pilot.press("f3")
-        await pilot.pause()
+        await press(pilot, "f3")
         Path("lathesim_runs/01_contour_error/01_contour_error_I.h5").rename("lathesim_runs/other.h5")
-        tick_all(app)
-        await pilot.pause()
+        await show_all(app, pilot)
         assert "there is no" in told(app)
-        await pilot.press("o")
-        await pilot.pause()
+        await press(pilot, "o")
         assert "lathesim_runs/other.h5" in words_of(app.export_screenshot())
         await pilot.press("escape")
         await pilot.press("f2")

@@ -5,22 +5,16 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import pytest
-from textual.widgets import OptionList, Static
+from textual.widgets import OptionList
 
 from lathesim.analysis.metric import Measured, Measurements
 from lathesim.lessons.grading import MISSED, REACHED, UNFINISHED, Judgement, grade_file, judge_run
 from lathesim.lessons.lesson import load_lesson
 from lathesim.tui.model.student_book import StudentBook
-from tests.tui.driving import opened, run_to_end, until
+from tests.tui.driving import content, opened, run_to_end, until
 
 LESSON = "13_process_control"
 GOALS = ("cycle_time at most 10 s", "max_surface_roughness at most 1.6 um")
-
-
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
 
 
 def judged(cycle_time: float, roughness: float, status: str = "complete") -> Judgement:
@@ -54,7 +48,7 @@ async def test_the_app_ticks_a_lesson_as_grade_does() -> None:
         await until(pilot, lambda: app.screen.query_one("#lessons", OptionList).option_count > 1, "the lessons")
         listed = app.screen.query_one("#lessons", OptionList)
         assert str(listed.get_option_at_index(listed.highlighted or 0).prompt).startswith("• Process control of the cutt")
-        assert "runs so far: 2; no run met all of them together" in str(app.screen.query_one("#goals", Static).content)
+        assert "runs so far: 2; no run met all of them together" in content(app, "#goals")
         for run in app.workbench.runs:
             graded = grade_file(run.path, app.workbench.registry)
             assert run.live is not None

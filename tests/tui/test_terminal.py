@@ -23,11 +23,6 @@ RUNNING = re.compile(r"Time +(?!0\.00)\d+\.\d+ s")
 """The time on the bench, once it goes on."""
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 @pytest.fixture
 def terminal(tmp_path: Path) -> Iterator[Terminal]:
     if shutil.which("tmux") is None:
@@ -128,7 +123,6 @@ async def test_a_full_disk_is_told_and_the_run_is_still_shown(monkeypatch: pytes
         await until(pilot, lambda: bool(app.workbench.runs) and app.workbench.live is None, "the end of the run")
         await pilot.pause(0.5)
         assert "the disk is full" in words_of(app.export_screenshot()).replace("\n", " ")
-        await pilot.press("space")
-        await pilot.press("f4")
+        await pilot.press("space", "f4")
         await pilot.pause(0.2)
         assert app.screen.query_one("#value", Input)

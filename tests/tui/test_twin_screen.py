@@ -6,7 +6,7 @@ import asyncio
 from pathlib import Path
 
 import numpy as np
-from textual.widgets import Label, ProgressBar, Static
+from textual.widgets import Label, ProgressBar
 
 from lathesim.live.twin import Twin
 from lathesim.record import load
@@ -15,6 +15,7 @@ from lathesim.tui.widgets.time_plot import TimePlot
 from tests.live.campaign.cases import prepared, signals
 from tests.live.campaign.machines import MACHINES, PERIOD
 from tests.live.streams import Streamed
+from tests.tui.driving import content
 
 
 def twin_app(machine: str, seconds: float, out: Path | None = None, pause: float = 0.0) -> TwinApp:
@@ -25,11 +26,6 @@ def twin_app(machine: str, seconds: float, out: Path | None = None, pause: float
     return TwinApp(
         Twin(ready, Streamed(values, signals(machine), 100, pause), out, every=0.1), f"{ready.name} at stream", lambda: (37.0, 200.0)
     )
-
-
-def words(app: TwinApp, place: str) -> str:
-    """Return what a label says."""
-    return str(app.query_one(place, Static).content)
 
 
 async def test_an_axis_is_drawn_with_its_error_magnified_and_its_buffer() -> None:
@@ -43,8 +39,8 @@ async def test_an_axis_is_drawn_with_its_error_magnified_and_its_buffer() -> Non
         names = [name for _, name, _ in app.query_one("#path", TimePlot).named]
         assert names[0] == "reference"
         assert names[1].startswith("executed, difference x")
-        assert "6000 samples" in words(app, "#where") or "has ended" in words(app, "#where")
-        assert "x_scale.position" in words(app, "#said")
+        assert "6000 samples" in content(app, "#where") or "has ended" in content(app, "#where")
+        assert "x_scale.position" in content(app, "#said")
         assert "37 of 200 set-points" in str(app.query_one("#waiting", Label).content)
         assert app.query_one("#fill", ProgressBar).percentage == 37.0 / 200.0
         before = names[1]

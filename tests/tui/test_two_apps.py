@@ -16,11 +16,6 @@ from lathesim.whole_file import write_new
 from tests.tui.two_apps import together
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def bench(variant: str) -> Workbench:
     """Return a workbench with a case of the first lesson."""
     found = Workbench(lambda: load_registry([]))

@@ -1,17 +1,11 @@
-"""Apps that run lessons on one folder at the same time.
-
-``python -m tests.tui.two_apps`` drives two apps for five minutes, each in a process of its own. It counts the runs that each app called
-kept, the records that stand there, and the runs in the book. ``--minutes`` and ``--apps`` change the numbers.
-"""
+"""Apps that run lessons on one folder at the same time, each in a process of its own: ``python -m tests.tui.two_apps SECONDS``."""
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import json
 import subprocess
 import sys
-import tempfile
 import time
 from contextlib import chdir
 from dataclasses import dataclass
@@ -59,7 +53,7 @@ async def _run_on(seconds: float) -> list[str]:
 
 def together(folder: Path, apps: int, seconds: float) -> Outcome:
     """Drive several apps on one folder and return what became of their runs."""
-    command = [sys.executable, "-m", "tests.tui.two_apps", "--alone", str(seconds)]
+    command = [sys.executable, "-m", "tests.tui.two_apps", str(seconds)]
     working = [subprocess.Popen(command, cwd=folder, env=environment(), stdout=subprocess.PIPE, text=True) for _ in range(apps)]
     told = [(process.communicate()[0], process.returncode) for process in working]
     assert [code for _, code in told] == [0] * apps, told
@@ -71,22 +65,5 @@ def together(folder: Path, apps: int, seconds: float) -> Outcome:
         return Outcome(kept, records, StudentBook().entry(LESSON).tries)
 
 
-def main() -> int:
-    """Drive the apps and leave with 1 where something was lost."""
-    parser = argparse.ArgumentParser(description="Drive apps on one folder.")
-    parser.add_argument("--minutes", type=float, default=5.0)
-    parser.add_argument("--apps", type=int, default=2)
-    parser.add_argument("--alone", type=float, help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.alone is not None:
-        print(json.dumps(asyncio.run(_run_on(options.alone))))
-        return 0
-    with tempfile.TemporaryDirectory(prefix="two_apps_") as folder:
-        found = together(Path(folder), options.apps, 60.0 * options.minutes)
-    print(f"{len(found.called_kept)} runs kept by {options.apps} apps, {len(found.standing)} records, {found.noted} runs in the book")
-    print(f"lost or taken twice: {found.lost}")
-    return 0 if found.lost == 0 else 1
-
-
 if __name__ == "__main__":
-    raise SystemExit(main())
+    print(json.dumps(asyncio.run(_run_on(float(sys.argv[1])))))
