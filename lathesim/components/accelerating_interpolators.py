@@ -12,10 +12,10 @@ from lathesim.components.interpolator import (
     SLOWEST,
     ConstantVelocityInterpolator,
     follow_spindle,
+    point_on_path,
     turning_speed,
+    waiting,
     wanted_speed,
-    x_on_path,
-    z_on_path,
 )
 from lathesim.components.threads import NO_ANGLE, next_row, takes_time, walk_thread
 from lathesim.path_columns import DWELL, DWELL_PAUSE, FEED_MODE, KIND, LENGTH, THREAD
@@ -71,6 +71,17 @@ def ramp_speed(elapsed: float, way: float, start_speed: float, speed: float, acc
     return acceleration * rest if rest < peak / acceleration else peak
 
 
+def on_ramp(
+    length: float, begin: float, start_speed: float, speed: float, acceleration: float, share: float, lasts: float
+) -> tuple[float, float]:
+    """Return way [m] and path speed [m/s] after a ``share`` of the ramp from ``begin`` to the end of a block, stretched to last so long."""
+    way = length - begin
+    whole = ramp_time(way, start_speed, speed, acceleration)
+    elapsed = whole * share
+    path_speed = ramp_speed(elapsed, way, start_speed, speed, acceleration) * (whole / lasts)
+    return begin + ramp_way(elapsed, way, start_speed, speed, acceleration), path_speed
+
+
 class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
     """Gives the reference point of each sample; in every block the path speed rises from rest, stays, and falls to rest.
 
@@ -99,18 +110,12 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         rows = len(path)
         row = int(segment)
         if started < ON or done > ON or rows == 0:
-            if rows == 0 or (not takes_time(path, row) and next_row(path, row) >= rows):
-                done = 1.0
-            if rows > 0 and started < ON and not takes_time(path, row):
-                at_end = 1.0
+            at_end, done = waiting(path, row, started, at_end, done)
             return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done, index, plan_from, plan_start_speed, plan_samples
         if at_end > ON:
             row = next_row(path, row)
-            travelled = 0.0
-            samples_left = 0.0
-            planned_speed = -1.0
-            path_speed = 0.0
-            index = NO_ANGLE
+            travelled, samples_left, planned_speed, path_speed, index = 0.0, 0.0, -1.0, 0.0, NO_ANGLE
+        turning = turning_speed(path, row, travelled, spindle_speed, spindle_override, largest_spindle_speed)
         if path[row][KIND] == DWELL_PAUSE:
             if planned_speed < 0.0:
                 samples_left = max(1.0, math.ceil(path[row][DWELL] / sample_period - SAMPLE_SLACK) * 1.0)
@@ -118,8 +123,6 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
             samples_left -= 1.0
             path_speed = 0.0
         elif path[row][FEED_MODE] >= THREAD:
-            x = x_on_path(path, row, travelled)
-            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
             place, travelled, index, way, reached = follow_spindle(path, row, travelled, index, spindle_angle, turning, sample_period)
             row = int(place)
             path_speed = way / sample_period
@@ -127,8 +130,6 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
             planned_speed = 0.0
         else:
             length = path[row][LENGTH] * 1.0
-            x = x_on_path(path, row, travelled)
-            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
             wanted = wanted_speed(path, row, turning, feed_command, feed_override, rapid_speed)
             if wanted <= SLOWEST:
                 slower = max(0.0, path_speed - acceleration * sample_period)
@@ -145,12 +146,8 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
                     plan_samples = max(1.0, math.ceil(whole / sample_period - SAMPLE_SLACK) * 1.0)
                     samples_left = plan_samples
                 samples_left -= 1.0
-                way = length - plan_from
-                whole = ramp_time(way, plan_start_speed, planned_speed, acceleration)
-                elapsed = whole * (1.0 - samples_left / plan_samples)
-                travelled = plan_from + ramp_way(elapsed, way, plan_start_speed, planned_speed, acceleration)
-                stretch = whole / (plan_samples * sample_period)
-                path_speed = ramp_speed(elapsed, way, plan_start_speed, planned_speed, acceleration) * stretch
+                share, lasts = 1.0 - samples_left / plan_samples, plan_samples * sample_period
+                travelled, path_speed = on_ramp(length, plan_from, plan_start_speed, planned_speed, acceleration, share, lasts)
                 if samples_left < 1.0:
                     travelled = length
                     path_speed = 0.0
@@ -198,6 +195,25 @@ def mean_place(places: Any, integrals: Any, newest: int, width: float, sample_pe
     slope = (places[late] - places[before]) / sample_period
     rest = share * (places[late] - 0.5 * slope * share)
     return float((integrals[newest] - integrals[late] + rest) / width)
+
+
+def moved_mean(value: float, places: Any, integrals: Any, place: int, first: bool, width: float, sample_period: float) -> float:
+    """Return the mean over the last ``width`` [s] with a new value, which is written to its ``place`` in the rings.
+
+    The ``first`` one fills them: before the path begins the signal stands still.
+    """
+    cells = len(places)
+    if first:
+        for cell in range(cells):
+            places[cell] = value
+            integrals[cell] = value * sample_period * (cell - place)
+            if cell > place:
+                integrals[cell] -= value * sample_period * cells
+    else:
+        before = place - 1 if place > 0 else cells - 1
+        places[place] = value
+        integrals[place] = integrals[before] + 0.5 * sample_period * (places[before] + value)
+    return mean_place(places, integrals, place, width, sample_period)
 
 
 class JerkLimitedInterpolator(ConstantVelocityInterpolator):
@@ -264,8 +280,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
                     continue
                 wanted = 0.0
                 if path[row][KIND] != DWELL_PAUSE:
-                    x = x_on_path(path, row, travelled)
-                    turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
+                    turning = turning_speed(path, row, travelled, spindle_speed, spindle_override, largest_spindle_speed)
                     wanted = wanted_speed(path, row, turning, feed_command, feed_override, rapid_speed)
                     if speed_of_block <= 0.0:
                         speed_of_block = wanted
@@ -293,27 +308,10 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
         else:
             at_end = 1.0
         done = 1.0 if at_end > ON and elapsed >= averaging else 0.0
-        x, z = 0.0, 0.0
-        if rows > 0:
-            x, z = x_on_path(path, row, travelled), z_on_path(path, row, travelled)
-        cells = len(x_places)
-        place = int(newest)
-        if first:
-            for cell in range(cells):
-                x_places[cell], z_places[cell] = x, z
-                x_integrals[cell] = x * sample_period * (cell - place)
-                z_integrals[cell] = z * sample_period * (cell - place)
-                if cell > place:
-                    x_integrals[cell] -= x * sample_period * cells
-                    z_integrals[cell] -= z * sample_period * cells
-        else:
-            before = place
-            place = place + 1 if place + 1 < cells else 0
-            x_places[place], z_places[place] = x, z
-            x_integrals[place] = x_integrals[before] + 0.5 * sample_period * (x_places[before] + x)
-            z_integrals[place] = z_integrals[before] + 0.5 * sample_period * (z_places[before] + z)
-        x_now = mean_place(x_places, x_integrals, place, averaging, sample_period)
-        z_now = mean_place(z_places, z_integrals, place, averaging, sample_period)
+        x, z = point_on_path(path, row, travelled) if rows > 0 else (0.0, 0.0)
+        place = int(newest) if first else (int(newest) + 1) % len(x_places)
+        x_now = moved_mean(x, x_places, x_integrals, place, first, averaging, sample_period)
+        z_now = moved_mean(z, z_places, z_integrals, place, first, averaging, sample_period)
         x_rate = 0.0 if first else (x_now - x_mean) / sample_period
         z_rate = 0.0 if first else (z_now - z_mean) / sample_period
         return (

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter, Table
 from lathesim.components.free_paths import CURVE_COLUMNS, EXAMPLE_CURVE, curvature_at, nearest_on, point_of
-from lathesim.components.interpolator import EXAMPLE_PATH, tangent_on_path, x_on_path, z_on_path
+from lathesim.components.interpolator import EXAMPLE_PATH, point_on_path, tangent_on_path
 from lathesim.components.threads import TWO_PI
 from lathesim.path_columns import (
     ARC_MOVE,
@@ -119,8 +119,8 @@ def along_row(path: Any, row: int, x: float, z: float) -> float:
 
 def distance_at(path: Any, row: int, way: float, x: float, z: float) -> float:
     """Return how far (x, z) is from the point a way along a row [m]."""
-    off_x = x_on_path(path, row, way) - x
-    off_z = z_on_path(path, row, way) - z
+    on_x, on_z = point_on_path(path, row, way)
+    off_x, off_z = on_x - x, on_z - z
     return math.sqrt(off_x * off_x + off_z * off_z)
 
 
@@ -228,8 +228,7 @@ class FootPoint(Component):
                 x_position + deviation * normal_x, z_position + deviation * normal_z,
             )  # fmt: skip
         way = along_row(path, here, x_position, z_position)
-        foot_x = x_on_path(path, here, way)
-        foot_z = z_on_path(path, here, way)
+        foot_x, foot_z = point_on_path(path, here, way)
         along_x = direction_x
         along_z = direction_z
         if path[here][KIND] <= ARC_MOVE and path[here][LENGTH] > 0.0:

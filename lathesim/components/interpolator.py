@@ -99,32 +99,23 @@ def programmed_spindle(path: Any, row: int, x: float, override: float, largest: 
     return within(speed, -largest, largest)
 
 
-def x_on_path(path: Any, row: int, travelled: float) -> float:
-    """Return the radius [m] of the point ``travelled`` [m] along a segment; arcs lie on the true circle, a tap runs beyond its bottom."""
+def point_on_path(path: Any, row: int, travelled: float) -> tuple[float, float]:
+    """Return radius and z position [m] of the point ``travelled`` [m] along a segment.
+
+    Arcs lie on the true circle; a tap runs beyond its bottom.
+    """
     kind = path[row][KIND]
     length = path[row][LENGTH]
     if kind > ARC_MOVE or length <= 0.0 or (travelled <= 0.0 and path[row][FEED_MODE] != TAP_OUT):
-        return float(path[row][START_X])
+        return float(path[row][START_X]), float(path[row][START_Z])
     if travelled >= length:
-        return float(path[row][END_X])
+        return float(path[row][END_X]), float(path[row][END_Z])
     if kind == ARC_MOVE:
         angle = path[row][START_ANGLE] + path[row][SWEEP] * travelled / length
-        return float(path[row][CENTRE_X] + path[row][RADIUS] * math.sin(angle))
-    return float(path[row][START_X] + (path[row][END_X] - path[row][START_X]) * (travelled / length))
-
-
-def z_on_path(path: Any, row: int, travelled: float) -> float:
-    """Return the z position [m] of the point ``travelled`` [m] along a segment."""
-    kind = path[row][KIND]
-    length = path[row][LENGTH]
-    if kind > ARC_MOVE or length <= 0.0 or (travelled <= 0.0 and path[row][FEED_MODE] != TAP_OUT):
-        return float(path[row][START_Z])
-    if travelled >= length:
-        return float(path[row][END_Z])
-    if kind == ARC_MOVE:
-        angle = path[row][START_ANGLE] + path[row][SWEEP] * travelled / length
-        return float(path[row][CENTRE_Z] + path[row][RADIUS] * math.cos(angle))
-    return float(path[row][START_Z] + (path[row][END_Z] - path[row][START_Z]) * (travelled / length))
+        x = path[row][CENTRE_X] + path[row][RADIUS] * math.sin(angle)
+        return float(x), float(path[row][CENTRE_Z] + path[row][RADIUS] * math.cos(angle))
+    x = path[row][START_X] + (path[row][END_X] - path[row][START_X]) * (travelled / length)
+    return float(x), float(path[row][START_Z] + (path[row][END_Z] - path[row][START_Z]) * (travelled / length))
 
 
 def tangent_on_path(path: Any, row: int, travelled: float) -> tuple[float, float]:
@@ -137,9 +128,12 @@ def tangent_on_path(path: Any, row: int, travelled: float) -> tuple[float, float
     return (path[row][END_X] - path[row][START_X]) / length, (path[row][END_Z] - path[row][START_Z]) / length
 
 
-def turning_speed(path: Any, row: int, x: float, spindle_speed: float, override: float, largest: float) -> float:
+def turning_speed(path: Any, row: int, travelled: float, spindle_speed: float, override: float, largest: float) -> float:
     """Return the spindle speed [rad/s] that feeds per revolution follow: the actual one, and where none is wired the programmed one."""
-    return programmed_spindle(path, row, x, override, largest) if spindle_speed >= NOT_WIRED else spindle_speed
+    if spindle_speed < NOT_WIRED:
+        return spindle_speed
+    x, _ = point_on_path(path, row, travelled)
+    return programmed_spindle(path, row, x, override, largest)
 
 
 def wanted_speed(path: Any, row: int, turning: float, feed_command: float, feed_override: float, rapid_speed: float) -> float:
@@ -164,6 +158,15 @@ def follow_spindle(
         index = index if index > NO_ANGLE else 0.0
         angle = angle_of_speed(path, row, travelled, index, wanted * sample_period)
     return walk_thread(path, row, travelled, index, angle)
+
+
+def waiting(path: Any, row: int, started: float, at_end: float, done: float) -> tuple[float, float]:
+    """Return ``at_end`` and ``done`` of a path that has not begun, is over, or has no rows: a row that takes no time is at its end."""
+    if len(path) == 0:
+        return at_end, 1.0
+    if takes_time(path, row):
+        return at_end, done
+    return (1.0 if started < ON else at_end), (1.0 if next_row(path, row) >= len(path) else done)
 
 
 class ConstantVelocityInterpolator(Component):
@@ -238,18 +241,13 @@ class ConstantVelocityInterpolator(Component):
         rows = len(path)
         row = int(segment)
         if started < ON or done > ON or rows == 0:
-            if rows == 0 or (not takes_time(path, row) and next_row(path, row) >= rows):
-                done = 1.0
-            if rows > 0 and started < ON and not takes_time(path, row):
-                at_end = 1.0
+            at_end, done = waiting(path, row, started, at_end, done)
             return segment, travelled, samples_left, planned_speed, 0.0, at_end, 1.0, done, index
         if at_end > ON:
             row = next_row(path, row)
-            travelled = 0.0
-            samples_left = 0.0
-            planned_speed = -1.0
-            index = NO_ANGLE
+            travelled, samples_left, planned_speed, index = 0.0, 0.0, -1.0, NO_ANGLE
         reached = 0.0
+        turning = turning_speed(path, row, travelled, spindle_speed, spindle_override, largest_spindle_speed)
         if path[row][KIND] == DWELL_PAUSE:
             if planned_speed < 0.0:
                 samples_left = max(1.0, math.ceil(path[row][DWELL] / sample_period - SAMPLE_SLACK) * 1.0)
@@ -258,16 +256,12 @@ class ConstantVelocityInterpolator(Component):
             reached = 1.0 if samples_left < 1.0 else 0.0
             path_speed = 0.0
         elif path[row][FEED_MODE] >= THREAD:
-            x = x_on_path(path, row, travelled)
-            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
             place, travelled, index, way, reached = follow_spindle(path, row, travelled, index, spindle_angle, turning, sample_period)
             row = int(place)
             path_speed = way / sample_period
             planned_speed = 0.0
         else:
             length = float(path[row][LENGTH])
-            x = x_on_path(path, row, travelled)
-            turning = turning_speed(path, row, x, spindle_speed, spindle_override, largest_spindle_speed)
             wanted = wanted_speed(path, row, turning, feed_command, feed_override, rapid_speed)
             if wanted <= SLOWEST:
                 path_speed = 0.0
@@ -301,8 +295,7 @@ class ConstantVelocityInterpolator(Component):
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0
         row = int(segment)
         kind = path[row][KIND] * 1.0
-        x = x_on_path(path, row, travelled)
-        z = z_on_path(path, row, travelled)
+        x, z = point_on_path(path, row, travelled)
         way = motion_row(path, row)
         along = travelled
         if way < row:

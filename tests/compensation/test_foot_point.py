@@ -9,7 +9,7 @@ import pytest
 
 from lathesim.components.contour_error import FootPoint, along_row, distance_at, foot_row
 from lathesim.components.free_paths import curvature_at, nearest_on, point_of
-from lathesim.components.interpolator import x_on_path, z_on_path
+from lathesim.components.interpolator import point_on_path
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.path_columns import PATH_COLUMNS
@@ -45,10 +45,10 @@ def test_the_foot_point_on_lines_and_arcs_is_the_true_one() -> None:
             path = [arc(tuple(rng.uniform(-0.05, 0.05, 2)), radius, rng.uniform(-3.0, 3.0), rng.choice([-1, 1]) * rng.uniform(0.2, 6.0))]
             reach = 0.5 * radius
         way = rng.uniform(0.0, path[0][1])
-        on = np.array([x_on_path(path, 0, way), z_on_path(path, 0, way)])
+        on = np.array(point_on_path(path, 0, way))
         near = (
-            np.array([x_on_path(path, 0, w) for w in (way - 1e-7, way + 1e-7)]),
-            np.array([z_on_path(path, 0, w) for w in (way - 1e-7, way + 1e-7)]),
+            np.array([point_on_path(path, 0, w)[0] for w in (way - 1e-7, way + 1e-7)]),
+            np.array([point_on_path(path, 0, w)[1] for w in (way - 1e-7, way + 1e-7)]),
         )
         along = np.array([near[0][1] - near[0][0], near[1][1] - near[1][0]])
         if not 1e-6 < way < path[0][1] - 1e-6:
@@ -59,7 +59,7 @@ def test_the_foot_point_on_lines_and_arcs_is_the_true_one() -> None:
         off = rng.uniform(-reach, reach)
         x, z = on + off * normal
         found = along_row(path, 0, x, z)
-        foot = np.array([x_on_path(path, 0, found), z_on_path(path, 0, found)])
+        foot = np.array(point_on_path(path, 0, found))
         assert np.hypot(*(foot - on)) < (1e-9 if path[0][0] == 2.0 else 2e-9 + 1e-7 * abs(off))
         assert abs(distance_at(path, 0, found, x, z) - abs(off)) < 1e-9
 
