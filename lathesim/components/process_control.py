@@ -46,7 +46,7 @@ def process_gain(force_gain: float, depth_exponent: float, speed_exponent: float
     return force_gain * math.pow(depth / MILLIMETRE, depth_exponent) * math.pow(speed / KILOMETRE_PER_MINUTE, speed_exponent)
 
 
-class NonlinearProcessController(Component):
+class NonlinearProcessController(ProgrammedFeed):
     """Gives the feed that brings a force (or torque, or power) to its reference, by integral control of u = f^alpha.
 
         model F = theta f^alpha,  theta = K d^beta V^gamma;   du/dt = Ki (F_r - F),  Ki = 1/(tau theta);   f = u^(1/alpha)
@@ -57,13 +57,7 @@ class NonlinearProcessController(Component):
     R. G. Landers (2004), equations (25), (26), (38). Left out: a model of the dynamics between feed and force.
     """
 
-    group = "controllers"
-
     ports = {"measured": "measured"}
-
-    measured = Input("{signal}", doc="measured force, torque or power")
-    programmed_feed = Input("m", doc="feed per revolution of the interpolator")
-    cutting_block = Input("1", doc="1 in blocks run at feed")
 
     reference = Parameter("{signal}", 500.0, low=0.0, doc="wanted force, torque or power")
     force_gain = Parameter("{signal}", 7705.0, low=1e-6, doc="estimated K: what is measured at 1 mm feed, 1 mm depth, 1 km/min")
@@ -77,8 +71,6 @@ class NonlinearProcessController(Component):
     largest_feed = Parameter("m", 5e-4, low=1e-12, high=0.1, doc="largest commanded feed")
 
     held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
-
-    feed_command = Output("m", doc="commanded feed per revolution; below zero: none")
 
     @staticmethod
     def update(
@@ -100,7 +92,7 @@ class NonlinearProcessController(Component):
         return within(MILLIMETRE * math.pow(control, 1.0 / feed_exponent), smallest_feed, largest_feed)
 
     @staticmethod
-    def output(held_feed: float) -> float:
+    def output(held_feed: float) -> float:  # type: ignore[override]  # a law's arguments are its own
         """Hold over the sample."""
         return held_feed
 
@@ -121,8 +113,6 @@ class LinearizationProcessController(NonlinearProcessController):
     Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equations (25), (27), (28).
     """
 
-    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
-
     @staticmethod
     def update(
         measured: float, programmed_feed: float, cutting_block: float, reference: float, force_gain: float, feed_exponent: float,
@@ -142,7 +132,7 @@ class LinearizationProcessController(NonlinearProcessController):
         return within(feed, smallest_feed, largest_feed)
 
 
-class LogTransformProcessController(Component):
+class LogTransformProcessController(ProgrammedFeed):
     """Gives the feed that brings a force (or torque, or power) to its reference, by integral control of ln f.
 
         model ln F = ln theta + alpha ln f;   d(ln f)/dt = Ki (ln F_r - ln F),  Ki = 1/(tau alpha)
@@ -153,14 +143,8 @@ class LogTransformProcessController(Component):
     Source: L. Harder, Cutting Force Control in Turning, PhD thesis, KTH Stockholm (1995); J. Liu, R. G. Landers (2004), (29), (30).
     """
 
-    group = "controllers"
-
     breaks_where: ClassVar[str] = "ln F is required of a force that is not above zero, while smallest_measured is 0"
     ports = {"measured": "measured"}
-
-    measured = Input("{signal}", doc="measured force, torque or power")
-    programmed_feed = Input("m", doc="feed per revolution of the interpolator")
-    cutting_block = Input("1", doc="1 in blocks run at feed")
 
     reference = Parameter("{signal}", 500.0, low=1e-9, doc="wanted force, torque or power")
     feed_exponent = Parameter("1", 0.891, low=0.05, high=3.0, doc="estimated alpha")
@@ -170,8 +154,6 @@ class LogTransformProcessController(Component):
     largest_feed = Parameter("m", 5e-4, low=1e-12, high=0.1, doc="largest commanded feed")
 
     held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
-
-    feed_command = Output("m", doc="commanded feed per revolution; below zero: none")
 
     @staticmethod
     def update(
@@ -192,12 +174,12 @@ class LogTransformProcessController(Component):
         return within(held_feed * math.exp(change), smallest_feed, largest_feed)
 
     @staticmethod
-    def output(held_feed: float) -> float:
+    def output(held_feed: float) -> float:  # type: ignore[override]  # a law's arguments are its own
         """Hold over the sample."""
         return held_feed
 
 
-class AdaptiveProcessController(Component):
+class AdaptiveProcessController(ProgrammedFeed):
     """Gives the feed that brings a force (or torque, or power) to its reference, with the gain of the process estimated on line.
 
         model F = theta f;   recursive least squares with forgetting factor lambda and covariance P:
@@ -212,13 +194,7 @@ class AdaptiveProcessController(Component):
     where (32) is misprinted, it means the rate of the feed. Left out: dynamics between feed and force.
     """
 
-    group = "controllers"
-
     ports = {"measured": "measured"}
-
-    measured = Input("{signal}", doc="measured force, torque or power")
-    programmed_feed = Input("m", doc="feed per revolution of the interpolator")
-    cutting_block = Input("1", doc="1 in blocks run at feed")
 
     reference = Parameter("{signal}", 500.0, low=0.0, doc="wanted force, torque or power")
     pole = Parameter("1", 0.9875778004938814, low=0.0, high=0.99999, doc="wanted pole of the closed loop, exp(-T/tau)")
@@ -235,7 +211,6 @@ class AdaptiveProcessController(Component):
     held_estimate = DiscreteState("{signal}", doc="estimate of theta")
     held_covariance = DiscreteState("1", doc="covariance of the estimate; 0: not begun")
 
-    feed_command = Output("m", doc="commanded feed per revolution; below zero: none")
     estimate = Output("{signal}", doc="estimate of theta: what is measured at 1 mm feed")
     covariance = Output("1", doc="covariance of the estimate")
 
@@ -267,6 +242,6 @@ class AdaptiveProcessController(Component):
         return within(held_feed + change, smallest_feed, largest_feed), estimate, covariance
 
     @staticmethod
-    def output(held_feed: float, held_estimate: float, held_covariance: float) -> tuple[float, float, float]:
+    def output(held_feed: float, held_estimate: float, held_covariance: float) -> tuple[float, float, float]:  # type: ignore[override]  # a law's arguments are its own
         """Hold over the sample."""
         return held_feed, held_estimate, held_covariance

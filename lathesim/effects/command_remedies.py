@@ -6,7 +6,7 @@ import math
 
 from lathesim.component import DiscreteState, Input, Parameter
 from lathesim.effects.effect import harmonic_parameters, harmonics
-from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy, Sizes, followed
+from lathesim.effects.remedy import EffectAtLoop, ModelledRemedy, Remedy, Sizes, followed, with_added
 
 DEAD_ZONE_SHARE = 0.9
 """Share of a dead zone that is stepped over: the whole of it swings about rest."""
@@ -184,10 +184,7 @@ class FrictionFeedforward(ModelledRemedy):
             size = size + amplitude * (math.sin(angle) + harmonics(angle, second_sine, second_cosine, third_sine, third_cosine))
         return position, rate, direction, direction * size + difference * abs(speed)
 
-    @staticmethod
-    def output(incoming: float, share: float, added: float) -> float:
-        """Add it."""
-        return incoming if share == 0.0 else incoming + share * added
+    output = staticmethod(with_added)
 
 
 class MotionFeedforward(ModelledRemedy):
@@ -229,10 +226,7 @@ class MotionFeedforward(ModelledRemedy):
         jerk = (rise - slope) / sample_period
         return position, rate, rise, velocity_gain * 0.5 * (rate + model_rate) + acceleration_gain * rise + jerk_gain * jerk
 
-    @staticmethod
-    def output(incoming: float, share: float, added: float) -> float:
-        """Add it."""
-        return incoming if share == 0.0 else incoming + share * added
+    output = staticmethod(with_added)
 
 
 class RippleFeedforward(Remedy):
@@ -282,7 +276,4 @@ class RippleFeedforward(Remedy):
         angle = 2.0 * math.pi * (measured + (0.5 + lead / sample_period) * moved) / period
         return measured, amplitude * math.sin(angle + phase) + second * math.sin(2.0 * angle + second_phase)
 
-    @staticmethod
-    def output(incoming: float, share: float, added: float) -> float:
-        """Add it."""
-        return incoming if share == 0.0 else incoming + share * added
+    output = staticmethod(with_added)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.component import ON, DiscreteState, Input, Output, Parameter, Table
-from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed
+from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed, with_added
 
 
 def interpolated(table: Any, at: float, column: int) -> float:
@@ -312,10 +312,7 @@ class BacklashShift(ModelledRemedy):
             wanted = 0.0
         return position, rate, side, since, begin, wanted, shift, ahead(before, shift, wanted, lag, inner, sample_period)
 
-    @staticmethod
-    def output(incoming: float, share: float, added: float) -> float:
-        """Shift the reference."""
-        return incoming if share == 0.0 else incoming + share * added
+    output = staticmethod(with_added)
 
 
 class ReversalPulse(ModelledRemedy):

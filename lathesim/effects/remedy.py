@@ -106,6 +106,11 @@ class Remedy(Effect):
             return incoming
 
 
+def with_added(incoming: float, share: float, added: float) -> float:
+    """Return what the control would send with the share of what is added in this sample: the law of many a remedy."""
+    return incoming if share == 0.0 else incoming + share * added
+
+
 SHORTEST = 1.0e-7
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Input, Memory, Parameter, State
-from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed
+from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed, with_added
 
 _TWO_HALVES = 1.5
 """Number of the kind of shaper below which it spreads over one half period, and above which over two."""
@@ -53,10 +53,7 @@ class ComplianceShift(ModelledRemedy):
         wanted = per_speed * rate + per_acceleration * slope
         return position, rate, wanted, shift, ahead(before, shift, wanted, lag, inner, sample_period)
 
-    @staticmethod
-    def output(incoming: float, share: float, added: float) -> float:
-        """Shift the reference."""
-        return incoming if share == 0.0 else incoming + share * added
+    output = staticmethod(with_added)
 
 
 class SwingModel(ModelledRemedy):
