@@ -29,6 +29,19 @@ HALVES = {"diagnosis": 3, "recordings": 1, "stability": 2, "tui": 4}
 """Comparisons with a bare half of folders that have any; a flag is compared with ``ON``, anything else with a name: they only fall."""
 ON_TEXT = {"experiments": 9, "live": 17, "program": 12, "recordings": 14, "stability": 11}
 """Decisions of each folder on how a text begins or ends, or on a name; of these folders most read files: numbers that only fall."""
+FIELDS, ARGUMENTS, LENGTH = 12, 8, 60
+"""Fields of a dataclass, arguments of a function that is no law of a part, and lines of a function: what a reader keeps in mind."""
+WIDE = {
+    "CandidateSettings", "Candidate", "Diagnosis", "ExplainingSettings", "FoundEffect", "FrozenLimits", "Identification", "LineLimits",
+    "Method", "SignalMapping", "Simulator", "TapLimits", "WatchMemory",
+}  # fmt: skip
+"""Dataclasses with more fields, a set that only shrinks; authors of plug-ins write an ``Identification``, of few entries."""
+MANY_ARGUMENTS = {
+    "_fitting", "_outcome", "_over_a_sample", "fit", "limited_pid", "rig", "Playing.__init__"
+}  # fmt: skip
+"""Functions with more arguments, a set that only shrinks. ``limited_pid`` and ``_over_a_sample`` are parts of laws, of floats alone."""
+LONG = {"JerkLimitedInterpolator.update"}
+"""Functions with more lines, a set that only shrinks."""
 REPEATED: set[str] = set()
 """File names that several folders have: a set that only shrinks."""
 VAGUE = re.compile(r"(\w+_)?(utils?|helpers?|managers?)|common|base|misc|tools|stuff")
@@ -71,6 +84,28 @@ def begins_oddly(path: Path) -> list[str]:
     return [node.name for node in functions if (ast.get_docstring(node) or "").startswith(UNCLEAR)]
 
 
+def named(node: ast.AST, prefix: str = "") -> Iterator[tuple[str, Definition]]:
+    """Return all classes and functions inside a node, with the names of the classes that they stand in."""
+    for item in ast.iter_child_nodes(node):
+        own = f"{prefix}{item.name}" if isinstance(item, Definition) else ""
+        if isinstance(item, Definition):
+            yield own, item
+        yield from named(item, f"{own}." if isinstance(item, ast.ClassDef) else "" if own else prefix)
+
+
+def fields(node: ast.ClassDef) -> int:
+    """Return how many fields a dataclass has, 0 for any other class."""
+    if not any("dataclass" in ast.unparse(mark) for mark in node.decorator_list):
+        return 0
+    return sum(isinstance(item, ast.AnnAssign) and "ClassVar" not in ast.unparse(item.annotation) for item in node.body)
+
+
+def arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Return how many arguments a function takes beside its instance or class."""
+    own = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+    return len(own) - bool(own and own[0].arg in ("self", "cls"))
+
+
 def halves(tree: ast.Module) -> Iterator[int]:
     """Return the lines of comparisons of something with 0.5."""
     for node in ast.walk(tree):
@@ -108,6 +143,15 @@ def test_no_comparison_with_a_nameless_number_and_no_decision_on_a_text_comes_up
             found[path.relative_to(PACKAGE).parts[0]] += len(list(counted(parsed(path))))
         folders = most if most is ON_TEXT else found
         assert {folder: found[folder] for folder in folders if found[folder] > most.get(folder, 0)} == {}
+
+
+def test_no_more_dataclasses_are_wide_and_no_more_functions_long_or_of_many_arguments() -> None:
+    everything = [item for path in MODULES for item in named(parsed(path))]
+    functions = [(name, node) for name, node in everything if not isinstance(node, ast.ClassDef)]
+    laws = {name for name, node in functions if "." in name and LAW.fullmatch(node.name)}
+    assert {name for name, node in everything if isinstance(node, ast.ClassDef) and fields(node) > FIELDS} <= WIDE
+    assert {name for name, node in functions if name not in laws and arguments(node) > ARGUMENTS} <= MANY_ARGUMENTS
+    assert {name for name, node in functions if (node.end_lineno or 0) - node.lineno + 1 > LENGTH} <= LONG
 
 
 def test_no_constant_of_a_module_is_given_twice() -> None:
