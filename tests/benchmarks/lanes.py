@@ -6,11 +6,8 @@ same. What is compiled ahead is not measured. Runs are a multiple of 16, but for
 
 from __future__ import annotations
 
-import os
 import statistics
-import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,13 +15,14 @@ from unittest.mock import patch
 
 import numpy as np
 
-from lathesim.cli.speed.bench_rows import Tell, cpu_seconds, measured_on, measured_on_line, seconds_text
+from lathesim.cli.speed.bench_rows import Tell, cpu_seconds, measured_on_line, seconds_text
 from lathesim.cli.writing import CommandResult
 from lathesim.engine import batch, lanes
 from lathesim.engine.assembly import FloatArray
 from lathesim.engine.batch import Batch
 from lathesim.engine.lane_text import LANES
 from lathesim.engine.wiring import Plan
+from tests.benchmarks.held import Held, clock, held_result, in_child, last
 from tests.benchmarks.servo_axis import VARIED, no_compiler, samples_of, servo_in_c, servo_plan, spread
 
 ALONE = 12
@@ -41,7 +39,7 @@ _MEMORY_RUNS = (400, 4000)
 
 
 @dataclass(frozen=True)
-class LaneFigure:
+class LaneFigure(Held):
     """A ratio, the bar it is held against, and the processor times [s] of one run behind it, where it is one of times."""
 
     name: str
@@ -50,11 +48,6 @@ class LaneFigure:
     is_at_least: bool
     alone_s: float | None = None
     together_s: float | None = None
-
-    @property
-    def is_within(self) -> bool:
-        """Whether the bar is kept."""
-        return self.value >= self.bar if self.is_at_least else self.value <= self.bar
 
 
 @dataclass(frozen=True)
@@ -70,19 +63,15 @@ class Work:
 def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Measure runs side by side."""
     figures, left_out = lane_figures(3 if quick else 5, quick=quick, tell=tell)
-    rows = [{**vars(figure), "is_within": figure.is_within} for figure in figures]
-    data = {"rows": rows, "skipped": left_out, "machine": measured_on()}
-    return CommandResult(
-        "lathesim-bench-lanes/1", data, _lines(figures, left_out), code=int(any(not figure.is_within for figure in figures))
-    ), []
+    return held_result("lathesim-bench-lanes/1", figures, _lines(figures, left_out), skipped=left_out)
 
 
 def _lines(figures: Sequence[LaneFigure], left_out: Sequence[str]) -> Iterator[str]:
     yield "| ratio | before | after | value | bar | |\n|---|---:|---:|---:|---:|---|"
     for figure in figures:
-        word, sign = "at least" if figure.is_at_least else "at most", "kept" if figure.is_within else "MISSED"
+        word = "at least" if figure.is_at_least else "at most"
         before, after = ("" if value is None else seconds_text(value) for value in (figure.alone_s, figure.together_s))
-        yield f"| {figure.name} | {before} | {after} | {figure.value:.3g} | {word} {figure.bar:g} | {sign} |"
+        yield f"| {figure.name} | {before} | {after} | {figure.value:.3g} | {word} {figure.bar:g} | {figure.sign} |"
     yield "\n".join(["", *(f"Left out: {item}." for item in left_out), measured_on_line()])
 
 
@@ -133,7 +122,7 @@ def _in_turns(calls: Sequence[Callable[[], object]], rounds: int) -> list[float]
 def batch_work(name: str, bar: float, plan: Plan, samples: int, names: Sequence[str], runs: int = 4 * LANES) -> Work:
     """Return a batch of a plan, each of its runs reduced to one number."""
     made = Batch(plan, samples, threads=1)
-    return Work(name, bar, spread(plan, names, runs), lambda values: made.run(names, values, _last))
+    return Work(name, bar, spread(plan, names, runs), lambda values: made.run(names, values, last))
 
 
 def _servo_works(quick: bool) -> list[Work]:
@@ -211,7 +200,7 @@ def _against_c(rounds: int) -> LaneFigure:
     def by_hand() -> None:
         for first in range(0, len(work.values), LANES):
             for record in in_c(work.values[first : first + LANES]):
-                _last(record.T)
+                last(record.T)
 
     engine, hand = (seconds / len(work.values) for seconds in _in_turns([lambda: work.run(work.values), by_hand], rounds))
     return LaneFigure("servo axis: side by side over C with 16 lanes", engine / hand, 1.25, False, hand, engine)
@@ -231,14 +220,8 @@ def _jacobian(rounds: int) -> LaneFigure:
 
 def _memory() -> LaneFigure:
     """Return the largest memory of a process that makes ten times as many runs over that with fewer."""
-    few, many = (float(_child(runs)) for runs in _MEMORY_RUNS)
+    few, many = (float(in_child(__name__, str(runs))) for runs in _MEMORY_RUNS)
     return LaneFigure(f"memory of {_MEMORY_RUNS[1]} runs over {_MEMORY_RUNS[0]} runs ({many:.0f} MB)", many / few, 1.05, False)
-
-
-def _child(runs: int) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    command = [sys.executable, "-m", __name__, str(runs)]
-    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
 
 
 def _memory_here(runs: int) -> str:
@@ -257,19 +240,9 @@ def _threads(rounds: int) -> LaneFigure:
     two = Batch(plan, samples_of(plan), threads=2)
     gains = []
     for _ in range(rounds):
-        first, second = _clock(lambda: work.run(work.values)), _clock(lambda: two.run(VARIED, work.values, _last))
+        first, second = clock(lambda: work.run(work.values)), clock(lambda: two.run(VARIED, work.values, last))
         gains.append(first / second)
     return LaneFigure("two threads against one, by the clock", statistics.median(gains), 1.7, True)
-
-
-def _clock(call: Callable[[], object]) -> float:
-    begun = time.perf_counter()
-    call()
-    return time.perf_counter() - begun
-
-
-def _last(record: FloatArray) -> float:
-    return float(record[0, -1])
 
 
 if __name__ == "__main__":

@@ -5,9 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
@@ -34,6 +32,7 @@ from lathesim.cli.speed.bench_rows import (
 from lathesim.cli.writing import CommandResult
 from lathesim.engine.wiring import Plan
 from lathesim.whole_file import make_folder
+from tests.benchmarks.held import clock, in_child, last
 from tests.benchmarks.many_axes import axes_plan
 
 AXES = (1, 2, 5, 10, 20, 50)
@@ -197,7 +196,7 @@ def scale_series(work: Work, rounds: int, *, quick: bool, tell: Tell) -> list[Se
     calls = {}
     for number in RUNS[:4] if quick else RUNS:
         values = _values(work, number)
-        calls[number] = lambda values=values: batch.run([_PARAMETER], values, _last)  # type: ignore[misc]
+        calls[number] = lambda values=values: batch.run([_PARAMETER], values, last)  # type: ignore[misc]
     found.append(_series("runs, one thread", calls, max(1, rounds // 5), tell))
     return found
 
@@ -226,7 +225,7 @@ def thread_gain(work: Work, rounds: int, tell: Tell) -> float:
     gains = []
     for turn in range(rounds):
         tell(f"measuring two threads against one, {turn + 1} of {rounds} ...")
-        one, two = (_clock(lambda batch=batch: batch.run([_PARAMETER], values, _last)) for batch in batches)  # type: ignore[misc]
+        one, two = (clock(lambda batch=batch: batch.run([_PARAMETER], values, last)) for batch in batches)  # type: ignore[misc]
         gains.append(one / two)
     return statistics.median(gains)
 
@@ -245,19 +244,13 @@ class Hour:
 def hour(tell: Tell) -> Hour:
     """Run an hour of program at 5 ms, recorded to disk block by block, in a process of its own."""
     tell("measuring an hour of program, recorded to disk ...")
-    return Hour(**json.loads(_child("hour")))
+    return Hour(**json.loads(in_child(__name__, "hour")))
 
 
 def batch_memory(tell: Tell) -> dict[int, float]:
     """Return the largest memory [MB] of a process that runs so many runs and keeps one cost of each."""
     tell("measuring the memory of batches ...")
-    return {runs: float(_child(f"batch:{runs}")) for runs in _MEMORY_RUNS}
-
-
-def _child(what: str) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
-    command = [sys.executable, "-m", __name__, what]
-    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+    return {runs: float(in_child(__name__, f"batch:{runs}")) for runs in _MEMORY_RUNS}
 
 
 def _hour_here() -> str:
@@ -293,7 +286,7 @@ def _batch_here(runs: int) -> str:
 
     plan = lathe_plan()
     value = plan.values[_PARAMETER]
-    costs = Batch(plan, 200, seed=SEED).run([_PARAMETER], value * np.linspace(0.9, 1.1, runs)[:, None], _last)
+    costs = Batch(plan, 200, seed=SEED).run([_PARAMETER], value * np.linspace(0.9, 1.1, runs)[:, None], last)
     assert len(costs) == runs
     return f"{largest_memory()}"
 
@@ -311,16 +304,6 @@ def largest_memory() -> float:
 
 def _values(work: Work, runs: int) -> np.ndarray:
     return work.parameters[_PARAMETER] * np.linspace(0.9, 1.1, runs)[:, None]
-
-
-def _last(record: np.ndarray) -> float:
-    return float(record[0, -1])
-
-
-def _clock(call: Callable[[], Any]) -> float:
-    begun = time.perf_counter()
-    call()
-    return time.perf_counter() - begun
 
 
 def told(series: Sequence[Series]) -> list[str]:

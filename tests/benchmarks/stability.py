@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.cli.speed.bench_rows import Tell, measured_on, measured_on_line
+from lathesim.cli.speed.bench_rows import Tell, measured_on_line
 from lathesim.cli.writing import CommandResult
+from tests.benchmarks.held import Held, clock, held_result
 
 CHEAPER, READING, NEXT = 20.0, 3.0, 2.0
 """Bars: how many times cheaper collocation is at least; lobes over reading the file at most; seconds of the next cut at most."""
@@ -36,7 +37,7 @@ _POINTS = (
 
 
 @dataclass(frozen=True)
-class StabilityFigure:
+class StabilityFigure(Held):
     """A figure with its bar and whether it is kept."""
 
     name: str
@@ -44,23 +45,17 @@ class StabilityFigure:
     bar: float
     is_at_least: bool
 
-    @property
-    def is_within(self) -> bool:
-        """Whether the bar is kept."""
-        return self.value >= self.bar if self.is_at_least else self.value <= self.bar
-
 
 def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Measure stability maps."""
     figures = stability_figures(tell)
-    data = {"rows": [{**vars(figure), "is_within": figure.is_within} for figure in figures], "machine": measured_on()}
-    return CommandResult("lathesim-bench-stability/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
+    return held_result("lathesim-bench-stability/1", figures, _lines(figures))
 
 
 def _lines(figures: Sequence[StabilityFigure]) -> Iterator[str]:
     for figure in figures:
-        word, sign = "least" if figure.is_at_least else "most", "kept" if figure.is_within else "MISSED"
-        yield f"{figure.name}: {figure.value:.3g} (at {word} {figure.bar:g}: {sign})"
+        word = "least" if figure.is_at_least else "most"
+        yield f"{figure.name}: {figure.value:.3g} (at {word} {figure.bar:g}: {figure.sign})"
     yield f"\n{measured_on_line()}"
 
 
@@ -154,7 +149,7 @@ def _reading() -> float:
 
 
 def _next() -> float:
-    from lathesim.stability.belief import Prior, TriedCut, learn_all
+    from lathesim.stability.belief import Prior, TriedCut, learn, learn_all
     from lathesim.stability.frequency_limit import limit_at
     from lathesim.stability.next_cut import CutRange, next_cut
     from lathesim.stability.tool_point import Mode, ToolPoint
@@ -169,11 +164,4 @@ def _next() -> float:
     inside = CutRange(np.linspace(1000.0, 4000.0, 121), 6e-3)
     belief = learn_all(prior, cuts[:-1])
 
-    def once() -> None:
-        from lathesim.stability.belief import learn
-
-        next_cut(learn(belief, cuts[-1]), inside)
-
-    begun = time.perf_counter()
-    once()
-    return time.perf_counter() - begun
+    return clock(lambda: next_cut(learn(belief, cuts[-1]), inside))

@@ -13,8 +13,9 @@ from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 
-from lathesim.cli.speed.bench_rows import Tell, measured_on, measured_on_line
+from lathesim.cli.speed.bench_rows import Tell, measured_on_line
 from lathesim.cli.writing import CommandResult
+from tests.benchmarks.held import Held, held_result
 
 SIZE = (120, 36)
 """Columns and rows of the terminal."""
@@ -42,7 +43,7 @@ print(shown[0])
 
 
 @dataclass(frozen=True)
-class Figure:
+class Figure(Held):
     """One measured figure, the bar it is held against, and how both are told."""
 
     name: str
@@ -50,23 +51,16 @@ class Figure:
     bar: float
     unit: str
 
-    @property
-    def is_within(self) -> bool:
-        """Whether the bar is kept."""
-        return self.value <= self.bar
-
 
 def measured(quick: bool, save: Path | None, tell: Tell) -> tuple[CommandResult, list[str]]:
     """Measure the terminal app."""
     figures = tui_figures(1 if quick else 5, tell)
-    data = {"rows": [{**vars(figure), "is_within": figure.is_within} for figure in figures], "machine": measured_on()}
-    return CommandResult("lathesim-bench-tui/1", data, _lines(figures), code=int(any(not figure.is_within for figure in figures))), []
+    return held_result("lathesim-bench-tui/1", figures, _lines(figures))
 
 
 def _lines(figures: Sequence[Figure]) -> Iterator[str]:
     for figure in figures:
-        sign = "kept" if figure.is_within else "MISSED"
-        yield f"{figure.name}: {figure.value:.3g} {figure.unit}".strip() + f" (at most {figure.bar:g}: {sign})"
+        yield f"{figure.name}: {figure.value:.3g} {figure.unit}".strip() + f" (at most {figure.bar:g}: {figure.sign})"
     yield f"\n{measured_on_line()}"
 
 

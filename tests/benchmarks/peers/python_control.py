@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from tests.benchmarks.peers.elsewhere import missing
-from tests.benchmarks.peers.sampled_lathe import SampledLathe
+from tests.benchmarks.peers.sampled_lathe import SampledLathe, positions
 
 NAME = "python-control, one response a sample"
 PACKAGE = "control"
@@ -28,14 +28,11 @@ def simulate(work: Any) -> np.ndarray:
 
     states = ["x_speed", "x", "z_speed", "z", "rotation", "turned"]
     plant = control.nlsys(update, None, states=states, inputs=["x_volts", "z_volts", "spindle_volts"], outputs=states, name="plant")
-    state, kept = np.zeros(6), []
     span = np.array([0.0, work.period])
-    for k in range(work.samples):
-        lathe.instant(k, state.tolist())
-        kept.append((state[1], state[3]))
-        if lathe.done:
-            break
+
+    def advance(state: list[float]) -> list[float]:
         volts = np.array([[volts, volts] for volts in (lathe.x_volts, lathe.z_volts, lathe.spindle_volts)])
         response = control.input_output_response(plant, span, volts, state, solve_ivp_kwargs={"rtol": 1e-9, "atol": 1e-9})
-        state = response.states[:, -1]
-    return np.array(kept).T
+        return response.states[:, -1].tolist()  # type: ignore[no-any-return]
+
+    return positions(work, lathe, advance)

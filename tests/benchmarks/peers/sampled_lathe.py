@@ -7,8 +7,11 @@ holds. What the work's program does not use is left out, as in the C file.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 KIND, LENGTH, START_X, START_Z, END_X, END_Z, FEED, SPINDLE_MODE, SPINDLE_SPEED = 0, 1, 2, 3, 4, 5, 11, 13, 14
 CELLS = 2000
@@ -267,3 +270,15 @@ class SampledLathe:
         if math.log(control) / p.feed_exponent > math.log(p.largest_feed / 1.0e-3):
             return p.largest_feed
         return min(max(1.0e-3 * control ** (1.0 / p.feed_exponent), p.smallest_feed), p.largest_feed)
+
+
+def positions(work: Any, lathe: SampledLathe, advance: Callable[[list[float]], list[float]]) -> np.ndarray:
+    """Return the positions of both axes at each sample (2, samples); ``advance`` carries the state over a sample."""
+    state, kept = [0.0] * 6, []
+    for k in range(work.samples):
+        lathe.instant(k, state)
+        kept.append((state[1], state[3]))
+        if lathe.done:
+            break
+        state = advance(state)
+    return np.array(kept).T

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.benchmarks.peers.sampled_lathe import SampledLathe
+from tests.benchmarks.peers.sampled_lathe import SampledLathe, positions
 
 NAME = "scipy solve_ivp, one call a sample"
 TOLERANCE = 1e-9
@@ -19,12 +19,9 @@ def absent() -> str:
 def simulate(work: Any) -> np.ndarray:
     from scipy.integrate import solve_ivp
 
-    lathe = SampledLathe(work)
-    state, span, kept = [0.0] * 6, [0.0, work.period], []
-    for k in range(work.samples):
-        lathe.instant(k, state)
-        kept.append((state[1], state[3]))
-        if lathe.done:
-            break
-        state = solve_ivp(lambda _, s: lathe.rates(s), span, state, rtol=TOLERANCE, atol=TOLERANCE).y[:, -1].tolist()
-    return np.array(kept).T
+    lathe, span = SampledLathe(work), [0.0, work.period]
+
+    def advance(state: list[float]) -> list[float]:
+        return solve_ivp(lambda _, s: lathe.rates(s), span, state, rtol=TOLERANCE, atol=TOLERANCE).y[:, -1].tolist()  # type: ignore[no-any-return]
+
+    return positions(work, lathe, advance)
