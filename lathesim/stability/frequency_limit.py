@@ -37,6 +37,8 @@ _HIGHEST = 3.0
 """Frequencies up to so many times the highest natural frequency are looked at, and up to one vibration a turn: above, the receptance is
 too small to chatter, and the first lobe ends at half a vibration a turn. The factor is assumed."""
 _REFINED = 60
+_HALF_A_LOBE = 0.5
+"""Lobes by which neighbouring lines differ at most; beyond, the phase has wrapped."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +250,7 @@ def _lowest(frequency: FloatArray, response: Any, stiffness: float, speeds: Floa
     f, g = frequency[places], response[places]
     limit = -0.5 / (stiffness * g.real)
     share = (np.angle(g) / np.pi - 0.5) % 1.0
-    joined = (np.diff(places) == 1) & (np.abs(np.diff(share)) < 0.5)
+    joined = (np.diff(places) == 1) & (np.abs(np.diff(share)) < _HALF_A_LOBE)
     highest = math.ceil(60.0 * f[-1] / speeds[0]) if lobes is None else lobes - 1
     for lobe in range(highest + 1):
         speed = 60.0 * f / np.maximum(lobe + share, 1e-12)

@@ -32,6 +32,8 @@ RISK = 0.6
 
 _SPEEDS_LOOKED_AT, _CHANCES_LOOKED_AT, _FEW_PARTICLES = 12, (0.45, 0.6, 0.8, 0.92), 800
 """Speeds and chances to be stable of the cuts that are followed to a second one, and particles by which that is done."""
+_MORE_PROBABLE = 0.5
+"""Probability from which a cut is taken to be stable."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,7 @@ def next_cuts(belief: Belief, inside: CutRange, count: int, *, risk: float = RIS
         proposal = next_cut(belief, inside, risk=risk, price=price)
         found.append(proposal)
         if len(found) < count:
-            belief = learn(belief, TriedCut(proposal.speed, proposal.width, proposal.stable >= 0.5))
+            belief = learn(belief, TriedCut(proposal.speed, proposal.width, proposal.stable >= _MORE_PROBABLE))
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -185,14 +186,20 @@ class LathesimApp(RepaintingApp[None]):
         setup = self.workbench.setup
         if setup is None:
             return
-        try:
+        with self.faults_told():
             self.push_screen(self._views[name].load()(setup.lesson))
-        except LatheSimError as error:
-            self.tell_fault(str(error))
 
     def tell_fault(self, sentence: str) -> None:
         """Show a sentence about what is at fault, for as long as it takes to read."""
         self.notify(sentence, severity="error", timeout=max(6.0, len(sentence) / 12.0), markup=False)
+
+    @contextmanager
+    def faults_told(self) -> Iterator[None]:
+        """Tell what is at fault in what is done here, and leave out the rest of it."""
+        try:
+            yield
+        except (LatheSimError, OSError) as error:
+            self.tell_fault(str(error))
 
     @property
     def book(self) -> StudentBook:
@@ -227,11 +234,9 @@ class LathesimApp(RepaintingApp[None]):
         wanted = workbench.run_is_wanted
         workbench.is_opening = workbench.run_is_wanted = False
         for lesson, variant in self._lessons:
-            try:
+            with self.faults_told():
                 workbench.open_lesson(lesson, variant or None)
                 break
-            except LatheSimError as error:
-                self.tell_fault(str(error))
         if wanted and workbench.setup is not None:
             self.action_run_or_stop()
 
@@ -281,15 +286,12 @@ class LathesimApp(RepaintingApp[None]):
             return
         if isinstance(self.screen, WorkbenchScreen) and not self.screen.make_ready():
             return
-        try:
+        with self.faults_told():
             started = self.workbench.new_run()
-        except (LatheSimError, OSError) as error:
-            self.tell_fault(str(error))
-            return
-        self._watched = started
-        self.run_worker(partial(started.run, self.workbench.registry), thread=True, group="run", exit_on_error=False)
-        if self.current_mode != "bench":
-            self.switch_mode("bench")
+            self._watched = started
+            self.run_worker(partial(started.run, self.workbench.registry), thread=True, group="run", exit_on_error=False)
+            if self.current_mode != "bench":
+                self.switch_mode("bench")
 
     def _watch_run(self) -> None:
         """Announce that a run has ended: to the screens, the book and, where something broke, the person."""
@@ -302,11 +304,9 @@ class LathesimApp(RepaintingApp[None]):
         if sentence:
             self.tell_fault(sentence)
         if kept is not None and kept.is_finished:
-            try:
+            with self.faults_told():
                 self.book.note(live.lesson, kept.judgement)
                 self._point_to_questions(kept)
-            except LatheSimError as error:
-                self.tell_fault(str(error))
         self.workbench.tell(RUNS)
 
     def _point_to_questions(self, kept: KeptRun) -> None:
@@ -317,12 +317,9 @@ class LathesimApp(RepaintingApp[None]):
 
     def open_lesson(self, path: Path) -> None:
         """Put a lesson on the bench and show it."""
-        try:
+        with self.faults_told():
             self.workbench.open_lesson(path)
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        self.switch_mode("bench")
+            self.switch_mode("bench")
 
     async def do_on(self, mode: str, action: str) -> None:
         """Go to a screen and do what one of its keys does."""

@@ -24,6 +24,8 @@ NOTHING, REFERENCE, ACTUAL, TOOL, LABEL, EDGE, CUT, CENTRE, CHUCK = range(9)
 _WEIGHTS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint8)
 BRAILLE = 0x2800
 """The first braille character, the one without dots."""
+_FEWEST = 3
+"""Rows below which an axis has no marks."""
 
 
 def braille_codes(dots: Dots) -> Codes:
@@ -99,7 +101,7 @@ def even_axis(low: float, high: float, rows: int) -> tuple[float, float, list[fl
     Fewer than 8 rows are too few for that: the limits stay, and marks are rounded.
     """
     span = high - low
-    if not math.isfinite(span) or span <= 0.0 or rows < 3:
+    if not math.isfinite(span) or span <= 0.0 or rows < _FEWEST:
         return low, high, []
     if rows < _FEW:
         return low, high, axis_ticks(low, high, max(2, rows // 2))[0]

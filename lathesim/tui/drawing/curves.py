@@ -17,6 +17,8 @@ from lathesim.units import from_si, in_unit
 
 MILLIMETRES, MICROMETRES = from_si(1.0, "mm"), from_si(1.0, "um")
 """Of a metre."""
+ON = 0.5
+"""Value above which a channel of zeros and ones says yes."""
 
 
 def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
@@ -133,7 +135,7 @@ def scaled(curves: Sequence[Curve], *, fit_to_feed: bool) -> list[tuple[Curve, S
     for curve in (curve for curve in curves if curve.channel in curve.record):
         values, time = curve.record[curve.channel][: curve.until], curve.record.time[: curve.until]
         if curve.only is not None:
-            values = np.where(curve.only[: curve.until] > 0.5, values, np.nan)
+            values = np.where(curve.only[: curve.until] > ON, values, np.nan)
         finite = np.isfinite(values)
         seen = values[_to_be_seen(curve, finite, fit_to_feed)]
         if len(seen):
@@ -154,7 +156,7 @@ def _to_be_seen(curve: Curve, finite: BoolArray, fit_to_feed: bool) -> BoolArray
     """Return the samples that bound the axis: those in the cut, or else those in blocks at feed, if they are recorded."""
     for sign in ("engaged", "cutting_block") if fit_to_feed else ():
         name = find_channel(curve.record, sign)
-        there = finite & (curve.record[name][: curve.until] > 0.5) if name is not None else finite
+        there = finite & (curve.record[name][: curve.until] > ON) if name is not None else finite
         if name is not None and there.any():
             return there
     return finite

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 
 _CELLS = 2000
+_HALF_FULL = 0.5
+"""Share of a character from which it counts as material."""
 
 
 class CarvedStock:
@@ -286,7 +288,7 @@ def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int,
             there &= ~surface
         text[there] = signs[there]
         layer[there] = number
-        material |= there & (height >= 0.5)
+        material |= there & (height >= _HALF_FULL)
     _label(text, layer, frame, rows, view)
     return LathePicture(text, layer, material, frame.dot)
 

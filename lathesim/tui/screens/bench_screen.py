@@ -16,7 +16,6 @@ from textual.widgets import Label, ProgressBar, Select, Static
 
 from lathesim.analysis.display_unit import plain_name, plain_number, pretty_quantities
 from lathesim.analysis.metric import CONTOUR_ERROR, find_channel
-from lathesim.errors import LatheSimError
 from lathesim.record import Record
 from lathesim.tui.drawing.curves import Curve
 from lathesim.tui.drawing.lathe_picture import LatheScene, ToolMotion, scene_of_case, scene_of_record
@@ -158,13 +157,10 @@ class BenchScreen(WorkbenchScreen):
             return
         if shown.live is not None:
             self._scene = scene_of_case(shown.live.case)
-        try:
+        with self.lathesim.faults_told():
             self._follow(shown.record())
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        if self._record is not None and (self._scene is None or self._scene.is_empty):
-            self._scene = scene_of_record(self._record)
+            if self._record is not None and (self._scene is None or self._scene.is_empty):
+                self._scene = scene_of_record(self._record)
 
     def _follow(self, record: Record) -> None:
         """Take what was simulated by now and stand at its end."""

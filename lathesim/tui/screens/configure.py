@@ -146,10 +146,8 @@ class ConfigureScreen(WorkbenchScreen):
         if event.node.data is None or event.node.data == self._choice:
             return
         self._choice = event.node.data
-        try:
+        with self.lathesim.faults_told():
             self._show_part(self.workbench.prepared())
-        except LatheSimError as error:
-            self.tell_fault(str(error))
 
     def _part(self, case: Prepared) -> Part | None:
         return next((part for part in case.machinery.parts if part.name == self._choice.part), None)
@@ -220,19 +218,16 @@ class ConfigureScreen(WorkbenchScreen):
         """Choose the component of a place."""
         from lathesim.tui.screens.choices import PartChoice
 
-        try:
+        with self.lathesim.faults_told():
             case = self.workbench.prepared()
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        part = self._part(case)
-        if part is None:
-            self.notify("Choose a part in the tree first.")
-            return
-        found = candidates(case, self.workbench.registry, part)
-        title = f"What stands at {part.name}: {len(found)} components fit its wires"
-        present = part.component.__name__
-        self.app.push_screen(PartChoice(title, found, self.workbench.registry.origins, present=present), self._take_component)
+            part = self._part(case)
+            if part is None:
+                self.notify("Choose a part in the tree first.")
+                return
+            found = candidates(case, self.workbench.registry, part)
+            title = f"What stands at {part.name}: {len(found)} components fit its wires"
+            present = part.component.__name__
+            self.app.push_screen(PartChoice(title, found, self.workbench.registry.origins, present=present), self._take_component)
 
     def _take_component(self, chosen: tuple[str, str] | None) -> None:
         if chosen is not None and self._setup is not None:
@@ -242,12 +237,9 @@ class ConfigureScreen(WorkbenchScreen):
         """Insert an effect at the part that is chosen."""
         from lathesim.tui.screens.choices import effect_choice
 
-        try:
+        with self.lathesim.faults_told():
             choice = effect_choice(self.workbench.prepared(), self.workbench.registry, self._choice.part)
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        self.app.push_screen(choice, self._take_effect)
+            self.app.push_screen(choice, self._take_effect)
 
     def _take_effect(self, chosen: tuple[str, str] | None) -> None:
         if chosen is None or self._setup is None:
@@ -319,10 +311,8 @@ class ConfigureScreen(WorkbenchScreen):
     def _load(self, path: Path | None) -> None:
         if path is None:
             return
-        try:
+        with self.lathesim.faults_told():
             self.workbench.open_lesson(str(path))
-        except LatheSimError as error:
-            self.tell_fault(str(error))
 
     def show_parameter(self, name: str) -> None:
         """Show where a parameter is set: the palette asks for it."""

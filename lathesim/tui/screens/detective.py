@@ -171,7 +171,7 @@ class DetectiveScreen(WorkbenchScreen):
 
     def open(self, path: Path) -> None:
         """Open a case folder or a recording, and compare it."""
-        try:
+        with self.lathesim.faults_told():
             self.case = case_file.open_case(path, self.workbench.setup)
             setup = self.workbench.setup
             if setup is None or setup.lesson.path.resolve() != self.case.lesson.path.resolve():
@@ -179,14 +179,11 @@ class DetectiveScreen(WorkbenchScreen):
             if not self.case.has_mapping:
                 self._ask_mapping(self.case)
                 return
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        folder = path if path.is_dir() else path.parent
-        self.query_one("#seal", Input).value = str(folder)
-        self.query_one("#sealed", Input).value = str(folder.parent / f"{folder.name}_answer.json")
-        self._show_status()
-        self.action_compare()
+            folder = path if path.is_dir() else path.parent
+            self.query_one("#seal", Input).value = str(folder)
+            self.query_one("#sealed", Input).value = str(folder.parent / f"{folder.name}_answer.json")
+            self._show_status()
+            self.action_compare()
 
     def _ask_mapping(self, case: CaseFile) -> None:
         from lathesim.tui.screens.forms import MappingForm
@@ -200,16 +197,13 @@ class DetectiveScreen(WorkbenchScreen):
         case, setup = self.case, self.workbench.setup
         if columns is None or case is None or setup is None:
             return
-        try:
+        with self.lathesim.faults_told():
             path = case_file.write_mapping(case, setup.variant, columns)
             self.workbench.open_lesson(path)
             assert self.workbench.setup is not None
             self.case = CaseFile(self.workbench.setup.lesson, case.recording)
-        except (LatheSimError, OSError) as error:
-            self.tell_fault(str(error))
-            return
-        self.notify(f"The meaning of the columns is kept in {path}.", markup=False)
-        self.action_compare()
+            self.notify(f"The meaning of the columns is kept in {path}.", markup=False)
+            self.action_compare()
 
     @on(Button.Pressed, "#do-compare")
     def action_compare(self) -> None:
@@ -315,14 +309,11 @@ class DetectiveScreen(WorkbenchScreen):
             self.notify("Nothing was found that could be inserted.")
             return
         found = case_file.with_what_was_found(case, setup)
-        try:
+        with self.lathesim.faults_told():
             found.prepared(self.workbench.registry)
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        self.workbench.change(found)
-        self.lathesim.action_run_or_stop()
-        self.action_compare()
+            self.workbench.change(found)
+            self.lathesim.action_run_or_stop()
+            self.action_compare()
 
     @on(Button.Pressed, "#do-reveal")
     def action_reveal(self) -> None:
@@ -351,12 +342,9 @@ class DetectiveScreen(WorkbenchScreen):
         setup = self.workbench.setup
         if setup is None:
             return
-        try:
+        with self.lathesim.faults_told():
             choice = partial(effect_choice, self.workbench.prepared(), self.workbench.registry, "")
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        self.app.push_screen(ConcealForm(setup.lesson.name, choice), self._conceal)
+            self.app.push_screen(ConcealForm(setup.lesson.name, choice), self._conceal)
 
     def _conceal(self, order: Order | None) -> None:
         setup = self.workbench.setup

@@ -20,6 +20,9 @@ from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.units import split_quantity
 from lathesim.whole_file import make_folder, write_new
 
+_MOST_CASES = 200
+"""Cases of a class that are made at once at most."""
+
 
 class TextQuestion(Dialog[str | None]):
     """Gives the text, or None where the dialog was left."""
@@ -110,8 +113,8 @@ class ConcealForm(Dialog[Order | None]):
     def _take(self) -> None:
         folder = self.query_one("#folder", Input).value.strip()
         count = self.query_one("#count", Input).value.strip()
-        if not folder or not count.isdigit() or not 1 <= int(count) <= 200:
-            self.query_one("#fault", Static).update("✗ Write a folder, and a number of cases from 1 to 200.")
+        if not folder or not count.isdigit() or not 1 <= int(count) <= _MOST_CASES:
+            self.query_one("#fault", Static).update(f"✗ Write a folder, and a number of cases from 1 to {_MOST_CASES}.")
             return
         folders = (Path(folder),) if int(count) == 1 else tuple(Path(f"{folder}_{number + 1}") for number in range(int(count)))
         self.dismiss(Order(folders, self.query_one("#hidden", Input).value.strip(), self.query_one("#validate", Checkbox).value))

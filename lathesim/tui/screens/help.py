@@ -239,17 +239,14 @@ class PluginsScreen(WorkbenchScreen):
 
     def action_reload(self) -> None:
         """Read the plug-ins again; the machine on the bench is wired anew with them."""
-        try:
+        with self.lathesim.faults_told():
             self.workbench.reload_plugins()
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        problems = self.workbench.registry.problems
-        words = f"{len(problems)} at fault." if problems else "All are OK."
-        self.notify(f"{len(self.workbench.registry.plugins)} plug-ins are loaded. {words}")
-        fault = self.workbench.fault()
-        if fault:
-            self.tell_fault(f"The machine on the bench cannot be wired now: {fault}")
+            problems = self.workbench.registry.problems
+            words = f"{len(problems)} at fault." if problems else "All are OK."
+            self.notify(f"{len(self.workbench.registry.plugins)} plug-ins are loaded. {words}")
+            fault = self.workbench.fault()
+            if fault:
+                self.tell_fault(f"The machine on the bench cannot be wired now: {fault}")
 
     def command(self) -> str:
         """Return the command that lists the same."""

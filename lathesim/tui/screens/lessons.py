@@ -269,14 +269,11 @@ class LessonsScreen(WorkbenchScreen):
         def keep(answer: str | None) -> None:
             if answer is None:
                 return
-            try:
+            with self.lathesim.faults_told():
                 right = is_right(question, answer)
                 keep_answer(record, lesson.name, self._answers(lesson), question.ask, answer)
-            except LatheSimError as error:
-                self.tell_fault(str(error))
-                return
-            self.notify("Right." if right else "Not right yet. Look at your runs again.")
-            self.show_changes({RUNS})
+                self.notify("Right." if right else "Not right yet. Look at your runs again.")
+                self.show_changes({RUNS})
 
         if question.choices is not None:
             self.app.push_screen(ChoiceQuestion(question.ask, question.choices), keep)

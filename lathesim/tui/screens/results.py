@@ -310,10 +310,8 @@ class ResultsScreen(WorkbenchScreen):
         run = self._all[place]
 
         def keep(text: str | None) -> None:
-            try:
+            with self.lathesim.faults_told():
                 run.note = text if text is not None else run.note
-            except LatheSimError as error:
-                self.tell_fault(str(error))
             self.show_changes({RUNS})
 
         self._ask(keep, f"Name of {run.path.stem}, and after a colon a note", run.note, "soft: half the gain")
@@ -332,12 +330,9 @@ class ResultsScreen(WorkbenchScreen):
     def _open(self, path: Path | None) -> None:
         if path is None:
             return
-        try:
+        with self.lathesim.faults_told():
             run = self.workbench.open_record(path)
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        self._ticked.append(run.path)
+            self._ticked.append(run.path)
 
     def _ask(self, then: Callable[[str | None], None], question: str, text: str, placeholder: str = "") -> None:
         """Ask for a line of text, and do what follows with it."""
@@ -359,15 +354,12 @@ class ResultsScreen(WorkbenchScreen):
         if name is None:
             return
         runs = self._records()
-        try:
+        with self.lathesim.faults_told():
             from lathesim.analysis.figure_style import picture_figure
             from lathesim.analysis.plots import save_figure
 
             save_figure(picture_figure(self.query_one(TimePlot).picture(), figure_title(runs)), name)
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        self.notify(f"The figure is in {name}.", markup=False)
+            self.notify(f"The figure is in {name}.", markup=False)
 
     def action_csv(self) -> None:
         """Write the data of the run as a CSV file."""
@@ -381,18 +373,15 @@ class ResultsScreen(WorkbenchScreen):
         runs = self._records()
         if name is None or not runs:
             return
-        try:
+        with self.lathesim.faults_told():
             from lathesim.analysis.export import export
 
             export(runs[0][1] if len(runs) == 1 else overlaid(runs, self._channels), name)
-        except LatheSimError as error:
-            self.tell_fault(str(error))
-            return
-        if len(runs) == 1:
-            path = next(run.path for run in self._all if run.path in self._ticked)
-            self._command = shlex.join(["lathesim", "export", str(path), name])
-            self.show_command()
-        self.notify(f"The data are in {name}.", markup=False)
+            if len(runs) == 1:
+                path = next(run.path for run in self._all if run.path in self._ticked)
+                self._command = shlex.join(["lathesim", "export", str(path), name])
+                self.show_command()
+            self.notify(f"The data are in {name}.", markup=False)
 
     def command(self) -> str:
         """Return the command that draws or writes the same."""

@@ -20,6 +20,7 @@ from textual.widgets.option_list import OptionDoesNotExist
 from lathesim.analysis.display_unit import plain_name, pretty_quantities, pretty_unit, read_as, shown_with_unit
 from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, Measurements, Metric, find_channel, measure
 from lathesim.record import Place, Record
+from lathesim.tui.drawing.curves import ON
 
 
 class Slider(Widget, can_focus=True):
@@ -227,7 +228,7 @@ class _At:
     @property
     def in_cut(self) -> bool:
         """Whether the tool cuts; a contour error of a rapid move says nothing of the part."""
-        return not self.value("engaged", "in_contact") < 0.5
+        return not self.value("engaged", "in_contact") < ON
 
     def shown(self, unit: str, *wanted: str, factor: float = 1.0) -> str:
         return _text(self.value(*wanted) * factor, unit)
