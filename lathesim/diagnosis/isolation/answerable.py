@@ -215,7 +215,7 @@ def _taken_up(looking: Looking, one: Visible) -> list[str]:
     row = int(np.argmax(moved / floors))
     if left[row] > looking.study.method.larger_part * moved[row]:
         return ["it does less than errors of laws and noise do, at any size that is believed"]
-    amounts = looking.taken.amounts(change.run[None])[0]
+    amounts = looking.taken.amounts(change.run, looking.fitted.noise)
     parts = np.array([root_mean_square(amount * slope[row]) for amount, slope in zip(amounts, looking.taken.slopes, strict=True)])
     least = looking.study.method.larger_part * parts.max(initial=0.0)
     named = [looking.taken.names[place] for place in np.argsort(-parts)[: Shown.most_named] if parts[place] > least]

@@ -45,7 +45,7 @@ def _passed_by(study: Study, found: Found, worth: Tried, others: Sequence[Channe
     run = worth.before.fitted.residual - fitted.residual
     own = np.array([fitted.by_name[name] for name in worth.candidate.parameters])
     without = Looking.at(replace(study, validation=study.estimation), replace(worth.before.fitted, noise=fitted.noise))
-    truth = ChannelChange(worth.candidate, own, run, without.taken.left(run[None])[0])
+    truth = ChannelChange(worth.candidate, own, run, without.taken.left(run, fitted.noise))
     rest = [one.part for one in worth.before.candidates]
     # what was fitted there and explains the larger part was held against the effect already
     least = study.method.larger_part * worth.predicted.nats

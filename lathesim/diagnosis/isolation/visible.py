@@ -1,10 +1,11 @@
 """From which size on a recording shows an effect, by the limits with which a diagnosis keeps one.
 
 A candidate with values q changes the channels by r(q). The lesson's uncertain values, each within its declared deviation, and the start of
-the recording take up a part of that; what they leave, d(q), is least in the metric of the noise W:
+the recording take up a part of that; what they leave, d(q), is least in the metric of the noise W at the frequencies of the motion:
 
     d = r - J x,        x = argmin |W (r - J x)|^2 + sum (x_i / deviation_i)^2
 
+Whoever lacks the effect takes d for noise, so W is that of e + d, with e what the model leaves: it is found in a few rounds.
 The effect is seen where the recording is likelier with it by what a diagnosis asks for: a gain above chance and the due, a share of what
 is left, and a reading and a force that change by more than errors of laws and sensors make. Each is a ratio that grows with the square of
 the size where the effect is in proportion to it; between the sizes that are run the ratios are interpolated, log over log.
@@ -24,6 +25,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.fft import rfft
 
 from lathesim.diagnosis.candidates.screening import is_limit
 from lathesim.diagnosis.candidates.starting_points import limit_points
@@ -32,12 +34,13 @@ from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.plausible import is_of_a_clock
 from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.values import IMPLAUSIBLE
 from lathesim.diagnosis.explanations.lacking_force import lacking
 from lathesim.diagnosis.records.found import Gain
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.estimation.least_squares import noise_of
+from lathesim.identification.estimation.least_squares import log_likelihood
 from lathesim.identification.execution import together
-from lathesim.identification.noise import NoiseModel
+from lathesim.identification.noise import NoiseModel, fit_noise_model
 from lathesim.identification.records import Candidate, Fitted, Model, instants_of, is_full_band, known_beforehand
 from lathesim.identification.signal import root_mean_square
 
@@ -45,32 +48,63 @@ _NO_GAIN = Gain(0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Taken:
-    """What the free values of a model take up of a change of the channels; ``names`` are those values."""
+class Transformed:
+    """Changes of channels by the frequencies of the motion: of each channel the transforms (changes, frequencies) and means (changes,)."""
 
-    noise: tuple[NoiseModel, ...]
+    transforms: tuple[FloatArray, ...]
+    means: tuple[FloatArray, ...]
+
+    @classmethod
+    def of(cls, noise: Sequence[NoiseModel], changes: FloatArray) -> Transformed:
+        """Return changes (n, channels, samples) as noise models of these kinds see them."""
+        rows = [changes[:, row] for row in range(len(noise))]
+        seen = [rfft(one.tapered(row))[:, : one.bins(full_band=False)] for one, row in zip(noise, rows, strict=True)]
+        return cls(tuple(seen), tuple(np.asarray(one.mean_of(row)) for one, row in zip(noise, rows, strict=True)))
+
+    def white(self, noise: Sequence[NoiseModel]) -> FloatArray:
+        """Return them as independent numbers of variance one, (n, numbers)."""
+        found = []
+        for model, transform, mean in zip(noise, self.transforms, self.means, strict=True):
+            scaled = transform * model.gain[: transform.shape[1]]
+            found += [scaled.real, scaled.imag, (mean / model.mean_spread)[:, None]]
+        return np.concatenate(found, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """What the free values of a fit take up of a change of the channels; ``names`` are those values."""
+
     names: tuple[str, ...]
     slopes: FloatArray
-    """ChannelChange of the channels for one unit of each value (values, channels, samples)."""
-    share: FloatArray
-    """What undoes a whitened change, and what holds the values, by the values (values, numbers)."""
+    """Change of the channels for one unit of each value (values, channels, samples)."""
+    noise: tuple[NoiseModel, ...]
+    transformed: Transformed
+    held: FloatArray
+    """What holds each value: one over its standard deviation beforehand (values,)."""
 
     @classmethod
     def of(cls, fitted: Fitted) -> Taken:
         """Return what the values of a fit take up."""
         slopes = np.zeros((0, *fitted.residual.shape)) if fitted.sensitivity is None else -fitted.sensitivity
-        white = np.vstack([whitened(fitted.noise, slopes).T, np.diag(np.sqrt(known_beforehand(fitted.free)))])
-        size = np.maximum(np.linalg.norm(white, axis=0), 1e-300)
-        return cls(fitted.noise, tuple(fitted.names), slopes, np.linalg.pinv(white / size) / size[:, None])
+        held = np.sqrt(known_beforehand(fitted.free))
+        return cls(tuple(fitted.names), slopes, fitted.noise, Transformed.of(fitted.noise, slopes), held)
 
-    def amounts(self, changes: FloatArray) -> FloatArray:
-        """Return by how much each value takes up changes (n, channels, samples) of the channels, (n, values)."""
-        white = whitened(self.noise, changes)
-        return np.asarray(white @ self.share[:, : white.shape[1]].T)
+    @cached_property
+    def white(self) -> FloatArray:
+        """The slopes as independent numbers of variance one where the noise is that of the fit, (values, numbers)."""
+        return self.transformed.white(self.noise)
 
-    def left(self, changes: FloatArray) -> FloatArray:
-        """Return what is left of changes (n, channels, samples) of the channels."""
-        return np.asarray(changes - np.tensordot(self.amounts(changes), self.slopes, axes=1))
+    def amounts(self, change: FloatArray, noise: Sequence[NoiseModel]) -> FloatArray:
+        """Return by how much each value takes up a change (channels, samples) where the noise is such, (values,)."""
+        white = self.white if noise is self.noise else self.transformed.white(noise)
+        known = white @ white.T + np.diag(self.held**2)
+        wanted = white @ Transformed.of(noise, change[None]).white(noise)[0]
+        size = np.sqrt(np.maximum(np.diag(known), 1e-300))
+        return np.asarray(np.linalg.lstsq(known / np.outer(size, size), wanted / size)[0] / size)
+
+    def left(self, change: FloatArray, noise: Sequence[NoiseModel]) -> FloatArray:
+        """Return what is left of a change (channels, samples) of the channels."""
+        return np.asarray(change - np.tensordot(self.amounts(change, noise), self.slopes, axes=1))
 
 
 def whitened(noise: Sequence[NoiseModel], changes: FloatArray) -> FloatArray:
@@ -188,19 +222,41 @@ class Looking:
 
     def _change(self, candidate: Candidate, values: FloatArray, run: FloatArray, judged: bool) -> ChannelChange:
         """Return a change of the channels (channels, samples) that a candidate makes, judged as a diagnosis judges an effect."""
-        method, left = self.study.method, self.taken.left(run[None])[0]
+        method = self.study.method
         if not judged:
-            return ChannelChange(candidate, values, run, left)
-        residual = self.fitted.residual + left
-        sensed = self.study.estimation.sensed
-        # whoever lacks the effect takes what it does for noise
-        without = replace(self.fitted, residual=residual, noise=noise_of(residual, sensed.noise_shapes(self.fitted.by_name)))
+            return ChannelChange(candidate, values, run, self.taken.left(run, self.fitted.noise))
+        without = self._without(run)
+        left = without.residual - self.fitted.residual
         gained = gain(self.fitted, without, full_band=is_full_band((candidate,)))
         needed = method.least_share / (1.0 - method.least_share)
         share = gained.share / max(1.0 - gained.share, 1e-12) / needed if needed else math.inf
         enough = gained.nats / chance_level(gained, method, len(candidate.parameters))
         above = max(0.0, min(enough, share, self._moves(left)))
         return ChannelChange(candidate, values, run, left, gained, above if self._is_of_a_clock(candidate, values) else 0.0)
+
+    def _without(self, run: FloatArray) -> Fitted:
+        """Return the fit of a model that lacks a change of the channels, with the noise taken anew in each round, as in a fit.
+
+        What is left of the change passes for noise: a channel that is off by far says little about the values, and the others hold them.
+        Values that are further off than the lesson holds possible are freed where they leave less, as by a diagnosis.
+        """
+        residual, noise = self.fitted.residual + run, self.fitted.noise
+        for _ in range(self.study.method.isolation.rounds):
+            noise = self._noise_of(residual)
+            residual = self.fitted.residual + self.taken.left(run, noise)
+        amounts = self.taken.amounts(run, self.fitted.noise)
+        if np.max(np.abs(amounts) * self.taken.held, initial=0.0) > IMPLAUSIBLE:
+            freed = self.fitted.residual + run - np.tensordot(amounts, self.taken.slopes, axes=1)
+            both = [(residual, noise), (freed, self._noise_of(freed))]
+            residual, noise = max(both, key=lambda one: log_likelihood(*one, full_band=False))
+        return replace(self.fitted, residual=residual, noise=noise)
+
+    def _noise_of(self, residual: FloatArray) -> tuple[NoiseModel, ...]:
+        """Return the noise of a residual; that of the fit where a channel is as it was."""
+        shapes = self.study.estimation.sensed.noise_shapes(self.fitted.by_name)
+        changed = [not np.array_equal(one, other) for one, other in zip(residual, self.fitted.residual, strict=True)]
+        found = zip(residual, shapes, self.fitted.noise, changed, strict=True)
+        return tuple(fit_noise_model(row, shape) if anew else noise for row, shape, noise, anew in found)
 
     def as_recorded(self, run: FloatArray) -> FloatArray:
         """Return a change of the channels as they are judged as one of the channels as they are recorded, (channels, samples)."""
@@ -216,14 +272,17 @@ class Looking:
         return is_of_a_clock(candidate, by_name, period, period * len(experiment.record), method=self.study.method)
 
     def _moves(self, left: FloatArray) -> float:
-        """Return how far a change is above the noise of a reading and, where that shows a force, above errors of laws; as squares."""
+        """Return how far a change is above the noise of a reading and, where that shows a force, above errors of laws; as squares.
+
+        A reading that drifts with any value of the model, as a place does that is simulated from a force, differs by more than its noise
+        between any two fits: only the force counts.
+        """
         experiment, found = self.study.estimation, []
-        for row, floor in enumerate(experiment.sensed.seen_floors):
-            ratio = root_mean_square(left[row]) / floor
+        for row, (floor, noise) in enumerate(zip(experiment.sensed.seen_floors, self.fitted.noise, strict=True)):
             force = lacking(experiment, replace(self.fitted, residual=left), row)
-            if force.is_force:
-                ratio = min(ratio, root_mean_square(force.values) / max(float(self.least[row]), 1e-300))
-            found.append(ratio)
+            ratios = [] if force.is_force and noise.differences else [root_mean_square(left[row]) / floor]
+            ratios += [root_mean_square(force.values) / max(float(self.least[row]), 1e-300)] if force.is_force else []
+            found.append(min(ratios))
         return float(max(found)) ** 2
 
 

@@ -155,6 +155,8 @@ class IsolationSettings:
     """... until two differ by less than this share."""
     far_below: float = 0.01
     """Ratio to what shows an effect below which its size grows as if it were that."""
+    rounds: int = 3
+    """How often the noise of a model that lacks an effect is taken anew: as often as where a diagnosis fits the lesson alone."""
     at_once: int = 48
     """Runs whose channels are held in memory by one worker."""
     beyond: float = 10.0

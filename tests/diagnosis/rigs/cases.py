@@ -173,12 +173,10 @@ def write_case(case: Case, folder: Path, size: float = 1.0) -> list[Path]:
     What is hidden has so many times its usual ``size``.
     """
     rig, rng = case.rig, np.random.default_rng(case.seed)
-    physics = hide(rig, case.keys, rng, large_current(rig) if "saturation" in case.keys else 0.0)
+    physics, given, beside, drawn = _all_drawn(case, rng)
     usual = rig.physics
     hidden = {name: value for name, value in physics._asdict().items() if name in SIZES and value != getattr(usual, name)}
     physics = physics._replace(**{name: getattr(usual, name) + size * (value - getattr(usual, name)) for name, value in hidden.items()})
-    given, beside = given_values(case, rng), given_values(replace(case, kind="sound"), rng)
-    drawn = {name: draw(rig, rng) for name in ("fit.csv", "validate.csv")}
     tables = {}
     for name, one in drawn.items():
         is_pushed, samples = case.kind == "input", one.chance.shape[1]
@@ -203,6 +201,23 @@ def write_case(case: Case, folder: Path, size: float = 1.0) -> list[Path]:
             (place / name).write_text(text, encoding="utf-8")
         (place / "truth.json").write_text(json.dumps(truth | {"column": f"{half}, {description} side"}, indent=1), encoding="utf-8")
     return folders
+
+
+def _all_drawn(case: Case, rng: np.random.Generator) -> tuple[Physics, Given, Given, dict[str, Drawn]]:
+    """Return what a case hides, what its lesson says of both axes, and its recordings."""
+    physics = hide(case.rig, case.keys, rng, large_current(case.rig) if "saturation" in case.keys else 0.0)
+    given, beside = given_values(case, rng), given_values(replace(case, kind="sound"), rng)
+    return physics, given, beside, {name: draw(case.rig, rng) for name in ("fit.csv", "validate.csv")}
+
+
+def write_sound(case: Case, path: Path) -> Path:
+    """Write a recording of a case without what it hides: the course and the cut of the one that judges, loads and noise of another draw."""
+    rng = np.random.default_rng(case.seed)
+    *_, drawn = _all_drawn(case, rng)
+    judging = drawn["validate.csv"]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_table(path, record(case.rig, case.rig.physics, replace(draw(case.rig, rng), asked=judging.asked, cut=judging.cut)))
+    return path
 
 
 def write_table(path: Path, table: dict[str, np.ndarray]) -> None:

@@ -1,7 +1,8 @@
 """The smallest size of an effect that shows, as ``isolable`` predicts it from a sound recording, held against answers at other sizes.
 
-At twice the predicted size a diagnosis has to name the effect, and at half of it not: then the smallest size is within a factor of two. It
-is asked about this effect alone: whether a search among all of them comes to it is another question.
+The sound recording has the course of the one that judges the case, with loads and noise of another draw. At twice the predicted size a
+diagnosis has to name the effect, and at half of it not: then the smallest size is within a factor of two. It is asked about this effect
+alone: whether a search among all of them comes to it is another question.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from typing import Any
 
 from lathesim.diagnosis.isolation.visible import Shape, smallest_visible
 from tests.diagnosis.asking import ask_case, keep, kept, truth_of
-from tests.diagnosis.rigs.cases import Case, write_case
-from tests.diagnosis.rigs.predicted_ties import named_right, sound_of, with_answer
+from tests.diagnosis.rigs.cases import Case, write_case, write_sound
+from tests.diagnosis.rigs.predicted_ties import named_right, with_answer
 from tests.diagnosis.scoring import effects_of, share
 
 IN_PROPORTION = (
@@ -29,7 +30,7 @@ AWAY = 2.0
 
 def predicted_size(folder: Path, sound: Path, named: dict[str, Any]) -> float:
     """Return the predicted smallest size of a named effect, as a share of the size that was answered; infinite where none shows."""
-    looking, truth, values = with_answer(folder, sound / "fit.csv", named)
+    looking, truth, values = with_answer(folder, sound, named)
     (found,) = smallest_visible(looking, [Shape(truth, values)])
     return found.factor
 
@@ -37,15 +38,14 @@ def predicted_size(folder: Path, sound: Path, named: dict[str, Any]) -> float:
 def asked(cases: Sequence[tuple[Case, Path]], name: str, limit: float) -> Iterator[tuple[str, float, bool, bool]]:
     """Yield for each case whose effect was named: what it hides, the predicted smallest size as a share of its own, and whether an answer
     names the effect at twice that size and at half of it."""
-    folders = [folder for _, folder in cases]
-    sound, answers = sound_of(folders), kept(folders, name)
+    answers = kept([folder for _, folder in cases], name)
     for case, folder in cases:
         truth = truth_of(folder)
         key = next(iter(truth["right"]), "")
         named = named_right(truth, answers[folder]) if folder in answers and len(truth["right"]) == 1 else None
-        if named is None or key not in IN_PROPORTION or truth["rig"] not in sound or case.keys != (key,):
+        if named is None or key not in IN_PROPORTION or case.keys != (key,):
             continue
-        size = predicted_size(folder, sound[truth["rig"]], named)
+        size = predicted_size(folder, write_sound(case, folder.parent / "sizes" / f"{case.name}.csv"), named)
         if math.isinf(size):
             continue
         found = []

@@ -12,23 +12,38 @@ import pytest
 from lathesim.diagnosis import preparation
 from lathesim.diagnosis.candidates.starting_points import limit_points
 from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.location import missing_signal
 from lathesim.effects.drive_errors import CurrentLimit
 from lathesim.effects.register import stock_effects
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import transferred
+from lathesim.identification.records import Free, with_start
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine, baseline_free, build_experiments
 from lathesim.identification.replay.loading import load_case, read_for
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from tests.diagnosis.asking import in_words
-from tests.diagnosis.rigs.cases import COUNTS, VISIBLE, case_of, draw, large_current, record, schedule, shown, write_case, write_table
+from tests.diagnosis.rigs.cases import (
+    COUNTS,
+    VISIBLE,
+    case_of,
+    draw,
+    large_current,
+    record,
+    schedule,
+    shown,
+    write_case,
+    write_sound,
+    write_table,
+)  # fmt: skip
 from tests.diagnosis.rigs.describe import PARTS, Given, files, lesson
 from tests.diagnosis.rigs.hidden import BESIDE, KNOWN, NEW, hide, possible, right_names
 from tests.diagnosis.rigs.limits import near, table
 from tests.diagnosis.rigs.machines import FIRST, RIGS, SECOND
+from tests.diagnosis.rigs.predicted_ties import with_answer
 from tests.diagnosis.stored.answers import SEED, stored
 
 BY_NAME = {rig.name: rig for rig in RIGS}
@@ -175,3 +190,19 @@ def test_a_finer_form_is_tried_again_once_what_stood_for_it_has_gone(tmp_path: P
     loaded = load_case(load_lesson(folder / "lesson.yaml"), [folder / "fit.csv", folder / "validate.csv"], load_registry())
     answer = diagnose(ask("a machine", loaded.machine, loaded.recordings, stock_effects().values()))
     assert [effect.effect for effect in answer.effects] == ["AsymmetricFriction"]
+
+
+def test_the_gain_of_an_effect_is_predicted_from_a_sound_recording(tmp_path: Path) -> None:
+    """A model that lacks a sag leaves the angle off by far, and keeps the current that it knows well; so does the prediction."""
+    case = case_of("spindle_speed_500", "single", 4431, keys=("sag",))
+    folder = write_case(case, tmp_path, 0.109)[0]
+    values = {"error": {"value": 0.0}, "sag": {"value": 0.109 * 0.0314}}
+    named = {"effect": "DriveGainError", "at": "s_drive", "parameters": values}
+    looking, effect, sizes = with_answer(folder, folder / "fit.csv", named)
+    free = [Free(name, value, abs(value) or 1e-3) for name, value in zip(effect.parameters, sizes.tolist(), strict=True)]
+    fitted = fit(looking.study.estimation.sensed, [*with_start(looking.fitted), *free], rounds=3)
+    gained = gain(fitted, looking.fitted, full_band=False)
+    looking, effect, sizes = with_answer(folder, write_sound(case, tmp_path / "sound.csv"), named)
+    (change,) = looking.changes([(effect, sizes)])
+    assert change is not None
+    assert (change.gain.nats, change.gain.error) == pytest.approx((gained.nats, gained.error), rel=0.3)
