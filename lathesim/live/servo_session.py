@@ -181,12 +181,12 @@ class Playing:
     """One planner's session: reading fills the buffer, playing empties it."""
 
     def __init__(
-        self, settings: ServoSettings, machine: SteppedMachine, session: Session, reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter, feedback: tuple[str, int], open_sink: Callable[[], SampleSink | None],
-        tell: Callable[[str, str], None], onlookers: Onlookers,
+        self, settings: ServoSettings, machine: SteppedMachine, session: Session,
+        stream: tuple[asyncio.StreamReader, asyncio.StreamWriter], feedback: tuple[str, int],
+        open_sink: Callable[[], SampleSink | None], tell: Callable[[str, str], None], onlookers: Onlookers,
     ) -> None:  # fmt: skip
         self._settings, self._machine, self._session, self._tell = settings, machine, session, tell
-        self._reader, self._writer = reader, writer
+        self._reader, self._writer = stream
         self._buffer = SetPointBuffer(len(machine.axes), settings.capacity, settings.rho)
         self._room = asyncio.Event()
         self._more = asyncio.Event()

@@ -125,7 +125,7 @@ class ServoSide:
             writer.write(text_frame(FrameKind.HELLO, _greeting_of(machine, self._settings)))
             self._onlookers.begin(machine)
             playing = Playing(
-                self._settings, machine, session, reader, writer, (host, hello.udp_port), functools.partial(self._open_sink, machine),
+                self._settings, machine, session, (reader, writer), (host, hello.udp_port), functools.partial(self._open_sink, machine),
                 self._tell, self._onlookers,
             )  # fmt: skip
             await playing.run(decoder, frames[1:])

@@ -26,7 +26,7 @@ from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import RawTable
 from lathesim.stability.judge import Judged, judge, judge_line
 from lathesim.stability.signal_lines import Vibration, vibration, within_band
-from lathesim.stability.stability_thresholds import GROWTH, LINES, RECORDED, SIGN
+from lathesim.stability.stability_thresholds import GROWTH, ORDERS, RECORDED, SIGN
 
 _TIME = ("time", "t", "x_value", "time_s")
 _TURNING = ("taco", "tacho", "speed", "rpm", "angle", "index", "pulse", "spindle")
@@ -272,7 +272,7 @@ def _strongest_order(both: FloatArray) -> float:
     """Return the order that is strongest in two differences, 0 where none is."""
     power = np.abs(np.fft.rfft(both)) ** 2
     order = 0.5 * np.arange(len(power))
-    power[order < LINES.lowest_order] = 0.0
+    power[order < ORDERS.lowest_order] = 0.0
     return float(order[int(np.argmax(power))]) if power.any() else 0.0
 
 
@@ -282,7 +282,7 @@ def _turns_and_grows(rows: FloatArray, count: int, top: float) -> bool:
     length = len(rows)
     spectrum = np.fft.fft(rows)
     order = np.fft.fftfreq(length) * length / count
-    power = np.where(order >= LINES.lowest_order, np.abs(spectrum) ** 2, 0.0)
+    power = np.where(order >= ORDERS.lowest_order, np.abs(spectrum) ** 2, 0.0)
     shape = np.exp(-0.5 * ((order - top) / max(1.0, _BAND * top)) ** 2)
     if float((power * shape**2).sum()) < SIGN.narrow * float(power.sum()):
         return False
@@ -325,7 +325,7 @@ def diagnose_cut(
     if band is not None:
         found = within_band(found, *band)
     quiet = None
-    if len(cut.before) * cut.turning / cut.rate >= LINES.fewest_turns and np.ptp(cut.before) > 0.0:
+    if len(cut.before) * cut.turning / cut.rate >= ORDERS.fewest_turns and np.ptp(cut.before) > 0.0:
         quiet = vibration(cut.before, cut.rate, cut.turning)
     judged = judge(found, modes, quiet) if band is None else judge_line(found, modes)
     if other is not None:
@@ -347,11 +347,11 @@ def _with_second(judged: Judged, first: Vibration, second: Vibration) -> Judged:
     """Return the judgement after a second cut at another speed: what moves with the speed is forced or segmentation, what stays is not."""
     line = judged.line
     ratio = second.turning / first.turning
-    if line is None or abs(ratio - 1.0) < 2.0 * LINES.moved or judged.kind in ("stable", "entry"):
+    if line is None or abs(ratio - 1.0) < 2.0 * ORDERS.moved or judged.kind in ("stable", "entry"):
         return judged
-    reach = max(LINES.moved * line.frequency, line.width * line.resolution, 2.0 * line.resolution)
+    reach = max(ORDERS.moved * line.frequency, line.width * line.resolution, 2.0 * line.resolution)
     moved = any(abs(item.frequency - ratio * line.frequency) < reach for item in second.lines)
-    stayed = any(abs(item.frequency - line.frequency) < LINES.stayed * reach and item.share > LINES.something for item in second.lines)
+    stayed = any(abs(item.frequency - line.frequency) < ORDERS.stayed * reach and item.share > ORDERS.something for item in second.lines)
     if moved and not stayed and judged.kind in ("hopf", "segmentation"):
         told = f"at {60 * second.turning:.0f} rpm the line is at {ratio * line.frequency:.1f} Hz: it moves with the speed"
         return Judged("segmentation", line, judged.mode, (*judged.reasons, told))
@@ -380,7 +380,7 @@ def _cannot_be(judged: Judged) -> tuple[str, ...]:
     if judged.kind not in ("forced", "entry"):
         if line.is_wide:
             said.append(f"forced vibration: a line {line.width * line.resolution:.0f} Hz wide is no order of the spindle")
-        elif part > LINES.not_whole:
+        elif part > ORDERS.not_whole:
             said.append(f"forced vibration: order {line.order:.2f} is no whole number")
     if judged.kind != "mains" and line.is_wide:
         said.append("mains hum: that is narrow")

@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from lathesim.record import FloatArray
 from lathesim.stability.signal_lines import TurnMemory, Vibration, VibrationLine, turn_memory, turn_shares, vibration
-from lathesim.stability.stability_thresholds import GROWTH, LINES, REPEATS, SHARES, SHORT
+from lathesim.stability.stability_thresholds import GROWTH, ORDERS, REPEATS, SHARES, SHORT
 from lathesim.units import in_unit
 
 KINDS = ("stable", "hopf", "flip", "forced", "segmentation", "mains", "entry")
@@ -61,7 +61,7 @@ def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | No
     if judged.kind in ("hopf", "flip", "entry") or not _grew_to_the_end(found.values):
         return judged
     last = found.values[-(len(found.values) // _LAST) :]
-    if len(last) * found.turning / found.rate < LINES.fewest_turns:
+    if len(last) * found.turning / found.rate < ORDERS.fewest_turns:
         return judged
     # its own mean says nothing of contact: that of the whole does
     late = replace(vibration(last, found.rate, found.turning), modulation=found.modulation)
@@ -161,7 +161,7 @@ def _sorted_lines(
     still = [line.frequency for line in quiet.lines] if quiet is not None else []
     for line in found.lines:
         part = abs(line.order - round(line.order))
-        near = min(LINES.whole, LINES.whole_at_zero + LINES.whole_each * line.order) + reach
+        near = min(ORDERS.whole, ORDERS.whole_at_zero + ORDERS.whole_each * line.order) + reach
         was_there = any(abs(line.frequency - other) < found.resolution for other in still)
         if was_there or (_is_mains(line, found.resolution) and part >= 0.5 * near):
             hum.append(line)
@@ -214,7 +214,7 @@ def _is_mains(line: VibrationLine, resolution: float) -> bool:
         return False
     for mains in _MAINS:
         multiple = round(line.frequency / mains)
-        reach = LINES.mains_near * multiple * mains + 0.15 * resolution
+        reach = ORDERS.mains_near * multiple * mains + 0.15 * resolution
         if 1 <= multiple <= _MAINS_MULTIPLES and abs(line.frequency - multiple * mains) < reach:
             return True
     return False

@@ -20,7 +20,7 @@ from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
 from lathesim.record import FloatArray
-from lathesim.stability.stability_thresholds import ROUNDING, TAP
+from lathesim.stability.stability_thresholds import ROUNDING, SHORT, TAP
 from lathesim.stability.tap import TapEstimate, TapRecord, TapSettings, estimate_response, judged_hits, tap
 from lathesim.stability.tool_point import FrequencyResponse, Mode, Quantity, ToolPoint, ends_too_low
 from lathesim.units import in_unit, quantity
@@ -294,7 +294,7 @@ def recorded_tap(path: Path) -> TapEstimate:
     quantity, unit, _ = SENSORS[sensor]
     response = _column(names, table, sensor, unit, path)
     steps = np.diff(time)
-    if len(steps) < TAP.samples or not (steps > 0.0).all() or steps.max() > TAP.uneven * np.median(steps):
+    if len(steps) < SHORT.samples or not (steps > 0.0).all() or steps.max() > TAP.uneven * np.median(steps):
         raise RecordingError("the time does not rise evenly.", place=str(path), remedy="Give one row a sample.")
     rate = 1.0 / float(np.median(steps))
     return estimate_response(_split(force, response, rate, quantity, path))
@@ -320,7 +320,7 @@ def _split(force: FloatArray, response: FloatArray, rate: float, quantity: Quant
         raise RecordingError("no hit stands out in the force.", place=str(path), remedy="Check the sign and the column of the force.")
     before = min(int(0.01 * rate), firsts[0])
     length = min([second - first for first, second in itertools.pairwise(firsts)] + [len(force) - firsts[-1]])
-    if length < TAP.samples:
+    if length < SHORT.samples:
         raise RecordingError("the last hit is too close to the end.", place=str(path), remedy="Record longer.")
     pieces = [slice(first - before, first - before + length) for first in firsts]
     return TapRecord(np.stack([force[piece] for piece in pieces]), np.stack([response[piece] for piece in pieces]), rate, quantity)

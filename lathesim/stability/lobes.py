@@ -57,9 +57,6 @@ def rig(
     stiffness: float,
     speed: float,
     *,
-    process_damping: float = 0.0,
-    diameter: float = 0.036,
-    share: float = 1.0,
     steps_of_a_vibration: int = STEPS_OF_A_VIBRATION,
     fewest_steps: int = FEWEST_STEPS,
     values: dict[str, float] | None = None,
@@ -76,14 +73,8 @@ def rig(
     count = max(fewest_steps, math.ceil(steps_of_a_vibration * quickest * turn))
     period = turn / count
     parts, wires = _modes(tool)
-    cut = {
-        "cutting_stiffness": stiffness,
-        "process_damping": process_damping,
-        "diameter": diameter,
-        "interrupted": share,
-        "always_in_contact": 1.0,
-        **{name: value for name, value in (values or {}).items() if name != "feed"},
-    }
+    given = {name: value for name, value in (values or {}).items() if name != "feed"}
+    cut = {"cutting_stiffness": stiffness, "always_in_contact": 1.0, **given}
     cutting = Part("cut", RegenerativeCut, cut, memory_lengths={"surface": 2 * count})
     return _rig(parts, wires, cutting, speed, (values or {}).get("feed", 0.0), count, period, record)
 
@@ -395,7 +386,8 @@ def _by_time(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
     if cut.milling is not None:
         made = milling_rig(one_mode(tool), cut.milling, speed)
     else:
-        made = rig(tool, cut.stiffness, speed, process_damping=cut.process_damping, diameter=cut.diameter, share=cut.share)
+        values = {"process_damping": cut.process_damping, "diameter": cut.diameter, "interrupted": cut.share}
+        made = rig(tool, cut.stiffness, speed, values=values)
     guess = first_guess(cut, tool)
     width, multiplier = time_limit(made, guess, _widest(cut, guess))
     if not math.isfinite(width):

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.record import FloatArray
-from lathesim.stability.stability_thresholds import TAP
+from lathesim.stability.stability_thresholds import SHORT, TAP
 from lathesim.stability.tool_point import Complex, FrequencyResponse
 
 BAND = 0.25
@@ -91,7 +91,7 @@ def _response_noise(scatter: FloatArray, strength: FloatArray, response: Frequen
     assert response.forces is not None
     by_force = (strength * response.force_noise / response.forces) ** 2 * response.pulse_length
     quiet = by_force < TAP.by_force * np.median(scatter)
-    if np.count_nonzero(quiet) < TAP.quiet_lines:
+    if np.count_nonzero(quiet) < SHORT.quiet_lines:
         return running_mean(np.maximum(scatter - by_force, 0.05 * scatter))
     places = np.flatnonzero(quiet)
     smooth = running_mean(np.maximum(scatter[places] - by_force[places], 0.0))

@@ -36,7 +36,7 @@ from scipy.ndimage import median_filter
 
 from lathesim.errors import RecordingError
 from lathesim.record import FloatArray
-from lathesim.stability.stability_thresholds import LINES, REPEATS, SHORT
+from lathesim.stability.stability_thresholds import LINES, ORDERS, REPEATS, SHORT
 
 _TURNS = 2.0
 """Distance in turns over which the memory of a band is judged: whole and half orders both come back to themselves in two."""
@@ -200,12 +200,12 @@ def refined_speed(values: FloatArray, rate: float, turning: float) -> float:
         return turning
     # at the highest order the ends of the record are out of step by a quarter of a vibration between two trials
     step = 0.25 / (_ORDERS * turns)
-    count = max(1, math.ceil(LINES.speed_reach / step))
-    trials = turning * (1.0 + LINES.speed_reach * np.arange(-count, count + 1) / count)
+    count = max(1, math.ceil(ORDERS.speed_reach / step))
+    trials = turning * (1.0 + ORDERS.speed_reach * np.arange(-count, count + 1) / count)
     shares = [min(sum(turn_shares(low, slow, float(trial))), 1.0 - 1e-9) for trial in trials]
     best = int(np.argmax(shares))
     gained = 0.5 * turns * math.log((1.0 - shares[count]) / (1.0 - shares[best]))
-    return float(trials[best]) if gained > LINES.speed_sure else turning
+    return float(trials[best]) if gained > ORDERS.speed_sure else turning
 
 
 def _low_orders(values: FloatArray, rate: float, turning: float) -> tuple[FloatArray, float]:
@@ -260,7 +260,7 @@ class Vibration:
     departure: float = 0.0
 
 
-def vibration(values: FloatArray, rate: float, turning: float, fewest: float = LINES.fewest_turns) -> Vibration:
+def vibration(values: FloatArray, rate: float, turning: float, fewest: float = ORDERS.fewest_turns) -> Vibration:
     """Return the lines of a signal sampled at ``rate`` [Hz] at ``turning`` revolutions a second; :class:`RecordingError` where it is too
     short."""
     if not turning > 0.0:
@@ -276,7 +276,7 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = L
     frequency, power, resolution = _spectrum(clean, rate, turning)
     floor = _floor(power)
     turning = refined_speed(clean, rate, turning)
-    lowest = LINES.lowest_order * turning
+    lowest = ORDERS.lowest_order * turning
     total = float(power[frequency >= lowest].sum())
     found: list[tuple[float, float, float]] = []
     used = np.zeros(len(power), dtype=bool)
@@ -341,7 +341,7 @@ def within_band(found: Vibration, low: float, high: float) -> Vibration:
     around = ((frequency >= LINES.below * low) & (frequency < low)) | ((frequency > high) & (frequency <= LINES.above * high))
     floor = float(np.median(power[around])) if around.any() else 0.0
     over = np.maximum(power[inside] - floor, 0.0)
-    total = float(power[frequency >= LINES.lowest_order * found.turning].sum())
+    total = float(power[frequency >= ORDERS.lowest_order * found.turning].sum())
     if not over.sum() > 0.0:
         return replace(found, lines=())
     middle = float((frequency[inside] * over).sum() / over.sum())

@@ -19,7 +19,7 @@ def _assumed(value: float, unit: str, meaning: str, evidence: str = ASSUMED) -> 
 
 @dataclass(frozen=True)
 class LineLimits:
-    """What counts as a line of a spectrum, and what its order is."""
+    """What counts as a line of a spectrum."""
 
     out_of_noise: Limit = _assumed(14.0, "power of the noise around", "a narrow line has at least this power")
     hump_out_of_noise: Limit = _assumed(3.0, "power around", "a broad hump has at least this power")
@@ -27,6 +27,26 @@ class LineLimits:
         0.5, "share of its frequency", "what is wider is noise of the cut and no hump", "no case is lost from 0.375 to 0.75, some at 0"
     )
     least_share: Limit = _assumed(5e-4, "share of the power", "a line below this is left out")
+    wide: float = 0.002
+    """Share of its frequency: a wider line is none of a steady vibration."""
+    samples: float = 8.0
+    """Samples a turn: with fewer no line of a turn shows."""
+    below: float = 0.6
+    """Of its lower edge: from here to a band lies noise."""
+    above: float = 1.6
+    """Of its upper edge: and from a band to here."""
+    hump_edge: float = 0.25
+    """Share of the top: a hump reaches as far as it has more."""
+    reach: int = 60
+    """Lines of the spectrum to which one line reaches to either side at most."""
+    mean_counts: float = 0.2
+    """Standard deviations: a smaller mean is that of no force: it tells nothing of contact."""
+
+
+@dataclass(frozen=True)
+class OrderLimits:
+    """What the order of a line is, and whether it moves with the speed."""
+
     lowest_order: Limit = _assumed(0.45, "orders", "below this the feed and the shape of the part show, and nothing is looked at")
     whole: Limit = _assumed(0.035, "orders", "an order is a whole or half number within this at most, plus the resolution of the spectrum")
     whole_at_zero: Limit = _assumed(0.012, "orders", "the same for low orders")
@@ -45,20 +65,6 @@ class LineLimits:
     """Times how far a line moves: a line that has moved with the speed leaves nothing within this."""
     something: float = 1e-3
     """Share of the power: what is left where a line was counts from here on."""
-    wide: float = 0.002
-    """Share of its frequency: a wider line is none of a steady vibration."""
-    samples: float = 8.0
-    """Samples a turn: with fewer no line of a turn shows."""
-    below: float = 0.6
-    """Of its lower edge: from here to a band lies noise."""
-    above: float = 1.6
-    """Of its upper edge: and from a band to here."""
-    hump_edge: float = 0.25
-    """Share of the top: a hump reaches as far as it has more."""
-    reach: int = 60
-    """Lines of the spectrum to which one line reaches to either side at most."""
-    mean_counts: float = 0.2
-    """Standard deviations: a smaller mean is that of no force: it tells nothing of contact."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +119,10 @@ class ShortLimits:
     """Frequencies of a response from which single lines can be left out to judge on."""
     hits: int = 3
     """Hits from which each can be left out in turn to judge on."""
+    samples: int = 64
+    """Samples of a recording of hits, and of each hit in it."""
+    quiet_lines: int = 8
+    """Lines from which the noise of the response is known."""
 
 
 @dataclass(frozen=True)
@@ -157,14 +167,10 @@ class TapLimits:
     """S: no response of a machine dies out sooner."""
     uneven: float = 1.5
     """Usual steps: times with a longer step have a gap."""
-    samples: int = 64
-    """Samples of a recording, and of each hit in it, at least."""
     hit: float = 0.25
     """Share of the largest: a hit is stronger."""
     by_force: float = 0.3
     """Share of the scatter: the noise of the response shows where that of the force makes less."""
-    quiet_lines: int = 8
-    """Lines from which the noise of the response is known."""
     apart: float = 0.015
     """Share of the frequency: two starting points of modes lie further apart."""
 
@@ -269,5 +275,5 @@ class FirstSignLimits:
     """Checks in a row that agree, where no mean tells how large a vibration is."""
 
 
-LINES, REPEATS, SHARES, GROWTH, SIGN = LineLimits(), RepeatLimits(), ShareLimits(), GrowthLimits(), FirstSignLimits()
+LINES, ORDERS, REPEATS, SHARES, GROWTH, SIGN = LineLimits(), OrderLimits(), RepeatLimits(), ShareLimits(), GrowthLimits(), FirstSignLimits()
 SHORT, RECORDED, TAP, MAP = ShortLimits(), RecordedCutLimits(), TapLimits(), MapLimits()

@@ -195,7 +195,7 @@ class LathesimApp(RepaintingApp[None]):
 
     @contextmanager
     def faults_told(self) -> Iterator[None]:
-        """Tell what is at fault in what is done here, and leave out the rest of it."""
+        """Return a context in which what is at fault is told, and the rest is left out."""
         try:
             yield
         except (LatheSimError, OSError) as error:

@@ -23,21 +23,21 @@ MOST_FILES = {
     "stability": 21, "tui": 33,
 }  # fmt: skip
 """Modules of each folder with its own folders: numbers that only fall."""
-BARE = {"tui": 10}
+BARE: dict[str, int] = {}
 """Comparisons with a number that has no name, and with that neither a unit nor a reason, of folders that have any: they only fall."""
-HALVES = {"diagnosis": 3, "recordings": 1, "stability": 2, "tui": 4}
+HALVES = {"diagnosis": 3, "recordings": 1}
 """Comparisons with a bare half of folders that have any; a flag is compared with ``ON``, anything else with a name: they only fall."""
 ON_TEXT = {"experiments": 9, "live": 17, "program": 12, "recordings": 14, "stability": 11}
 """Decisions of each folder on how a text begins or ends, or on a name; of these folders most read files: numbers that only fall."""
 FIELDS, ARGUMENTS, LENGTH = 12, 8, 60
 """Fields of a dataclass, arguments of a function that is no law of a part, and lines of a function: what a reader keeps in mind."""
 WIDE = {
-    "CandidateSettings", "Candidate", "Diagnosis", "ExplainingSettings", "FoundEffect", "FrozenLimits", "Identification", "LineLimits",
-    "Method", "SignalMapping", "Simulator", "TapLimits", "WatchMemory",
+    "CandidateSettings", "Candidate", "Diagnosis", "ExplainingSettings", "FoundEffect", "FrozenLimits", "Identification",
+    "Method", "SignalMapping", "Simulator",
 }  # fmt: skip
 """Dataclasses with more fields, a set that only shrinks; authors of plug-ins write an ``Identification``, of few entries."""
 MANY_ARGUMENTS = {
-    "_fitting", "_outcome", "_over_a_sample", "fit", "limited_pid", "rig", "Playing.__init__"
+    "_fitting", "_outcome", "_over_a_sample", "fit", "limited_pid",
 }  # fmt: skip
 """Functions with more arguments, a set that only shrinks. ``limited_pid`` and ``_over_a_sample`` are parts of laws, of floats alone."""
 LONG = {"JerkLimitedInterpolator.update"}

@@ -26,7 +26,7 @@ POINTS = [
 @pytest.mark.parametrize(("speed", "share", "width"), POINTS)
 def test_growth_in_the_engine_is_the_multiplier(speed: float, share: float, width: float) -> None:
     widths = np.array([0.98, 1.02]) * width * 1e-3
-    found = growth(rig(SLOTTED, 6e8, speed, share=share), widths)
+    found = growth(rig(SLOTTED, 6e8, speed, values={"interrupted": share}), widths)
     wanted = [abs(multipliers(turning(SLOTTED, 6e8, float(at), speed, share=share))[0]) for at in widths]
     assert [abs(value) for value in found] == pytest.approx(wanted, abs=1e-5)
 
@@ -42,7 +42,7 @@ def test_growth_converges_with_the_fourth_order() -> None:
 
 @pytest.mark.parametrize("share", [1.0, 0.4])
 def test_the_cut_runs_plain_as_compiled(share: float) -> None:
-    made = rig(SLOTTED, 6e8, 3000.0, share=share, values={"exponent": 0.75, "always_in_contact": 0.0, "run_out": 1e-5})
+    made = rig(SLOTTED, 6e8, 3000.0, values={"interrupted": share, "exponent": 0.75, "always_in_contact": 0.0, "run_out": 1e-5})
     changed = {"mode_1.swing": 1e-5}
     runs = [run(made.plan, duration=0.06, engine=engine, overrides=changed) for engine in ("plain", "compiled")]
     assert np.array_equal(runs[0]["mode_1.displacement"], runs[1]["mode_1.displacement"])
@@ -81,7 +81,7 @@ def test_the_limit_of_milling_whatever_the_number_of_teeth(
 
 def test_process_damping_in_the_engine_acts_along_the_normal() -> None:
     slide = ToolPoint.of([Mode(100.658424, 0.09961174, 1e6, math.radians(angle)) for angle in (90.0, 0.0)], math.radians(70.0))
-    width, _ = time_limit(rig(slide, 700e6, 1000.0, process_damping=2e5), 0.5e-3, 0.05)
+    width, _ = time_limit(rig(slide, 700e6, 1000.0, values={"process_damping": 2e5}), 0.5e-3, 0.05)
     assert width == pytest.approx(1.4189e-3, rel=1e-4)
 
 

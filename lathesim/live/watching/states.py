@@ -8,7 +8,7 @@ holds them does so.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,7 +120,7 @@ class WatchMemory:
     ``theta`` (parameters,) are the values that may move as they are now; ``notes`` are those of the last minutes with their times [s].
     ``base`` (channels,) is the usual mean square of the first laps, ``excess`` by how much the newest block is above it, and ``sensitive``
     (parameters, channels) the mean square of what each value does. ``first`` is what was usual in the first laps, with the values found
-    then (``first_values``), and ``course`` goes on from there until an alarm; ``new`` are the sizes that the lesson did not have at first.
+    then, and ``course`` goes on from there until an alarm; ``new`` are the sizes that the lesson did not have at first.
     ``held`` are the values before the first alarm, ``sound`` the notes before the last one and ``first_sound`` those before the first.
     """
 
@@ -133,8 +133,7 @@ class WatchMemory:
     held: FloatArray | None = None
     sound: tuple[tuple[float, FloatArray], ...] = ()
     first_sound: tuple[tuple[float, FloatArray], ...] = ()
-    first: Usual | None = None
-    first_values: Mapping[str, float] = field(default_factory=dict)
+    first: tuple[Usual, Mapping[str, float]] | None = None
     course: ValueCourse | None = None
     steps: Steps = Steps()
 
@@ -231,7 +230,7 @@ class JudgingState:
             base = np.mean([_mean_square(row.mean, row.quick, usual.theta) for row in rows], axis=0)
             memory = replace(memory, base=base)
         if memory.first is None:
-            memory = replace(memory, first=usual, first_values=dict(zip(watched.parameters, memory.theta.tolist(), strict=True)))
+            memory = replace(memory, first=(usual, dict(zip(watched.parameters, memory.theta.tolist(), strict=True))))
             memory = replace(memory, course=course_of(watched, memory))
         largest, moved = 0.0, 0.0
         for number, item in enumerate(sums):
@@ -316,8 +315,9 @@ def course_of(watched: WatchedChannels, memory: WatchMemory) -> ValueCourse | No
     """Return the course of the values from now on, against what was usual in the first laps; None before that is known."""
     if memory.first is None:
         return None
-    centre = np.array([memory.first_values.get(name, 0.0) for name in watched.parameters])
-    return ValueCourse(memory.first, watched.free, centre, memory.new, watched.block_time)
+    usual, values = memory.first
+    centre = np.array([values.get(name, 0.0) for name in watched.parameters])
+    return ValueCourse(usual, watched.free, centre, memory.new, watched.block_time)
 
 
 def _expected(notes: tuple[tuple[float, FloatArray], ...], time: float) -> Expected | None:

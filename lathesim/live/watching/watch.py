@@ -196,9 +196,7 @@ class Watch:
         if residuals is not None:
             self.residuals, self._plain = residuals, plain
             fresh = self._new_memory(memory.new if new is None else new)
-            memory = replace(
-                fresh, first=memory.first, first_values=memory.first_values, first_sound=memory.first_sound, steps=memory.steps
-            )  # fmt: skip
+            memory = replace(fresh, first=memory.first, first_sound=memory.first_sound, steps=memory.steps)
             self._settled_at = max(self._settled_at, self._time + SETTLE)
         watched = self._watched
         course = memory.course if memory.first is None else course_of(watched, memory)

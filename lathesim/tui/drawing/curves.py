@@ -11,14 +11,13 @@ import numpy.typing as npt
 
 from lathesim.analysis.display_unit import display_unit, plain_name, pretty_quantities, pretty_unit, read_as, shown_with_unit
 from lathesim.analysis.metric import find_channel
+from lathesim.component import ON
 from lathesim.errors import LatheSimError, RecordError
 from lathesim.record import FloatArray, Record
 from lathesim.units import from_si, in_unit
 
 MILLIMETRES, MICROMETRES = from_si(1.0, "mm"), from_si(1.0, "um")
 """Of a metre."""
-ON = 0.5
-"""Value above which a channel of zeros and ones says yes."""
 
 
 def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:

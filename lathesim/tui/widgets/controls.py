@@ -19,8 +19,8 @@ from textual.widgets.option_list import OptionDoesNotExist
 
 from lathesim.analysis.display_unit import plain_name, pretty_quantities, pretty_unit, read_as, shown_with_unit
 from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, Measurements, Metric, find_channel, measure
+from lathesim.component import ON
 from lathesim.record import Place, Record
-from lathesim.tui.drawing.curves import ON
 
 
 class Slider(Widget, can_focus=True):
