@@ -267,7 +267,8 @@ class Registry:
     def _take(self, item: Any, found: dict[str, Any], hook: str, implementation: pluggy.HookImpl) -> None:
         name, is_entry = _name_of(item), isinstance(item, DoorEntry)
         place = _line_of(implementation.function if is_entry else item, str(implementation.plugin_name))
-        problem = _with_place(place, _fault(hook, item, found))
+        fault = _fault(hook, item, found)
+        problem = f"{place}: {fault}" if fault else ""
         if not problem and name in found:
             problem = f"{place}: there is already a '{name}', from {self.origins[name]}. Give this one another name."
         if not problem and inspect.isclass(item):
@@ -396,10 +397,6 @@ def _line_of(item: Any, otherwise: str) -> str:
         return f"{shown_path(inspect.getsourcefile(target) or otherwise)}:{inspect.getsourcelines(target)[1]}"
     except (OSError, TypeError):
         return otherwise
-
-
-def _with_place(place: str, fault: str) -> str:
-    return f"{place}: {fault}" if fault else ""
 
 
 _EXPECTED = {

@@ -11,6 +11,7 @@ They read the channels of the parts LatheDesign and TurningEconomy, where a mach
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import SupportsFloat
 
 import numpy as np
 
@@ -117,33 +118,19 @@ def _last(values: FloatArray) -> float:
     return float(values[-1])
 
 
-def _highest(values: FloatArray) -> float:
-    return float(np.max(values))
-
-
-def _lowest(values: FloatArray) -> float:
-    return float(np.min(values))
-
-
-def _mean(values: FloatArray) -> float:
-    return float(np.mean(values))
-
-
-def _total(values: FloatArray) -> float:
-    return float(np.sum(values))
-
-
 Read = Callable[..., FloatArray]
+Reduce = Callable[..., SupportsFloat]
+"""From a channel (samples,) to a number."""
 
 
-def _of(name: str, unit: str, doc: str, reduce: Callable[[FloatArray], float], read: Read, *wanted: str, cutting: bool = False) -> Metric:
+def _of(name: str, unit: str, doc: str, reduce: Reduce, read: Read, *wanted: str, cutting: bool = False) -> Metric:
     """Return the metric that reduces a channel, read as a whole or in part, to a number."""
-    return Metric(name, unit, doc, lambda record: reduce(read(record, *wanted)), of_cutting=cutting)
+    return Metric(name, unit, doc, lambda record: float(reduce(read(record, *wanted))), of_cutting=cutting)
 
 
-def _over_time(name: str, unit: str, doc: str, reduce: Callable[[FloatArray], float], *wanted: str, cutting: bool = False) -> Metric:
+def _over_time(name: str, unit: str, doc: str, reduce: Reduce, *wanted: str, cutting: bool = False) -> Metric:
     """Return the metric that adds up a channel over time [s]."""
-    return Metric(name, unit, doc, lambda record: reduce(signal(record, *wanted)) * record.sample_period, of_cutting=cutting)
+    return Metric(name, unit, doc, lambda record: float(reduce(signal(record, *wanted))) * record.sample_period, of_cutting=cutting)
 
 
 def _axis_metrics(axis: str) -> list[Metric]:
@@ -169,13 +156,13 @@ METRICS: tuple[Metric, ...] = (
     _of("max_contour_error", "m", "largest contour error in contact", largest, while_in_contact, *CONTOUR_ERROR),
     _of("rms_contour_error", "m", "root mean square of the contour error in contact", root_mean_square, while_in_contact, *CONTOUR_ERROR),
     Metric("contour_error_squared_integral", "m^2*s", "integral of the squared contour error in contact", contour_error_squared_integral),
-    _of("max_surface_roughness", "m", "largest average roughness R_a of what is cut", _highest, signal, "roughness", cutting=True),
+    _of("max_surface_roughness", "m", "largest average roughness R_a of what is cut", np.max, signal, "roughness", cutting=True),
     Metric("mean_surface_roughness", "m", "mean of the average roughness R_a over what is cut", mean_surface_roughness, of_cutting=True),
     _of("max_cutting_force", "N", "largest cutting force", largest, signal, *CUTTING_FORCE, cutting=True),
-    _of("mean_cutting_force", "N", "mean cutting force in contact", _mean, while_in_contact, *CUTTING_FORCE, cutting=True),
-    _of("max_feed", "m", "largest actual feed per revolution while cutting", _highest, signal, "feed_per_revolution", cutting=True),
+    _of("mean_cutting_force", "N", "mean cutting force in contact", np.mean, while_in_contact, *CUTTING_FORCE, cutting=True),
+    _of("max_feed", "m", "largest actual feed per revolution while cutting", np.max, signal, "feed_per_revolution", cutting=True),
     _of("max_feed_speed", "m/s", "largest commanded path speed in contact", largest, while_in_contact, "feed_speed"),
-    _of("max_depth_of_cut", "m", "largest actual depth of cut", _highest, signal, "depth_of_cut", cutting=True),
+    _of("max_depth_of_cut", "m", "largest actual depth of cut", np.max, signal, "depth_of_cut", cutting=True),
     _of("removed_volume", "m^3", "volume cut off the part", _last, signal, "removed_volume", cutting=True),
     _of("max_spindle_torque", "N*m", "largest cutting torque on the spindle", largest, signal, "cutting_torque", cutting=True),
     _of(
@@ -197,7 +184,7 @@ METRICS: tuple[Metric, ...] = (
         "cutting_power",
         cutting=True,
     ),
-    _over_time("cutting_energy", "J", "work of cutting", _total, "cutting_power", cutting=True),
+    _over_time("cutting_energy", "J", "work of cutting", np.sum, "cutting_power", cutting=True),
     Metric("spindle_speed_error", "rad/s", "largest deviation of the spindle from its reference in contact", spindle_speed_error),
     Metric(
         "mean_spindle_droop", "rad/s", "how much too slow the spindle turns, on average while cutting", mean_spindle_droop, of_cutting=True
@@ -210,9 +197,9 @@ METRICS: tuple[Metric, ...] = (
         changes_in_contact,
         "spindle_dac.voltage",
     ),
-    _of("min_cutting_speed", "m/s", "lowest cutting speed while cutting", _lowest, while_engaged, "cutting_speed", cutting=True),
-    _of("mean_cutting_speed", "m/s", "mean cutting speed while cutting", _mean, while_engaged, "cutting_speed", cutting=True),
-    _of("max_cutting_speed", "m/s", "highest cutting speed while cutting", _highest, while_engaged, "cutting_speed", cutting=True),
+    _of("min_cutting_speed", "m/s", "lowest cutting speed while cutting", np.min, while_engaged, "cutting_speed", cutting=True),
+    _of("mean_cutting_speed", "m/s", "mean cutting speed while cutting", np.mean, while_engaged, "cutting_speed", cutting=True),
+    _of("max_cutting_speed", "m/s", "highest cutting speed while cutting", np.max, while_engaged, "cutting_speed", cutting=True),
     _over_time("rapid_contact_time", "s", "time in which the tool stood in the part in rapid blocks", _lasting, "rapid_contact"),
     _of("tool_wear", "m", "flank wear at the end", _last, signal, "flank_wear", cutting=True),
     *_axis_metrics("x"),
@@ -269,23 +256,25 @@ def _settled(record: Record, *wanted: str) -> FloatArray:
     return values[len(values) - max(1, int(_LAST * len(values))) :]
 
 
-def _span(values: FloatArray) -> float:
-    return float(np.ptp(values))
-
-
 CHATTER_METRICS: tuple[Metric, ...] = (
     _of(
         "chatter_swing",
         "m",
         "vibration of the tool in the last quarter of the run, peak to peak",
-        _span,
+        np.ptp,
         _settled,
         "vibration",
         ".displacement",
     ),
     Metric("wave_roughness", "m", "average roughness R_a of the waves around the part, in the last turn", wave_roughness),
     _of(
-        "settled_removal_rate", "m^3/s", "volume cut per time in the last quarter of the run", _mean, _settled, "removal_rate", cutting=True
+        "settled_removal_rate",
+        "m^3/s",
+        "volume cut per time in the last quarter of the run",
+        np.mean,
+        _settled,
+        "removal_rate",
+        cutting=True,
     ),
 )
 

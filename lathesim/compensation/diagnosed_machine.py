@@ -166,7 +166,7 @@ class Diagnosed:
         quiet: dict[str, float] = {}
         given: dict[str, float] = {}
         names = {line.name: line for line in lines}
-        already = {part.name for part in self._plain().parts}
+        already = {part.name for part in prepare(self.lesson, self.registry, self.variant).machinery.parts}
         for part in machinery.parts:
             if not issubclass(part.component, Effect) or part.name in already:
                 continue
@@ -183,9 +183,6 @@ class Diagnosed:
         plan = wire(dataclasses.replace(machinery, finish="", record=wanted))
         batch = Batch(plan, samples, seed=prepared.case.seed)
         return Bench(machinery, batch, loops, {**sound, **shares}, shares, {**sound, **quiet}, machinery.sample_period)
-
-    def _plain(self) -> Machinery:
-        return prepare(self.lesson, self.registry, self.variant).machinery
 
     def _length(self, prepared: Prepared) -> int:
         if prepared.duration is not None:

@@ -100,9 +100,9 @@ class Course:
         place = self._contour()
         contour = record[place] if place is not None else np.sqrt(np.sum(errors**2, axis=0))
         good = np.all(np.isfinite(errors), axis=0) & np.isfinite(contour)
-        return (
-            Lap(np.where(good, errors, 0.0), np.where(good, contour, 0.0)) if good.sum() > 0.5 * self.samples else _broken(errors, contour)
-        )
+        if good.sum() > 0.5 * self.samples:
+            return Lap(np.where(good, errors, 0.0), np.where(good, contour, 0.0))
+        return Lap(np.full_like(errors, np.inf), np.full_like(contour, np.inf))
 
     def tables_of(self, corrections: FloatArray) -> FloatArray:
         """Return where the tables are in a lap with corrections, shape (axes, samples) [m]."""
@@ -157,10 +157,6 @@ class Course:
         if str(CONTOUR) in channels:
             return channels.index(str(CONTOUR))
         return next((place for place, name in enumerate(channels) if Place.of(name).port == CONTOUR.port), None)
-
-
-def _broken(errors: FloatArray, contour: FloatArray) -> Lap:
-    return Lap(np.full_like(errors, np.inf), np.full_like(contour, np.inf))
 
 
 def course_of(prepared: Prepared, what: str) -> Course:

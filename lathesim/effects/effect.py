@@ -101,8 +101,6 @@ class Identification:
     """Whether it shows above the frequencies of the motion, so that it is fitted on all; none: as its family does."""
     against_motion: bool = False
     """Whether a periodic effect changes its sign with the direction, as a friction that is larger at some places."""
-    second_harmonic: tuple[str, ...] = ("second", "second_sine", "second_cosine")
-    """Parameters that are the size of a second harmonic, which keeps its sign where the wave is turned by half a period."""
     middles: tuple[str, ...] = ("middle",)
     """Parameters that are the angle of the middle of a narrow place, as of a slot."""
     carried: tuple[str, ...] | None = None

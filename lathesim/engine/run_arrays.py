@@ -53,7 +53,7 @@ class RunArrays:
             _list(self.states),
             _list(self.discrete),
             [_list(item) for item in self.memories],
-            [_rows(item) for item in self.tables],
+            [item if isinstance(item, list) else item.tolist() for item in self.tables],
         )
 
     def as_arrays(self) -> RunArrays:
@@ -79,10 +79,6 @@ class RunArrays:
 
 def _list(values: Any) -> list[float]:
     return [float(item) for item in values] if isinstance(values, (list, tuple)) else values.astype(float).tolist()
-
-
-def _rows(table: Any) -> list[list[float]]:
-    return table if isinstance(table, list) else table.tolist()
 
 
 def start_arrays(plan: Plan, overrides: Mapping[str, float] | None = None, duration: float = 0.0) -> RunArrays:

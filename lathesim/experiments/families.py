@@ -195,7 +195,7 @@ def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[C
 def _mixed(room: Room, plan: Sequence[str], budget: float, random: np.random.Generator) -> CandidateProgram:
     moves: list[DesignedMove] = []
     seconds = 0.0
-    places = {axis.letter: _middle(axis, random) for axis in room.axes}
+    places = {axis.letter: float(np.round(axis.low + axis.stroke * random.choice([0.05, 0.2, 0.4]), 6)) for axis in room.axes}
     approach = dict(places)
     way = max(abs(approach[axis.letter] - axis.start) for axis in room.axes)
     if way > _NO_WAY:
@@ -213,10 +213,6 @@ def _mixed(room: Room, plan: Sequence[str], budget: float, random: np.random.Gen
             moves += walk.moves
             seconds += walk.seconds
     return CandidateProgram(", ".join(dict.fromkeys(plan)), tuple(moves), seconds)
-
-
-def _middle(axis: FreeAxis, random: np.random.Generator) -> float:
-    return float(np.round(axis.low + axis.stroke * random.choice([0.05, 0.2, 0.4]), 6))
 
 
 def _with_arcs(room: Room, base: CandidateProgram, random: np.random.Generator) -> CandidateProgram:

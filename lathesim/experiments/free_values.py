@@ -216,7 +216,7 @@ def _still(
         if singular[first] * _GAP > before:
             continue
         found = _combinations(names, rows[first:])
-        directions = np.array([_as_direction(names, item) for item in found])
+        directions = np.array([[powers.get(name, 0.0) for name in names] for powers in found])
         still = moved(_FAR * directions) < _STILL
         standing = [item for item, stays in zip(found, still, strict=True) if stays and _is_whole(item)]
         if len(standing) > len(best):
@@ -226,10 +226,6 @@ def _still(
 
 def _is_whole(powers: dict[str, float]) -> bool:
     return all(power == round(power) and abs(power) <= _HIGHEST for power in powers.values())
-
-
-def _as_direction(names: Sequence[str], powers: dict[str, float]) -> FloatArray:
-    return np.array([powers.get(name, 0.0) for name in names])
 
 
 def _combinations(names: Sequence[str], small: FloatArray) -> list[dict[str, float]]:

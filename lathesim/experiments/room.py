@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -230,7 +230,8 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
     for move in moves:
         if move.turn is not None and abs(move.turn - turning) > SAME_NUMBER:
             turning = move.turn
-            lines.append(f"{codes['SPINDLE_SPEED']} S{_number(abs(turning) * 30.0 / math.pi)} {_way_to_turn(turning, codes)}")
+            way = codes["SPINDLE_FORWARD" if turning >= 0.0 else "SPINDLE_REVERSE"]
+            lines.append(f"{codes['SPINDLE_SPEED']} S{_number(abs(turning) * 30.0 / math.pi)} {way}")
         if move.rest > 0.0:
             lines += _rest(move.rest, room, standing)
             if room.idle is not None and not room.dwells:
@@ -256,10 +257,6 @@ def program_text(title: Sequence[str], moves: Sequence[DesignedMove], room: Room
     lines.append("M30")
     lines += ["%"] if dialect.program.number else []
     return "\n".join(lines) + "\n"
-
-
-def _way_to_turn(turning: float, codes: Mapping[str, str]) -> str:
-    return codes["SPINDLE_FORWARD" if turning >= 0.0 else "SPINDLE_REVERSE"]
 
 
 def _rest(seconds: float, room: Room, standing: dict[str, float]) -> list[str]:

@@ -135,7 +135,9 @@ def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
     best = next((name for name in named if all(ahead(name, other) >= 0.0 for other in named)), next(iter(named)))
     joint = float(np.mean([own[best][0] for own in gains]) + sum(own[best][1] for own in gains))
     resolution = max(STANDARD.per_parameter, STANDARD.material * abs(joint))
-    rivals = {name for answer in answers for name in (*named, *_tied_names(answer.effects[0]))} - {best}
+    first = [answer.effects[0] for answer in answers]
+    tied_names = {name if " at " in name else f"{name} at {effect.at}" for effect in first for name in effect.tied_with}
+    rivals = {*named, *tied_names} - {best}
     behind = {name: ahead(best, name) for name in sorted(rivals)}
     probability = 1.0 / (1.0 + sum(math.exp(-max(0.0, by) / (0.5 * resolution)) for by in behind.values()))
     tied = tuple(name for name, by in behind.items() if by < resolution)
@@ -169,10 +171,6 @@ def _key(answer: Diagnosis) -> tuple[str, ...]:
 
 def _name(effect: FoundEffect) -> str:
     return f"{effect.effect} at {effect.at}"
-
-
-def _tied_names(effect: FoundEffect) -> list[str]:
-    return [name if " at " in name else f"{name} at {effect.at}" for name in effect.tied_with]
 
 
 def _with_verdict(answers: Sequence[Diagnosis], chosen: Diagnosis, effects: tuple[FoundEffect, ...], *, is_tied: bool) -> Diagnosis:

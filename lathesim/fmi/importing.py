@@ -321,7 +321,8 @@ def _si(description: Any, unit: str | None) -> tuple[str, float, float, str]:
     if base is None:
         return "1", 1.0, 0.0, f" (in {unit}, of which the FMU does not say what it is)"
     powers = {name: getattr(base, name) for name in _BASE_UNITS if getattr(base, name)}
-    above, below = ([_power(name, abs(power)) for name, power in powers.items() if power * sign > 0] for sign in (1, -1))
+    texts = {name: name if abs(power) == 1 else f"{name}^{abs(power)}" for name, power in powers.items()}
+    above, below = ([texts[name] for name, power in powers.items() if power * sign > 0] for sign in (1, -1))
     made = "/".join(["*".join(above) or "1", *below])
     written = str(unit).replace(".", "*")
     try:
@@ -330,10 +331,6 @@ def _si(description: Any, unit: str | None) -> tuple[str, float, float, str]:
     except UnitError:
         pass
     return made, float(base.factor), float(base.offset), ""
-
-
-def _power(name: str, power: int) -> str:
-    return name if power == 1 else f"{name}^{power}"
 
 
 def _direct_inputs(model: _Fmu) -> dict[_Port, list[_Port]]:

@@ -100,12 +100,9 @@ def cycle_words(meaning: Meaning, block: Block, dialect: Dialect) -> str:
     steps = meaning not in _CONTOURED and dialect.cycles.whole_numbers_are_steps
     told = [table[word.letter].format(_number(word, steps=steps)) for word in block.words if word.letter in table]
     if meaning is Meaning.THREADING_CYCLE and table is _FIRST[meaning]:
-        told = [_passes(word.value) if word.letter == "P" else words for word, words in zip(_of(block, table), told, strict=True)]
+        own = [word for word in block.words if word.letter in table]
+        told = [_passes(word.value) if word.letter == "P" else words for word, words in zip(own, told, strict=True)]
     return ", ".join(told)
-
-
-def _of(block: Block, table: Mapping[str, str]) -> list[Word]:
-    return [word for word in block.words if word.letter in table]
 
 
 def _number(word: Word, *, steps: bool) -> str:

@@ -98,17 +98,13 @@ def beside(moves: Sequence[Move], side: int, distance: float) -> list[Move]:
             found.pop()
         else:
             found.append(piece)
-    made = [_made(part) for part in found]
+    made = [part.move.between(part.start, part.end, arc=_arc_of(part, 0.0)) for part in found]
     lost = contour[0] if not found or found[0].move is not contour[0] else contour[-1] if found[-1].move is not contour[-1] else None
     near = lost or next((move for part in made for move in contour if _near(part, move, distance - _SLACK)), None)
     if near is not None:
         fact = f"A contour at a distance of {in_unit(distance, 'mm')} does not fit into the corners of this move."
         raise Fault(fact, "Take a smaller distance, or a longer move.", near.line)
     return made
-
-
-def _made(part: _Side) -> Move:
-    return part.move.between(part.start, part.end, arc=_arc_of(part, 0.0))
 
 
 def _near(first: Move, second: Move, distance: float) -> bool:

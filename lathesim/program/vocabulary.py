@@ -277,11 +277,9 @@ def without_variants(names: list[str]) -> list[str]:
 def other_readings(code: str, dialect: Dialect) -> str:
     """``in the dialect 'paper' it means millimetres``, or nothing where all dialects agree."""
     differing = [(meaning, names) for meaning, names in _readings(code, dialect) if meaning is not dialect.codes[code]]
-    return ", and ".join(f"in {_dialects(names)} it means {meaning}" for meaning, names in differing)
-
-
-def _dialects(names: list[str]) -> str:
-    return f"the dialect{'s' if len(names) > 1 else ''} {_quoted(names)}"
+    return ", and ".join(
+        f"in the dialect{'s' if len(names) > 1 else ''} {_quoted(names)} it means {meaning}" for meaning, names in differing
+    )
 
 
 def _complete(blocks: Blocks, leave_out: Dialect) -> list[str]:
