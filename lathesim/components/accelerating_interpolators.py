@@ -260,9 +260,7 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
         pause: float, averaging: float, cycle: float, time: float, sample_period: float,
     ) -> tuple[float, ...]:  # fmt: skip
         """Walk one sample further."""
-        rows = len(path)
-        row = int(segment)
-        first = time <= 0.0
+        rows, row, first = len(path), int(segment), time <= 0.0
         if rows > 0 and at_end < ON:
             if first and not takes_time(path, row):
                 row = next_row(path, row)
@@ -271,12 +269,10 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
             while row < rows:
                 if path[row][FEED_MODE] >= THREAD and spindle_angle > NO_ANGLE:
                     place, travelled, index, way, reached = walk_thread(path, row, travelled, index, spindle_angle)
-                    row = int(place)
-                    path_speed = way / sample_period
+                    row, path_speed = int(place), way / sample_period
                     if reached < ON:
                         break
-                    left, travelled, index = 0.0, 0.0, NO_ANGLE
-                    row = next_row(path, row)
+                    row, left, travelled, index = next_row(path, row), 0.0, 0.0, NO_ANGLE
                     continue
                 wanted = 0.0
                 if path[row][KIND] != DWELL_PAUSE:
@@ -299,10 +295,8 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
                 elapsed, travelled, speed_of_block, index = 0.0, 0.0, -1.0, NO_ANGLE
                 row = next_row(path, row)
             if row >= rows:
-                row = rows - 1
+                row, at_end, elapsed = rows - 1, 1.0, left
                 travelled = path[row][LENGTH] * 1.0
-                at_end = 1.0
-                elapsed = left
         elif rows > 0:
             elapsed += sample_period
         else:

@@ -37,7 +37,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import cast
 
-from lathesim.component import BUILT_IN_ARGUMENTS, DiscreteState, Input, Memory, Noise, Output, State, Table
+from lathesim.component import BUILT_IN_ARGUMENTS, ON, DiscreteState, Input, Memory, Noise, Output, State, Table
 from lathesim.engine.assembly import Part, Place
 from lathesim.engine.law_text import LawLibrary, Piece
 from lathesim.engine.wiring import Plan, giving, law_sources
@@ -324,7 +324,7 @@ class Writer:
         body += [f"row = sample * {len(plan.channels)}", *_put("record", plan.channels, "row + ", "keep")]
         body += ["done = sample + 1"]
         if plan.assembly.finish:
-            body += [f"if {flat_name(plan.assembly.finish)} > 0.5:", "    finished = True", "    break"]
+            body += [f"if {flat_name(plan.assembly.finish)} > {ON}:", "    finished = True", "    break"]
         if step := self._step():
             body += ["for substep in range(steps):", *[f"    {line}" for line in step]]
         return body

@@ -24,6 +24,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from lathesim.cache_folder import keep_sealed, kept_sealed
+from lathesim.component import ON
 from lathesim.engine.fuse import FusedModule, Writer, flat_name, fuse
 from lathesim.engine.lane_flat import Flattener, calls, functions_of
 from lathesim.engine.law_text import NotInPlaceError, Piece, Renamed, read_names, stored_names
@@ -282,7 +283,7 @@ class _LaneWriter:
                     lines += self._loop(op) if statements else []
                 case _Finish(name):
                     lines += ["left = False", f"for lane in range({LANES}):", "    if states[lane] == 0.0:"]
-                    lines += [f"        if {self._read(name)} > 0.5:", "            states[lane] = sample + 1.0"]
+                    lines += [f"        if {self._read(name)} > {ON}:", "            states[lane] = sample + 1.0"]
                     lines += ["        else:", "            left = True", "if not left:", "    break"]
                 case _Keep(begin, names):
                     lines.append(f"for lane in range({LANES}):")
@@ -300,7 +301,7 @@ class _LaneWriter:
         lines = []
         for name in self._read_first(loop):
             value = self.arrays[name].format(" + lane") if name in self.arrays else self._place(name)
-            lines.append(f"{name} = {value}{' > 0.5' if name in bools else ''}")
+            lines.append(f"{name} = {value}{f' > {ON}' if name in bools else ''}")
         lines += text
         for name in dict.fromkeys(stored_names(*loop.statements)):
             if name in self.across:
