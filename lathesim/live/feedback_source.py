@@ -90,13 +90,7 @@ class FeedbackOrder:
 
     def as_json(self) -> dict[str, int]:
         """Return the counts as plain data."""
-        return {
-            "received": self.received,
-            "lost": self.lost,
-            "doubled": self.doubled,
-            "late": self.late,
-            "reordered": self.reordered,
-        }
+        return {name: getattr(self, name) for name in ("received", "lost", "doubled", "late", "reordered")}
 
 
 _PATIENCE = 10.0

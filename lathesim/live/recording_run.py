@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 import time as clock
-from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -202,7 +202,7 @@ async def record(
     ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
     try:
         while (left := seconds - (clock.monotonic() - begun)) > 0.0 and not stop.is_set():
-            following = following or asyncio.ensure_future(_next(blocks))
+            following = following or asyncio.ensure_future(anext(blocks))
             await asyncio.wait([following, ending], timeout=min(left, 0.5), return_when=asyncio.FIRST_COMPLETED)
             progress(clock.monotonic() - begun)
             if following.done():
@@ -221,7 +221,3 @@ async def record(
             await blocks.aclose()  # type: ignore[attr-defined]
         recorder.finish()
     return recorder.noted
-
-
-async def _next(blocks: AsyncIterator[SampleBlock]) -> SampleBlock:
-    return await anext(blocks)

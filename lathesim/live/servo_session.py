@@ -130,14 +130,6 @@ def driven_signals(machine: SteppedMachine) -> list[Signal]:
     return [Signal(target, unit, "set-point") for target, unit in machine.driven]
 
 
-def refuses(onlookers: Onlookers, tell: Callable[[str], None]) -> bool:
-    """Return whether there are too many; then it is told."""
-    if len(onlookers) < MOST_ONLOOKERS:
-        return False
-    tell(f"more than {MOST_ONLOOKERS} look on; let go.")
-    return True
-
-
 PATIENCE = 5.0
 """Seconds a peer may take for its greeting, and a planner for its next whole frame, before it is let go."""
 COMPLETE = "complete"
@@ -225,10 +217,8 @@ class Playing:
         count = self._buffer.count()
         session = self._session
         session.periods = self._machine.periods
-        session.counts = {
-            "arrived": count.arrived, "consumed": count.consumed, "underruns": count.underruns, "hard_stops": count.hard_stops,
-            "lowest_fill": count.lowest,
-        }  # fmt: skip
+        names = ("arrived", "consumed", "underruns", "hard_stops")
+        session.counts = {**{name: getattr(count, name) for name in names}, "lowest_fill": count.lowest}
         session.reason = session.reason or COMPLETE
         self._feedback.close()
         self._onlookers.end()
@@ -350,19 +340,8 @@ class Playing:
             self._tell("record", error.message)
 
     def _status(self, last: bool) -> dict[str, Any]:
-        count = self._buffer.count()
-        return {
-            "arrived": count.arrived,
-            "consumed": count.consumed,
-            "fill": count.fill,
-            "room": self._buffer.room,
-            "underruns": count.underruns,
-            "hard_stops": count.hard_stops,
-            "lowest": count.lowest,
-            "periods": self._machine.periods,
-            "last": last,
-            **({"clock": self._session.clock.as_json()} if last else {}),
-        }
+        going_on = {"room": self._buffer.room, "periods": self._machine.periods, "last": last}
+        return {**vars(self._buffer.count()), **going_on, **({"clock": self._session.clock.as_json()} if last else {})}
 
 
 def machine_signals(machine: SteppedMachine) -> tuple[Signal, ...]:

@@ -21,7 +21,7 @@ import numpy as np
 from lathesim.errors import LatheSimError
 from lathesim.live.connections import Listening
 from lathesim.live.samples import LiveError, SampleSink
-from lathesim.live.servo_session import CHUNK, COMPLETE, PATIENCE, Onlookers, Playing, ServoSettings, Session, refuses
+from lathesim.live.servo_session import CHUNK, COMPLETE, MOST_ONLOOKERS, PATIENCE, Onlookers, Playing, ServoSettings, Session
 from lathesim.live.set_point_buffer import SetPointBuffer
 from lathesim.live.stepped_machine import SteppedMachine
 from lathesim.live.wire_format import LARGEST_PORT, MOST_AXES, Decoder, Frame, FrameKind, WireError, read_text, text_frame
@@ -106,8 +106,10 @@ class ServoSide:
             frames = decoder.feed(data)
         hello = _Greeting.read(frames[0])
         if hello.looks_on:
-            if not refuses(self._onlookers, lambda sentence: self._tell("onlookers", f"{peer}: {sentence}")):
+            if len(self._onlookers) < MOST_ONLOOKERS:
                 await self._onlookers.look_on(reader, writer, hello.udp_port)
+            else:
+                self._tell("onlookers", f"{peer}: more than {MOST_ONLOOKERS} look on; let go.")
             return
         if self._busy:
             raise LiveError("another planner moves the machine.", remedy="Wait until it has ended.")

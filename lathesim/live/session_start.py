@@ -83,7 +83,7 @@ async def _until_stopped(blocks: AsyncIterator[SampleBlock], stop: asyncio.Event
     ending: asyncio.Task[bool] = asyncio.ensure_future(stop.wait())
     try:
         while not stop.is_set():
-            following = asyncio.ensure_future(_next(blocks))
+            following = asyncio.ensure_future(anext(blocks, None))
             await asyncio.wait([following, ending], return_when=asyncio.FIRST_COMPLETED)
             if not following.done():
                 following.cancel()
@@ -96,7 +96,3 @@ async def _until_stopped(blocks: AsyncIterator[SampleBlock], stop: asyncio.Event
             yield block
     finally:
         ending.cancel()
-
-
-async def _next(blocks: AsyncIterator[SampleBlock]) -> SampleBlock | None:
-    return await anext(blocks, None)

@@ -62,12 +62,8 @@ class SteppedMachine:
     @property
     def axis_units(self) -> tuple[str, ...]:
         """Return the SI unit of each axis."""
-        units = []
-        for name in self.axes:
-            column = self.axes.index(name)
-            target = next(target for at, target in self._targets if at == column)
-            units.append(self.plan.unit(target))
-        return tuple(units)
+        first = dict(reversed(self._targets))
+        return tuple(self.plan.unit(first[column]) for column in range(len(self.axes)))
 
     @property
     def driven(self) -> list[tuple[str, str]]:

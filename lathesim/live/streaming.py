@@ -261,24 +261,25 @@ class _Feed:
 
     def __init__(self, blocks: Iterator[FloatArray]) -> None:
         self._blocks = blocks
-        self._rest: FloatArray | None = None
+        self._rest: FloatArray = np.zeros((0, 0))
 
     def fill(self, buffer: SetPointBuffer, level: int) -> None:
         """Fill the buffer up to a level, and end it where nothing is left."""
         room = int(np.ceil(min(level, buffer.capacity) - buffer.fill))
-        while room > 0 and not buffer.ended:
-            if self._rest is None or not len(self._rest):
-                self._rest = next(self._blocks, None)
-                if self._rest is None:
-                    buffer.end()
-                    return
+        while self._are_left(buffer) and room > 0:
             taken = buffer.put(self._rest[:room])
             self._rest = self._rest[taken:]
             room = room - taken if taken else 0
-        if self._rest is not None and not len(self._rest):
-            self._rest = next(self._blocks, None)
-            if self._rest is None:
+
+    def _are_left(self, buffer: SetPointBuffer) -> bool:
+        """Return whether there are more set-points; without any the buffer ends."""
+        if not len(self._rest) and not buffer.ended:
+            following = next(self._blocks, None)
+            if following is None:
                 buffer.end()
+            else:
+                self._rest = following
+        return not buffer.ended
 
 
 class _Going:

@@ -78,8 +78,9 @@ class WatchSession:
         self._prepared, self._registry, self._source, self._settings, self._tell = prepared, registry, source, settings, tell
         self._first, self._channels = prepared, driven_and_compared(prepared)
         self._known = KnownEffects(prepared, registry)
-        self._watch: Watch | None = None
-        self._begun: BegunStream | None = None
+        self._begun: BegunStream
+        self._watch: Watch
+        self._has_begun = False
         self._raw: deque[tuple[float, FloatArray]] = deque()
         self._sound: Window | None = None
         self._windows: list[_Pending] = []
@@ -96,7 +97,7 @@ class WatchSession:
         try:
             async with contextlib.aclosing(begun_blocks(self._prepared, self._source, self._channels, stop)) as blocks:
                 async for begun, block in blocks:
-                    if self._begun is None:
+                    if not self._has_begun:
                         self._begin(begun)
                     self._judge(block)
                     await (asyncio.wait([ending, *self._tasks], return_when=asyncio.FIRST_COMPLETED) if self._waits else asyncio.sleep(0))
@@ -120,14 +121,13 @@ class WatchSession:
         return self._settings.waits and bool(self._tasks)
 
     def _begin(self, begun: BegunStream) -> None:
-        self._begun = begun
+        self._begun, self._has_begun = begun, True
         residuals, plain = self._simulations()
         self._watch = Watch(residuals, begun.clock.period, learn=self._settings.learn, block=self._settings.block, plain=plain)
         self._follow()
 
     def _simulations(self) -> tuple[ResidualStream, ResidualStream | None]:
         """Return the machine with the sizes of its effects followed, and, where a tolerance asks what they do, the lesson's first one."""
-        assert self._begun is not None
         drive, compare, period = self._begun.drive, self._begun.compare, self._begun.clock.period
         followed = scales(followed_sizes(self._prepared, self._registry))
         residuals = ResidualStream(self._prepared, drive, compare, period, followed=followed)
@@ -146,13 +146,10 @@ class WatchSession:
 
     def _follow(self) -> None:
         """Follow the values of the simulation as it is now."""
-        assert self._watch is not None
         sizes = followed_sizes(self._prepared, self._registry)
         self._following = Following(self._watch, sizes, self._known, self._settings.tolerance, self._following)
 
     def _judge(self, block: SampleBlock) -> None:
-        assert self._begun is not None
-        assert self._watch is not None
         clock = self._begun.clock
         stretches = clock.take(block)
         for fault in clock.told():
@@ -168,7 +165,6 @@ class WatchSession:
 
     def _keep(self, stretch: Stretch) -> None:
         """Keep the newest samples for the window of a diagnosis; nothing from before a gap."""
-        assert self._begun is not None
         if stretch.fresh:
             self._raw.clear()
         self._raw.append((stretch.begin, stretch.values))
@@ -177,7 +173,6 @@ class WatchSession:
             self._raw.popleft()
 
     def _alarm(self, alarm: ReportedChange) -> None:
-        assert self._watch is not None
         assert self._following is not None
         self._learnt = False
         goes_on = self._drifting
@@ -208,7 +203,6 @@ class WatchSession:
 
     def _after(self, stretch: Stretch) -> None:
         """Report what is known now: learnt values, values that moved, windows that are whole, drifts that go on."""
-        assert self._watch is not None
         if self._watch.learnt and not self._learnt:
             self._learnt = True
             self._sound = self._sound or self._newest_window()
@@ -224,7 +218,6 @@ class WatchSession:
 
     def _newest_window(self) -> Window | None:
         """Return the newest samples as a window, of what is usual now; None where there are too few."""
-        assert self._begun is not None
         period, values = self._begun.clock.period, np.concatenate([piece for _, piece in self._raw], axis=1)
         kept = values[:, -round(self._settings.window / period) :]
         return Window(self._end - kept.shape[1] * period, period, self._begun.signals, kept) if kept.shape[1] >= _LEAST else None
@@ -236,7 +229,6 @@ class WatchSession:
         self._windows = []
 
     def _diagnose(self, pending: _Pending) -> None:
-        assert self._begun is not None
         period = self._begun.clock.period
         values = np.concatenate([piece for _, piece in self._raw], axis=1)
         first = self._raw[0][0]
@@ -250,7 +242,6 @@ class WatchSession:
         further = values[:, at[1] : at[2]]
         validation = Window(pending.begin, period, self._begun.signals, further) if further.shape[1] >= _LEAST else None
         windows = Windows(Window(pending.begin, period, self._begun.signals, whole), validation, self._sound)
-        assert self._watch is not None
         expected = self._watch.expected(pending.begin + 0.5 * self._settings.window)
         before = known_before(self._prepared, self._known.texts(), expected)
         task = asyncio.ensure_future(self._verdict(pending, before, windows))
@@ -289,8 +280,6 @@ class WatchSession:
 
         What is usual then is what a later change is held against; of a drift that nothing names yet that stays what was before it.
         """
-        assert self._watch is not None
-        assert self._begun is not None
         if changed is not None or self._drifting is None:
             self._sound = None
         if changed is None:
@@ -312,7 +301,7 @@ class WatchSession:
         return self._source.where(time) if isinstance(self._source, FileSource) else ""
 
     def _tell_end(self) -> None:
-        counts = {} if self._begun is None else self._begun.clock.counts
+        counts = self._begun.clock.counts if self._has_begun else {}
         faults = ", ".join(f"{kind} {count}" for kind, count in counts.items()) or "none"
         sentence = f"Watched {self._end:.0f} s: {self.alarms} alarm{'s' if self.alarms != 1 else ''}; faults of the recording: {faults}."
         found = []
