@@ -141,15 +141,15 @@ def run(
         raise SimulationError(f"there is no engine '{engine}'.", remedy=f"Choose {', '.join(ENGINES)}.")
     if duration is None and not plan.assembly.finish:
         raise SimulationError("the run has no end.", remedy="Give a duration, or name the output that ends it.")
-    started = clock.perf_counter()
-    arrays = start_arrays(plan, overrides, duration if duration is not None else _LONGER * (hints.expected_time or 0.0))
+    started, expected_time = clock.perf_counter(), hints.expected_time or 0.0
+    lasts, held = (_LONGEST_WITHOUT_END, _LONGER * expected_time) if duration is None else (duration, duration)
+    arrays = start_arrays(plan, overrides, held)
     if check_stability:
         check_step(plan, arrays)
     period = plan.assembly.sample_period
-    last = round((duration if duration is not None else _LONGEST_WITHOUT_END) / period) + 1
-    recorded = RecordedValues(len(plan.channels), last if duration is not None and attended.sink is None else 0)
-    expected = last if duration is not None else round((hints.expected_time or 0.0) / period)
-    state = _Progress(expected, last, hints)
+    last = round(lasts / period) + 1
+    recorded = RecordedValues(len(plan.channels), 0 if duration is None or attended.sink is not None else last)
+    state = _Progress(round(expected_time / period) if duration is None else last, last, hints)
     running = _Running(plan, fuse(plan), seed, state, _Destination(recorded, attended, period))
     failure = ""
     with EndlessLawWatch(plan, attended.stop) as watch:
@@ -178,15 +178,9 @@ class _Running:
 
     def advance(self, arrays: RunArrays, engine: str, watch: EndlessLawWatch) -> str:
         """Run to the end; return the sentence about what broke, empty where nothing did."""
-        plan, fused, state, attended = self.plan, self.fused, self.state, self.kept.attended
-        module: Any = None
-        live = arrays
-        may_compile = engine == "compiled" or (engine == "auto" and not may_run_on(plan))
-        if may_compile and (engine == "compiled" or is_compiled(fused)):
-            module, may_compile = _machine_code(fused, state), False
-        if state.engine == "plain":
-            module, live = plain_module(fused), arrays.as_lists()
-        largest = min(max(_SMALLEST_BLOCK, _BLOCK_NUMBERS // max(1, len(plan.channels))), state.hints.largest_block)
+        fused, state, attended = self.fused, self.state, self.kept.attended
+        module, live, may_compile = self._begun(arrays, engine)
+        largest = min(max(_SMALLEST_BLOCK, _BLOCK_NUMBERS // max(1, len(self.plan.channels))), state.hints.largest_block)
         size = min(_FIRST_BLOCK[state.engine], state.last, largest)
         begun_at = clock.perf_counter()
         while state.first < state.last and not state.finished:
@@ -207,6 +201,15 @@ class _Running:
             growth = 2.0 if spent < _BLOCK_TIME / 2 else 1.0 if spent < _BLOCK_TIME * 2 else 0.5
             size = int(min(largest, max(_SMALLEST_BLOCK, size * growth)))
         return ""
+
+    def _begun(self, arrays: RunArrays, engine: str) -> tuple[Any, RunArrays, bool]:
+        """Return the module that runs the first block, its arrays, and whether it may be compiled later."""
+        may_compile = engine == "compiled" or (engine == "auto" and not may_run_on(self.plan))
+        if may_compile and (engine == "compiled" or is_compiled(self.fused)):
+            module, may_compile = _machine_code(self.fused, self.state), False
+            if module is not None:
+                return module, arrays, False
+        return plain_module(self.fused), arrays.as_lists(), may_compile
 
     def _block(self, module: Any, live: RunArrays, count: int) -> str:
         """Run one block and keep it up to what broke; return the sentence about that, or the alarm of the guard."""
