@@ -246,21 +246,11 @@ class TwinApp(RepaintingApp[str]):
         factor, unit = _shown_unit(largest)
         executed = magnified(ways.executed, ways.simulated, times)
         names = ("reference", f"executed, difference x{times:g}", "simulated")
-        path = self.query_one("#path", TimePlot)
-        if len(ways.reference) > 1:
-            rows = (ways.reference, executed, ways.simulated)
-            path.show_lines(
-                [PlotLine(row[1] / factor, row[0] / factor, name) for row, name in zip(rows, names, strict=True)],
-                f"z / {unit}",
-                f"x / {unit}",
-            )
-        else:
-            rows = (ways.reference, executed, ways.simulated)
-            path.show_lines(
-                [PlotLine(ways.time, row[0] / factor, name) for row, name in zip(rows, names, strict=True)],
-                "t / s",
-                f"way / {unit}",
-            )
+        in_plane = len(ways.reference) > 1
+        rows = (ways.reference, executed, ways.simulated)
+        lines = [PlotLine(row[1] / factor if in_plane else ways.time, row[0] / factor, name) for row, name in zip(rows, names, strict=True)]
+        labels = (f"z / {unit}", f"x / {unit}") if in_plane else ("t / s", f"way / {unit}")
+        self.query_one("#path", TimePlot).show_lines(lines, *labels)
         self._draw_surface(len(ways.reference), times)
         self._say()
 

@@ -6,6 +6,7 @@ import asyncio
 import tempfile
 from collections.abc import Awaitable, Callable
 from contextlib import chdir
+from dataclasses import replace
 
 from textual.pilot import Pilot
 from textual.widgets import Input, SelectionList
@@ -42,7 +43,7 @@ async def results(app: LathesimApp, pilot: Pilot[None]) -> None:
     """Show two cases laid over each other."""
     await run_to_end(app, pilot)
     assert app.workbench.setup is not None
-    app.workbench.change(app.workbench.setup.with_variant("II"))
+    app.workbench.change(replace(app.workbench.setup, variant="II"))
     await run_to_end(app, pilot)
     await pilot.press("f3")
     await pilot.pause()

@@ -71,25 +71,13 @@ class Setup:
         words += [f"seed {self.seed}"] if self.seed is not None else []
         return ", ".join(words) or "as in the lesson"
 
-    def with_variant(self, variant: str | None) -> Setup:
-        """Return the setup with another variant of the lesson and the same changes."""
-        return replace(self, variant=variant)
+    def with_value(self, name: str, quantity: str | None) -> Setup:
+        """Return the setup with another value of ``part.parameter`` or ``part.state``; None takes the lesson's own."""
+        return replace(self, values=_with(self.values, name, quantity))
 
-    def with_value(self, name: str, quantity: str) -> Setup:
-        """Return the setup with another value of ``part.parameter`` or ``part.state``."""
-        return replace(self, values={**self.values, name: quantity})
-
-    def without_value(self, name: str) -> Setup:
-        """Return the setup with the lesson's own value of ``name``."""
-        return replace(self, values={key: value for key, value in self.values.items() if key != name})
-
-    def with_part(self, part: str, component: str, values: Mapping[str, str] | None = None) -> Setup:
-        """Return the setup with another component in the place of a part, and with other ``values`` where they are given."""
-        return replace(self, replaced={**self.replaced, part: component}, values=self.values if values is None else dict(values))
-
-    def without_part(self, part: str) -> Setup:
-        """Return the setup with the lesson's own component in a place."""
-        return replace(self, replaced={key: value for key, value in self.replaced.items() if key != part})
+    def with_part(self, part: str, component: str | None, values: Mapping[str, str] | None = None) -> Setup:
+        """Return the setup with another component in a place, None takes the lesson's own, and with other ``values`` if given."""
+        return replace(self, replaced=_with(self.replaced, part, component), values=self.values if values is None else dict(values))
 
     def with_insert(self, entry: Insert) -> Setup:
         """Return the setup with one effect more."""
@@ -97,29 +85,16 @@ class Setup:
 
     def with_insert_value(self, position: int, item: str, quantity: str | None) -> Setup:
         """Return the setup with another value of an inserted effect's parameter; None takes the effect's own."""
-        entry = {key: value for key, value in self.inserted[position].items() if key != item}
-        entry |= {item: quantity} if quantity is not None else {}
+        entry = _with(self.inserted[position], item, quantity)
         return replace(self, inserted=tuple(entry if place == position else other for place, other in enumerate(self.inserted)))
 
-    def with_simulation(self, name: str, quantity: str) -> Setup:
-        """Return the setup with another sample period, step or duration."""
-        return replace(self, simulation={**self.simulation, name: quantity})
-
-    def without_simulation(self, name: str) -> Setup:
-        """Return the setup with the lesson's own sample period, step or duration."""
-        return replace(self, simulation={key: value for key, value in self.simulation.items() if key != name})
-
-    def with_seed(self, seed: int | None) -> Setup:
-        """Return the setup with another seed; None takes the lesson's."""
-        return replace(self, seed=seed)
+    def with_simulation(self, name: str, quantity: str | None) -> Setup:
+        """Return the setup with another sample period, step or duration; None takes the lesson's own."""
+        return replace(self, simulation=_with(self.simulation, name, quantity))
 
     def without_insert(self, position: int) -> Setup:
         """Return the setup with one of its inserted effects taken out."""
         return replace(self, inserted=tuple(entry for place, entry in enumerate(self.inserted) if place != position))
-
-    def with_program(self, program: Path | None) -> Setup:
-        """Return the setup with another part program."""
-        return replace(self, program=program)
 
     def lesson_text(self, folder: Path) -> str:
         """Return the setup as the YAML text of a lesson for a file in ``folder``; ``lathesim run`` takes it unchanged."""
@@ -152,6 +127,12 @@ class Setup:
         own = Path("lesson_configs").resolve()
         path = self.lesson.path.resolve()
         return self.lesson.name if path in shipped or path.parent == own else _shortened(self.lesson.path)
+
+
+def _with(given: Mapping[str, str], name: str, text: str | None) -> dict[str, str]:
+    """Return a mapping with another text of a name, or without it where that is None."""
+    found = {**given, name: text}
+    return {key: value for key, value in found.items() if value is not None}
 
 
 def _shortened(path: Path) -> str:
@@ -268,26 +249,17 @@ def _in_shown_unit(entry: Entry, typed: str) -> str:
     return f"{typed} {shown}"
 
 
-def with_entry(setup: Setup, entry: Entry, text: str) -> Setup:
-    """Return the setup with another value of an entry."""
+def with_entry(setup: Setup, entry: Entry, text: str | None) -> Setup:
+    """Return the setup with another value of an entry; None takes the lesson's own."""
+    if entry.name == "seed":
+        return replace(setup, seed=None if text is None else int(text))
     if "." not in entry.name:
-        return setup.with_seed(int(text)) if entry.name == "seed" else setup.with_simulation(entry.name, text)
+        return setup.with_simulation(entry.name, text)
     part, item = Place.of(entry.name)
     position = inserted_at(setup, part)
     if position is not None:
         return setup.with_insert_value(position, item, text)
     return setup.with_value(entry.name, text)
-
-
-def without_entry(setup: Setup, entry: Entry) -> Setup:
-    """Return the setup with the lesson's own value of an entry."""
-    if "." not in entry.name:
-        return setup.with_seed(None) if entry.name == "seed" else setup.without_simulation(entry.name)
-    part, item = Place.of(entry.name)
-    position = inserted_at(setup, part)
-    if position is not None:
-        return setup.with_insert_value(position, item, None)
-    return setup.without_value(entry.name)
 
 
 def candidates(case: Prepared, registry: Registry, part: Part) -> dict[str, type[Component]]:

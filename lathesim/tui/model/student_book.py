@@ -6,7 +6,7 @@ import datetime
 import json
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -152,7 +152,7 @@ class Suggestion:
         """Return a setup with what the text names."""
         for name, quantity in self.values:
             setup = setup.with_value(name, quantity)
-        return setup.with_variant(self.variant) if self.variant is not None else setup
+        return replace(setup, variant=self.variant) if self.variant is not None else setup
 
 
 def suggestion(text: str, variants: tuple[str, ...]) -> Suggestion:

@@ -19,38 +19,6 @@ if TYPE_CHECKING:
     from lathesim.tui.model.machine_tree import Setup
 
 
-class UndoHistory:
-    """The setup on the bench, with those before it and those undone."""
-
-    def __init__(self, setup: Setup) -> None:
-        self._past: list[Setup] = []
-        self._undone: list[Setup] = []
-        self.present = setup
-
-    def change(self, setup: Setup) -> None:
-        """Put another setup on the bench; one that is equal changes nothing."""
-        if setup == self.present:
-            return
-        self._past.append(self.present)
-        self._undone.clear()
-        self.present = setup
-
-    def undo(self) -> bool:
-        """Go back one change; False where there is none."""
-        return self._move(self._past, self._undone)
-
-    def redo(self) -> bool:
-        """Take back an undo; False where there is none."""
-        return self._move(self._undone, self._past)
-
-    def _move(self, origin: list[Setup], target: list[Setup]) -> bool:
-        if not origin:
-            return False
-        target.append(self.present)
-        self.present = origin.pop()
-        return True
-
-
 SETUP, RUN, RUNS, REGISTRY = "setup", "run", "runs", "registry"
 """What changed, as listeners are told: the setup, the run under way, the list of runs, the parts at hand."""
 
@@ -109,7 +77,10 @@ class Workbench:
     def __init__(self, load_registry: Callable[[], Registry]) -> None:
         self._load_registry = load_registry
         self._registry: Registry | None = None
-        self.history: UndoHistory | None = None
+        self.setup: Setup | None = None
+        """The setup on the bench; None before a lesson is opened."""
+        self._past: list[Setup] = []
+        self._undone: list[Setup] = []
         self.runs: list[BenchRun] = []
         self.shown: BenchRun | None = None
         self.pace = 0.0
@@ -137,11 +108,6 @@ class Workbench:
             listener(what)
 
     @property
-    def setup(self) -> Setup | None:
-        """The setup on the bench; None before a lesson is opened."""
-        return self.history.present if self.history is not None else None
-
-    @property
     def live(self) -> LiveRun | None:
         """The run under way, or None."""
         found = self.runs[-1].live if self.runs else None
@@ -165,11 +131,7 @@ class Workbench:
         if variant is not None:
             variant_changes(found, variant)
         chosen = variant if variant is not None else next(iter(found.variants), None)
-        setup = Setup(found, chosen)
-        if self.history is None:
-            self.history = UndoHistory(setup)
-        else:
-            self.history.change(setup)
+        self._put(Setup(found, chosen))
         self.shown = self.shown if self.live is not None else None
         self.tell(SETUP)
 
@@ -185,23 +147,34 @@ class Workbench:
 
     def change(self, setup: Setup) -> None:
         """Put a changed setup on the bench; :meth:`undo` takes it back."""
-        if self.history is None or setup == self.history.present:
+        if self.setup is not None and setup != self.setup:
+            self._put(setup)
+            self.tell(SETUP)
+
+    def _put(self, setup: Setup) -> None:
+        """Put another setup on the bench; one that is equal changes nothing."""
+        if setup == self.setup:
             return
-        self.history.change(setup)
-        self.tell(SETUP)
+        if self.setup is not None:
+            self._past.append(self.setup)
+            self._undone.clear()
+        self.setup = setup
 
     def undo(self) -> bool:
         """Take the last change back; False where there is none."""
-        return self._moved(self.history is not None and self.history.undo())
+        return self._moved(self._past, self._undone)
 
     def redo(self) -> bool:
         """Make an undone change again; False where there is none."""
-        return self._moved(self.history is not None and self.history.redo())
+        return self._moved(self._undone, self._past)
 
-    def _moved(self, done: bool) -> bool:
-        if done:
-            self.tell(SETUP)
-        return done
+    def _moved(self, origin: list[Setup], target: list[Setup]) -> bool:
+        if self.setup is None or not origin:
+            return False
+        target.append(self.setup)
+        self.setup = origin.pop()
+        self.tell(SETUP)
+        return True
 
     def prepared(self) -> Prepared:
         """Return the setup assembled and wired, made once for each setup; raises :class:`LatheSimError` where it cannot be."""

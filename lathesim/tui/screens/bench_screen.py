@@ -295,7 +295,7 @@ class BenchScreen(WorkbenchScreen):
         setup = self.workbench.setup
         if setup is not None and isinstance(event.value, str):
             self.workbench.shown = None if self.workbench.live is None else self.workbench.shown
-            self.workbench.change(setup.with_variant(event.value))
+            self.workbench.change(replace(setup, variant=event.value))
 
     @on(Slider.Slid)
     def _go_to(self, event: Slider.Slid) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.text import Text
@@ -32,7 +32,6 @@ from lathesim.tui.model.machine_tree import (
     taken_value,
     with_component,
     with_entry,
-    without_entry,
 )
 from lathesim.tui.model.workbench import REGISTRY, SETUP
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
@@ -202,9 +201,9 @@ class ConfigureScreen(WorkbenchScreen):
         if setup is None:
             return
         if entry is not None and entry.changed:
-            self._try(without_entry(setup, entry))
+            self._try(with_entry(setup, entry, None))
         elif part in setup.replaced:
-            self._try(setup.without_part(part))
+            self._try(setup.with_part(part, None))
         else:
             from lathesim.tui.model.machine_tree import inserted_at
 
@@ -268,7 +267,7 @@ class ConfigureScreen(WorkbenchScreen):
         self.app.push_screen(CutForm(), self._take_program)
 
     def _take_program(self, path: Path | None) -> None:
-        if path is not None and self._setup is not None and self._try(self._setup.with_program(path)):
+        if path is not None and self._setup is not None and self._try(replace(self._setup, program=path)):
             self.set_focus(None)
             self.query_one(TabbedContent).active = "program"
 
