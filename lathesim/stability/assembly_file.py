@@ -20,9 +20,9 @@ from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import read_source
 from lathesim.limit import Limit
 from lathesim.record import FloatArray
-from lathesim.stability.beams import MODELS, Beam, Complex, Material, assembly_tip, base_from_tip, cylinder, prism
+from lathesim.stability.beams import MODELS, Beam, Material, assembly_tip, base_from_tip, cylinder, prism
 from lathesim.stability.stability_thresholds import ROUNDING
-from lathesim.stability.tool_point import FrequencyResponse
+from lathesim.stability.tool_point import Complex, FrequencyResponse
 from lathesim.units import in_unit
 
 

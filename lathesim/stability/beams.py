@@ -26,8 +26,7 @@ import scipy.linalg
 
 from lathesim.errors import LessonError
 from lathesim.record import FloatArray
-
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+from lathesim.stability.tool_point import Complex
 
 
 @dataclass(frozen=True)

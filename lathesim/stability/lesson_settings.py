@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
 from lathesim.record import FloatArray
+from lathesim.recordings.delimited_text import read_text
 from lathesim.stability.stability_thresholds import ROUNDING, SHORT, TAP
 from lathesim.stability.tap import TapEstimate, TapRecord, TapSettings, estimate_response, judged_hits, tap
 from lathesim.stability.tool_point import FrequencyResponse, Mode, Quantity, ToolPoint, ends_too_low
@@ -27,6 +27,7 @@ from lathesim.units import in_unit, quantity
 
 if TYPE_CHECKING:
     from lathesim.lessons.schema import ResponseEntry, ToolPointEntry
+    from lathesim.recordings.raw_table import RawTable
     from lathesim.stability.choose_modes import FoundModes
 
 _FAR, _WELL_DAMPED = 3.0, 0.5
@@ -274,25 +275,15 @@ def recorded_tap(path: Path) -> TapEstimate:
 
     Raises :class:`RecordingError` where a column is missing or no hit stands out.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
-    except FileNotFoundError:
-        raise RecordingError("there is no such file.", place=str(path)) from None
-    header, _, body = text.partition("\n")
-    mark = next((item for item in (";", "\t", ",") if item in header), ",")
-    names = [name.strip().strip('"') for name in header.split(mark)]
-    try:
-        table = np.loadtxt(body.splitlines(), delimiter=mark, ndmin=2)
-    except ValueError as error:
-        raise RecordingError(f"the rows cannot be read: {error}.", place=str(path)) from None
-    if table.shape[1] != len(names):
-        raise RecordingError(f"{len(names)} names stand over {table.shape[1]} columns.", place=str(path), remedy="Name each column once.")
-    time, force = _column(names, table, "time", "s", path), _column(names, table, "force", "N", path)
-    sensor = next((word for word in SENSORS if any(name.lower().startswith(word) for name in names)), None)
+    if not path.is_file():
+        raise RecordingError("there is no such file.", place=str(path))
+    table = read_text(path)
+    time, force = _column(table, "time", "s"), _column(table, "force", "N")
+    sensor = next((word for word in SENSORS if any(name.lower().startswith(word) for name in table.columns)), None)
     if sensor is None:
         raise RecordingError("no column is a displacement, velocity or acceleration.", place=str(path), remedy="Name it so, with its unit.")
     quantity, unit, _ = SENSORS[sensor]
-    response = _column(names, table, sensor, unit, path)
+    response = _column(table, sensor, unit)
     steps = np.diff(time)
     if len(steps) < SHORT.samples or not (steps > 0.0).all() or steps.max() > TAP.uneven * np.median(steps):
         raise RecordingError("the time does not rise evenly.", place=str(path), remedy="Give one row a sample.")
@@ -300,13 +291,14 @@ def recorded_tap(path: Path) -> TapEstimate:
     return estimate_response(_split(force, response, rate, quantity, path))
 
 
-def _column(names: list[str], table: FloatArray, word: str, unit: str, path: Path) -> FloatArray:
-    for place, name in enumerate(names):
-        if name.lower().startswith(word):
-            told = re.search(r"\[(.*)\]", name)
-            factor = quantity(f"1 {told[1]}", unit) if told else 1.0
-            return np.asarray(table[:, place] * factor)
-    raise RecordingError(f"no column is named '{word}'.", place=str(path), remedy=f"Name one '{word} [{unit}]'.")
+def _column(table: RawTable, word: str, unit: str) -> FloatArray:
+    name = next((name for name in table.columns if name.lower().startswith(word)), None)
+    if name is None:
+        raise RecordingError(f"no column is named '{word}'.", place=str(table.source), remedy=f"Name one '{word} [{unit}]'.")
+    values, told = table.columns[name], table.units.get(name)
+    if not np.isfinite(values).all():
+        raise RecordingError(f"a cell of '{name}' holds no number.", place=str(table.source), remedy="Leave its row out.")
+    return np.asarray(values * (quantity(f"1 {told}", unit) if told else 1.0))
 
 
 def _split(force: FloatArray, response: FloatArray, rate: float, quantity: Quantity, path: Path) -> TapRecord:

@@ -22,9 +22,7 @@ import scipy.linalg
 from lathesim.errors import LessonError
 from lathesim.record import FloatArray
 from lathesim.stability.stability_thresholds import MAP
-from lathesim.stability.tool_point import Mode, ToolPoint
-
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+from lathesim.stability.tool_point import Complex, Mode, ToolPoint
 
 POINTS = 40
 """Points of an element. Spectral accuracy: 40 for four vibrations leave about 1e-10."""

@@ -77,19 +77,6 @@ def values(root: ElementTree.Element) -> list[tuple[int, str]]:
     return sorted((int(item.get("sequence", "0")), item.text or "") for item in root.iter() if item.get("dataItemId"))
 
 
-async def test_probe_lists_the_items_and_the_header_has_what_clients_lean_on() -> None:
-    async with served(filled(3)) as (_, port):
-        _, root = await get(port, "/probe")
-        _, streams = await get(port, "/current")
-    assert {item.get("name") for item in root.iter("DataItem")} == {"Xact", "block", "tick", "alarm"}
-    header = streams.find("Header")
-    assert header is not None
-    assert header.get("instanceId") == "7"
-    assert header.get("bufferSize") == "100"
-    assert [header.get(key) for key in ("firstSequence", "lastSequence", "nextSequence")] == ["1", "3", "4"]
-    assert {"creationTime", "sender", "version"} <= set(header.attrib)
-
-
 async def test_current_is_the_newest_state_and_at_an_earlier_number_the_one_then() -> None:
     made = filled(5)
     made.buffer.observe(BLOCK, START, "N10")
@@ -222,12 +209,13 @@ async def test_a_request_that_is_none_is_answered_and_forgotten() -> None:
         assert (await get(port, "/" + "a" * 20_000))[0] == 431
 
 
-def items() -> list[object]:
-    """Return the map of one item."""
-    return list(map_from({"channels": {"x_scale.position": {"item": "Xact", "unit": "mm"}}}, "map"))
+def source_at(port: int, *pauses: float, item: str = "Xact") -> MTConnectSource:
+    """Return the source of one item of an agent."""
+    mapped = map_from({"channels": {"x_scale.position": {"item": item, "unit": "mm"}}}, "map")
+    return MTConnectSource(Address("http", "127.0.0.1", port), mapped, *pauses)
 
 
-async def follow(source: MTConnectSource, until: int, acts: dict[int, object]) -> tuple[list[float], list[str]]:
+async def follow(source: MTConnectSource, until: int) -> tuple[list[float], list[str]]:
     """Return the values [mm] and notes of a source until so many values came."""
     found: list[float] = []
     notes: list[str] = []
@@ -242,7 +230,7 @@ async def follow(source: MTConnectSource, until: int, acts: dict[int, object]) -
 async def test_a_cursor_that_fell_out_of_the_buffer_goes_on_and_says_what_was_lost() -> None:
     made = filled(5, 20)
     async with served(made) as (_, port):
-        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.1)  # type: ignore[arg-type]
+        source = source_at(port, 0.1)
 
         async def more() -> None:
             await asyncio.sleep(0.05)  # the source has read up to number 5 and is waiting
@@ -250,7 +238,7 @@ async def test_a_cursor_that_fell_out_of_the_buffer_goes_on_and_says_what_was_lo
                 made.buffer.observe(X, START + timedelta(milliseconds=number), str(number))
 
         filling = asyncio.create_task(more())
-        found, notes = await asyncio.wait_for(follow(source, 21, {}), 10.0)
+        found, notes = await asyncio.wait_for(follow(source, 21), 10.0)
         await filling
     assert found == pytest.approx([4.0, *range(80, 100)])
     assert notes == ["75 observations were lost: the cursor fell out of the agent's buffer"]
@@ -261,14 +249,14 @@ async def test_another_instance_is_begun_anew() -> None:
     for number in range(2):
         second.buffer.observe(X, START + timedelta(seconds=10 + number), str(50 + number))
     async with served(first) as (server, port):
-        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.05)  # type: ignore[arg-type]
+        source = source_at(port, 0.05)
 
         async def restart() -> None:
             await asyncio.sleep(0.12)
             server.agent = second
 
         turning = asyncio.create_task(restart())
-        found, notes = await asyncio.wait_for(follow(source, 3, {}), 10.0)
+        found, notes = await asyncio.wait_for(follow(source, 3), 10.0)
         await turning
     assert found == pytest.approx([2.0, 50.0, 51.0])
     assert notes == ["the agent started anew"]
@@ -276,10 +264,8 @@ async def test_another_instance_is_begun_anew() -> None:
 
 async def test_an_item_that_is_not_there_is_named_with_the_nearest() -> None:
     async with served(filled(1)) as (_, port):
-        mapped = map_from({"channels": {"x_scale.position": {"item": "Xat", "unit": "mm"}}}, "map")
-        source = MTConnectSource(Address("http", "127.0.0.1", port), mapped)
         with pytest.raises(LiveError, match=r"has no data item 'Xat'\. Did you mean 'Xact'\?"):
-            await anext(source.blocks())
+            await anext(source_at(port, item="Xat").blocks())
 
 
 async def test_an_adapter_sends_lines_of_shdr_to_an_agent_and_answers_its_pings() -> None:
@@ -351,8 +337,8 @@ async def answering(*answers: bytes, hang: bool = False) -> AsyncIterator[int]:
 )
 async def test_a_malformed_answer_is_an_agent_that_is_away_until_it_answers_well(answer: bytes) -> None:
     async with answering(answer, plain_answer(GOOD)) as port:
-        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.01, 0.01)  # type: ignore[arg-type]
-        found, notes = await asyncio.wait_for(follow(source, 1, {}), 10.0)
+        source = source_at(port, 0.01, 0.01)
+        found, notes = await asyncio.wait_for(follow(source, 1), 10.0)
     assert found == [5.0]
     assert notes[0].startswith("the agent went away: ")
     assert notes[1:] == ["the agent was away"]
@@ -360,7 +346,7 @@ async def test_a_malformed_answer_is_an_agent_that_is_away_until_it_answers_well
 
 async def test_a_recording_stops_at_once_while_an_agent_sends_nothing_more(tmp_path: Path) -> None:
     async with answering(b"HTTP/1.1 200 OK\r\nContent-Length: 50\r\n\r\n<", hang=True) as port:
-        source = MTConnectSource(Address("http", "127.0.0.1", port), items(), 0.01)  # type: ignore[arg-type]
+        source = source_at(port, 0.01)
         stop = asyncio.Event()
         recording = asyncio.create_task(record(source, tmp_path / "r.h5", 1e4, stop, lambda _: None))
         await asyncio.sleep(0.05)
@@ -420,15 +406,17 @@ async def test_a_server_that_closes_under_a_stream_logs_nothing(caplog: pytest.L
     writer.close()
 
 
-async def test_headers_have_every_attribute_that_the_schemas_require() -> None:
+async def test_probe_lists_the_items_and_headers_have_every_attribute_that_the_schemas_require() -> None:
     common = {"version", "creationTime", "instanceId", "sender", "bufferSize"}
     required = {
         "/probe": common | {"deviceModelChangeTime", "assetBufferSize", "assetCount"},
-        "/current": common | {"deviceModelChangeTime", "firstSequence", "lastSequence", "nextSequence"},
         "/mill": common,
+        "/current": common | {"deviceModelChangeTime", "firstSequence", "lastSequence", "nextSequence"},
     }
     async with served(filled(3)) as (_, port):
-        for target, attributes in required.items():
-            header = (await get(port, target))[1].find("Header")
-            assert header is not None
-            assert set(header.attrib) == attributes
+        _, root = await get(port, "/probe")
+        headers = {target: (await get(port, target))[1].find("Header") for target in required}
+    assert {item.get("name") for item in root.iter("DataItem")} == {"Xact", "block", "tick", "alarm"}
+    assert {target: set(header.attrib) for target, header in headers.items() if header is not None} == required
+    told = {"instanceId": "7", "bufferSize": "100", "firstSequence": "1", "lastSequence": "3", "nextSequence": "4"}
+    assert told.items() <= headers["/current"].attrib.items()  # type: ignore[union-attr]
