@@ -8,27 +8,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from lathesim import path_columns as at
 from lathesim.component import Parameter
 from lathesim.engine.assembly import Part
 from lathesim.errors import LatheSimError
 from lathesim.lessons.program_path import limits_of, path_of_program, start_of
 from lathesim.lessons.simulate import Prepared
 from lathesim.limit import Limit
-from lathesim.path_columns import (
-    CONSTANT_SPEED,
-    END_X,
-    END_Z,
-    FEED,
-    FEED_MODE,
-    KIND,
-    LINE_MOVE,
-    PER_MINUTE,
-    PER_REVOLUTION,
-    SPINDLE_MODE,
-    SPINDLE_SPEED,
-    START_X,
-    START_Z,
-)
 from lathesim.program.canonical_moves import in_comment
 from lathesim.program.dialects import DIALECTS
 
@@ -156,18 +142,18 @@ def _turning(prepared: Prepared, interpolator: Part, followed: set[str]) -> Turn
     if case.program is None or f"{interpolator.name}.spindle_reference" not in followed:
         return None
     table = path_of_program(case.program, case.lesson.settings.dialect, start=start_of(case.lesson.machine)).table
-    speed = float(np.abs(table[table[:, SPINDLE_MODE] == CONSTANT_SPEED, SPINDLE_SPEED]).max(initial=0.0))
+    speed = float(np.abs(table[table[:, at.SPINDLE_MODE] == at.CONSTANT_SPEED, at.SPINDLE_SPEED]).max(initial=0.0))
     radius, face, length = (_of_stock(prepared, name) for name in ("stock_radius", "face", "stock_length"))
-    inside = np.minimum(table[:, START_X], table[:, END_X]) < radius
-    cutting = table[(table[:, KIND] == LINE_MOVE) & (table[:, FEED_MODE] == PER_REVOLUTION) & inside]
-    cutting = cutting[cutting[:, END_Z] > face]
+    inside = np.minimum(table[:, at.START_X], table[:, at.END_X]) < radius
+    cutting = table[(table[:, at.KIND] == at.LINE_MOVE) & (table[:, at.FEED_MODE] == at.PER_REVOLUTION) & inside]
+    cutting = cutting[cutting[:, at.END_Z] > face]
     if speed <= 0.0:
         return None
     if not len(cutting):
         return Turning(speed)
-    smallest = float(cutting[:, END_X].min())
-    end = min(face + length, float(cutting[:, END_Z].max()))
-    return Turning(speed, True, float(cutting[:, FEED].max()), radius - smallest, radius, face, end, smallest)
+    smallest = float(cutting[:, at.END_X].min())
+    end = min(face + length, float(cutting[:, at.END_Z].max()))
+    return Turning(speed, True, float(cutting[:, at.FEED].max()), radius - smallest, radius, face, end, smallest)
 
 
 def _of_stock(prepared: Prepared, name: str) -> float:
@@ -184,8 +170,8 @@ def _of_programs(prepared: Prepared) -> tuple[tuple[tuple[float, float], tuple[f
     if case.program is None:
         return ((0.0, _USUAL_STROKE), (0.0, _USUAL_STROKE)), _USUAL_FEED
     table = path_of_program(case.program, case.lesson.settings.dialect, start=start_of(case.lesson.machine)).table
-    x, z = table[:, [START_X, END_X]], table[:, [START_Z, END_Z]]
-    by_minute = table[(table[:, KIND] >= LINE_MOVE) & (table[:, FEED_MODE] == PER_MINUTE), FEED]
+    x, z = table[:, [at.START_X, at.END_X]], table[:, [at.START_Z, at.END_Z]]
+    by_minute = table[(table[:, at.KIND] >= at.LINE_MOVE) & (table[:, at.FEED_MODE] == at.PER_MINUTE), at.FEED]
     fastest = float(by_minute.max()) if len(by_minute) and by_minute.max() > 0.0 else _USUAL_FEED
     return ((float(x.min()), float(x.max())), (float(z.min()), float(z.max()))), fastest
 

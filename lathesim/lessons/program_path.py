@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from lathesim import path_columns as at
 from lathesim.analysis.failed_run import RawStock
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.engine.assembly import FloatArray, Place
@@ -14,20 +15,6 @@ from lathesim.lessons.case import Case, Given
 from lathesim.lessons.lesson import Lesson, MachineTemplate
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.sensor_sides import assumed_sides
-from lathesim.path_columns import (
-    CONSTANT_SURFACE_SPEED,
-    DWELL,
-    END_X,
-    FEED,
-    FEED_MODE,
-    KIND,
-    LENGTH,
-    PER_MINUTE,
-    RAPID,
-    SPINDLE_MODE,
-    SPINDLE_SPEED,
-    START_X,
-)
 from lathesim.program.moves import Program, Tool
 from lathesim.program.path import Limits, lay_path
 from lathesim.program.path import Path as ToolPath
@@ -112,17 +99,17 @@ def expected_time(table: FloatArray, rapid_speed: float) -> float:
     """
     total = 0.0
     for row in table:
-        if row[KIND] == RAPID:
+        if row[at.KIND] == at.RAPID:
             speed = rapid_speed
-        elif row[FEED_MODE] != PER_MINUTE:
-            turns = abs(row[SPINDLE_SPEED]) / (2.0 * math.pi)
-            if row[SPINDLE_MODE] == CONSTANT_SURFACE_SPEED:
-                radius = max(row[START_X], row[END_X], 1e-3)
+        elif row[at.FEED_MODE] != at.PER_MINUTE:
+            turns = abs(row[at.SPINDLE_SPEED]) / (2.0 * math.pi)
+            if row[at.SPINDLE_MODE] == at.CONSTANT_SURFACE_SPEED:
+                radius = max(row[at.START_X], row[at.END_X], 1e-3)
                 turns /= radius
-            speed = row[FEED] * turns
+            speed = row[at.FEED] * turns
         else:
-            speed = row[FEED]
-        total += row[DWELL] + (row[LENGTH] / speed if speed > 0.0 else 0.0)
+            speed = row[at.FEED]
+        total += row[at.DWELL] + (row[at.LENGTH] / speed if speed > 0.0 else 0.0)
     return float(total)
 
 
