@@ -52,7 +52,7 @@ def largest(values: FloatArray) -> float:
     return float(np.max(np.abs(values)))
 
 
-def root_mean_square(values: FloatArray) -> float:
+def rms(values: FloatArray) -> float:
     """Return the root of the mean square."""
     return float(np.sqrt(np.mean(values * values)))
 
@@ -140,12 +140,12 @@ def _axis_metrics(axis: str) -> list[Metric]:
     following = f"largest distance of the {axis} axis from its reference"
     return [
         _of(f"max_{axis}_force", "N", f"largest {force}", largest, signal, load, cutting=True),
-        _of(f"rms_{axis}_force", "N", f"root mean square of the {force} in contact", root_mean_square, in_contact, load, cutting=True),
+        _of(f"rms_{axis}_force", "N", f"root mean square of the {force} in contact", rms, in_contact, load, cutting=True),
         _of(f"max_{axis}_following_error", "m", following, largest, signal, *error),
         _of(f"max_{axis}_voltage", "V", f"largest command voltage of the {axis} axis", largest, signal, dac),
-        _of(f"{axis}_voltage_unrest", "V", unrest, root_mean_square, changes_in_contact, dac),
+        _of(f"{axis}_voltage_unrest", "V", unrest, rms, changes_in_contact, dac),
         _of(f"max_{axis}_current", "A", f"largest {current}", largest, signal, f"{drive}.current"),
-        _of(f"rms_{axis}_current", "A", f"root mean square of the {current}", root_mean_square, signal, f"{drive}.current"),
+        _of(f"rms_{axis}_current", "A", f"root mean square of the {current}", rms, signal, f"{drive}.current"),
         _of(f"max_{axis}_speed", "m/s", f"largest speed of the {axis} axis", largest, signal, f"{drive}.velocity"),
     ]
 
@@ -154,7 +154,7 @@ METRICS: tuple[Metric, ...] = (
     Metric("cycle_time", "s", "time until the reference reaches the end of the program", cycle_time),
     _over_time("contact_time", "s", "time in which tool and part are in contact", _lasting, *CONTACT),
     _of("max_contour_error", "m", "largest contour error in contact", largest, while_in_contact, *CONTOUR_ERROR),
-    _of("rms_contour_error", "m", "root mean square of the contour error in contact", root_mean_square, while_in_contact, *CONTOUR_ERROR),
+    _of("rms_contour_error", "m", "root mean square of the contour error in contact", rms, while_in_contact, *CONTOUR_ERROR),
     Metric("contour_error_squared_integral", "m^2*s", "integral of the squared contour error in contact", contour_error_squared_integral),
     _of("max_surface_roughness", "m", "largest average roughness R_a of what is cut", np.max, signal, "roughness", cutting=True),
     Metric("mean_surface_roughness", "m", "mean of the average roughness R_a over what is cut", mean_surface_roughness, of_cutting=True),
@@ -169,21 +169,13 @@ METRICS: tuple[Metric, ...] = (
         "rms_spindle_torque",
         "N*m",
         "root mean square of the cutting torque in contact",
-        root_mean_square,
+        rms,
         while_in_contact,
         "cutting_torque",
         cutting=True,
     ),
     _of("max_cutting_power", "W", "largest cutting power at the spindle", largest, signal, "cutting_power", cutting=True),
-    _of(
-        "rms_cutting_power",
-        "W",
-        "root mean square of the cutting power in contact",
-        root_mean_square,
-        while_in_contact,
-        "cutting_power",
-        cutting=True,
-    ),
+    _of("rms_cutting_power", "W", "root mean square of the cutting power in contact", rms, while_in_contact, "cutting_power", cutting=True),
     _over_time("cutting_energy", "J", "work of cutting", np.sum, "cutting_power", cutting=True),
     Metric("spindle_speed_error", "rad/s", "largest deviation of the spindle from its reference in contact", spindle_speed_error),
     Metric(
@@ -193,7 +185,7 @@ METRICS: tuple[Metric, ...] = (
         "spindle_voltage_unrest",
         "V",
         "rms change of the spindle voltage from sample to sample in contact",
-        root_mean_square,
+        rms,
         changes_in_contact,
         "spindle_dac.voltage",
     ),

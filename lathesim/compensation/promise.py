@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.analysis.turning_metrics import root_mean_square
+from lathesim.analysis.turning_metrics import rms
 from lathesim.compensation.diagnosed_machine import Bench
 from lathesim.compensation.laps import CONTOUR
 from lathesim.engine.assembly import FloatArray, Place
@@ -60,7 +60,7 @@ def sizes(bench: Bench, record: FloatArray, sound: FloatArray) -> dict[str, tupl
     found = _deviations(bench, record, sound)
     contour = bench.channel(record, str(CONTOUR))
     if contour is not None:
-        found["rms_path_error"] = (root_mean_square(contour), "m")
+        found["rms_path_error"] = (rms(contour), "m")
         found["max_path_error"] = (float(np.max(np.abs(contour))), "m")
     found |= {name: (value, "m") for name, value in _circle(bench, record).items()}
     for loop in bench.loops:
@@ -146,7 +146,7 @@ def _recorded(bench: Bench, record: FloatArray, sound: FloatArray) -> dict[str, 
 def _deviations(bench: Bench, record: FloatArray, sound: FloatArray) -> dict[str, tuple[float, str]]:
     found = {}
     for loop, row in zip(bench.loops, bench.table(record) - bench.table(sound), strict=True):
-        found[f"rms_deviation of {loop.table}"] = (root_mean_square(row), "m")
+        found[f"rms_deviation of {loop.table}"] = (rms(row), "m")
         found[f"largest_deviation of {loop.table}"] = (float(np.max(np.abs(row))), "m")
     return found
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.analysis.turning_metrics import root_mean_square
+from lathesim.analysis.turning_metrics import rms
 from lathesim.compensation.diagnosed_machine import InsertedRemedy
 from lathesim.compensation.lap_response import learning_filter
 from lathesim.compensation.laps import Course, course_of
@@ -303,16 +303,16 @@ def _mirrored(course: Course, sound: FloatArray, place: str) -> FloatArray:
     corrections = np.zeros((len(course.loops), course.samples))
     off = sound[:, : course.samples] - course.tables_of(corrections)
     furthest, reached = _furthest(off) + count, 0.0
-    best, least = None, root_mean_square(off)
+    best, least = None, rms(off)
     for _ in range(_ROUNDS):
         corrections = chosen.applied(corrections, off)
         # a rapid to the first point would cost a sample, and all the others would be late
         corrections[:, 0] = 0.0
         off = sound[:, : course.samples] - course.tables_of(corrections)
         reached = _furthest(off)
-        if reached <= furthest and root_mean_square(off) < least:
-            best, least = corrections, root_mean_square(off)
-        elif best is not None and root_mean_square(off) > _WORSE * least:
+        if reached <= furthest and rms(off) < least:
+            best, least = corrections, rms(off)
+        elif best is not None and rms(off) > _WORSE * least:
             break
     if best is None:
         sizes = f"{in_unit(reached, 'um', '.3g')} off, which gouges: without it the tool is {in_unit(furthest, 'um', '.3g')} off"
