@@ -6,6 +6,7 @@ import asyncio
 import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from functools import cache
 
 import numpy as np
 
@@ -29,6 +30,7 @@ def free_port() -> int:
         return int(trial.getsockname()[1])
 
 
+@cache
 def prepared() -> Prepared:
     """Return the lesson's machine."""
     return prepare(load_lesson(LESSON), load_registry([]))

@@ -20,6 +20,7 @@ from tests.cli.command import environment
 from tests.live.campaign.machines import PERIOD, step
 from tests.live.servo import LESSON, free_port, wave
 from tests.live.streams import stream, written
+from tests.tui.terminal import wait
 
 SOON = 10.0
 """Seconds that a busy computer may take for what takes two on an idle one."""
@@ -93,10 +94,7 @@ def test_a_watch_ends_with_the_diagnosis_that_it_began(tmp_path: Path) -> None:
         return found
 
     with running(tmp_path, "watch", LESSON, tmp_path / "r.h5", "--learn", "20 s", "--out", tmp_path / "out") as watch:
-        deadline = time.monotonic() + 100.0
-        while not diagnoses() and time.monotonic() < deadline:
-            time.sleep(0.1)
-        assert diagnoses()
+        assert wait(lambda: bool(diagnoses()))
         time.sleep(1.0)
         interrupted(watch)
         assert not diagnoses()
@@ -110,9 +108,7 @@ def test_a_machine_and_its_stream_end_and_keep_what_was_played(tmp_path: Path) -
     with running(tmp_path, "machine", LESSON, "--listen", port, "--out", "machine.h5") as machine:
         says(machine, "takes set-points")
         with running(tmp_path, "stream", "s.h5", f"127.0.0.1:{port}", "--out", "fed_back.h5") as planner:
-            deadline = time.monotonic() + 60.0
-            while not (tmp_path / "fed_back.h5").exists() and time.monotonic() < deadline:
-                time.sleep(0.05)
+            assert wait((tmp_path / "fed_back.h5").exists)
             time.sleep(1.0)
             interrupted(planner)
         assert "stopped" in str(load(tmp_path / "fed_back.h5").meta["status"])
@@ -126,9 +122,7 @@ def test_a_publisher_and_its_recorder_end_and_keep_what_came(tmp_path: Path) -> 
     with running(tmp_path, "publish", LESSON, "--mtconnect", port, "--rate", "50 Hz") as publisher:
         says(publisher, "Published at")
         with running(tmp_path, "record", f"http://127.0.0.1:{port}", "--lesson", LESSON, "--out", "r.h5") as recorder:
-            deadline = time.monotonic() + 60.0
-            while not (tmp_path / "r.h5").exists() and time.monotonic() < deadline:
-                time.sleep(0.05)
+            assert wait((tmp_path / "r.h5").exists)
             time.sleep(0.5)
             said = interrupted(recorder)
         assert "stopped" in said

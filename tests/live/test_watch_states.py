@@ -99,7 +99,8 @@ def test_it_learns_until_there_are_enough_blocks_and_judges_then(judging: Judgin
     assert isinstance(state, LearningState)
     assert (len(state.rows), events) == (29, [])
     assert judging.memory.base is not None
-    assert judging.memory.first is judging.usual
+    assert judging.memory.first is not None
+    assert judging.memory.first[0] is judging.usual
     assert abs(judging.memory.theta[0]) < 0.3
 
 

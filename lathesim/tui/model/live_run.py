@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from lathesim.engine.run import Attendance, Hints
-from lathesim.errors import LatheSimError
 from lathesim.lessons.kept_run import KeptRun, run_and_keep
 from lathesim.lessons.lesson import RUNS_FOLDER, results_folder
 from lathesim.lessons.simulate import Prepared
 from lathesim.plugins import Registry
 from lathesim.record import FloatArray, Record
+from lathesim.tui.model.workbench import fault_words
 from lathesim.whole_file import write_text
 
 BLOCK_TIME = 0.1
@@ -123,12 +123,10 @@ class LiveRun:
             if self._lesson_text:
                 write_text(self.path.with_suffix(".yaml"), self._lesson_text)
             self.kept = kept
-        except LatheSimError as error:
-            self.fault = str(error)
         except OSError as error:
             self.fault = f"{self.path}: {error.strerror or error}. The run is not kept."
         except Exception as error:
-            self.fault = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
+            self.fault = fault_words(error)
         finally:
             self._over.set()
 

@@ -242,6 +242,15 @@ def _newest(folder: Path) -> int:
     return max((int(stem) for stem in found if stem.isdecimal()), default=0)
 
 
+def fault_words(error: Exception) -> str:
+    """Return what is said of an error, in a sentence."""
+    if isinstance(error, OSError):
+        return f"{error.filename or 'a file'}: {error.strerror or error}."
+    if isinstance(error, LatheSimError):
+        return str(error)
+    return f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
+
+
 def short_name(path: Path, among: list[Path]) -> str:
     """Return the number of a run, with its folder where another of the same number is shown too."""
     same = [other for other in among if other.stem == path.stem]

@@ -18,7 +18,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Button, Input, Label, RichLog, Static
 
-from lathesim.errors import LatheSimError, LessonError
+from lathesim.errors import LessonError
 from lathesim.lessons.lesson import Lesson, results_folder
 from lathesim.record import FloatArray
 from lathesim.stability.choose_modes import FoundModes, find_modes
@@ -27,6 +27,7 @@ from lathesim.stability.lesson_settings import cut_of, tap_lesson
 from lathesim.stability.lobes import stability_map
 from lathesim.stability.tool_point import FrequencyResponse
 from lathesim.tui.drawing.curves import MICROMETRES, PlotLine
+from lathesim.tui.model.workbench import fault_words
 from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.tui.widgets.time_plot import TimePlot
 from lathesim.units import from_si, in_unit
@@ -195,10 +196,8 @@ class ToolPointView(Dialog[None]):
     def _find(self) -> None:
         try:
             found: ToolPointSeen | str = tool_point_seen(self._lesson)
-        except LatheSimError as error:
-            found = str(error)
         except Exception as error:
-            found = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
+            found = fault_words(error)
         if self.is_attached and self.app.is_running:
             self.call_later(self._show, found)
 

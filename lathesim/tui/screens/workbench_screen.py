@@ -15,8 +15,7 @@ from textual.screen import ModalScreen, Screen, ScreenResultType
 from textual.widget import Widget
 from textual.widgets import Button, Footer, Static
 
-from lathesim.errors import LatheSimError
-from lathesim.tui.model.workbench import REGISTRY, RUN, RUNS, SETUP, Workbench
+from lathesim.tui.model.workbench import REGISTRY, RUN, RUNS, SETUP, Workbench, fault_words
 
 if TYPE_CHECKING:
     from lathesim.tui.app import LathesimApp
@@ -229,14 +228,10 @@ class WorkbenchScreen(Screen[None]):
             fault = ""
             try:
                 work()
-            except LatheSimError as error:
-                fault = str(error)
-            except OSError as error:
-                fault = f"{error.filename or 'a file'}: {error.strerror or error}."
             except KeyboardInterrupt:
                 fault = "It was stopped before anything was known."
             except Exception as error:
-                fault = f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
+                fault = fault_words(error)
             finally:
                 app.droppable -= not writes
             if app.is_running:
