@@ -57,7 +57,7 @@ def rivals_of(looking: Looking, truths: Sequence[ChannelChange], others: Sequenc
     resonances = frequency_points(looking.study.estimation, list(candidates.values()), method=looking.study.method)
     shaped = [(candidates[part], values) for part, points in resonances.items() for values in points]
     swinging = [change for change in looking.changes(shaped, judged=False) if change is not None]
-    begun = alike(looking, truths, others, looking.study.method.explaining.rival, swinging)
+    begun = alike(looking, truths, others, looking.study.method.isolation.promise, swinging)
     return list(together(lambda pair: _fitted_to(looking, *pair), zip(truths, begun, strict=True)))
 
 

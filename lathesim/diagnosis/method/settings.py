@@ -162,4 +162,6 @@ class IsolationSettings:
     beyond: float = 10.0
     """Times its smallest visible size at which an effect is held against its rivals."""
     rivals: int = 6
-    """Rivals of an effect that are fitted to it, those that promise most."""
+    """Rivals of an effect that are fitted to it, those that promise most ..."""
+    promise: float = 0.7
+    """... and by their shape at least this share of what it does. Of 129 rivals with 0.4 and more 14 were tied, the least with 0.84."""
