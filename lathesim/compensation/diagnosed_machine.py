@@ -333,28 +333,26 @@ def read_diagnosis(file: Path) -> DiagnosedMachine:
         if data.get(name) and not isinstance(data[name], kind):
             raise LessonError(f"'{name}' of the diagnosis is no {told}.", place=str(file), remedy="Give the file as diagnose wrote it.")
     entries = [dict(entry) for entry in data.get("insert") or [] if isinstance(entry, dict)]
-    named = []
     nothing = _NOTHING_TO_MEND.get(verdict, "")
     # what an unknown verdict only suspects has no line to insert
-    for item in data.get("effects") or [] if not nothing else ():
-        if not isinstance(item, dict) or not isinstance(item.get("effect"), str) or not isinstance(item.get("at"), str):
-            raise LessonError(
-                "an effect of the diagnosis has no name or place.", place=str(file), remedy="Give the file as diagnose wrote it."
-            )
-        entry = next((line for line in entries if line.get("effect") == item["effect"] and line.get("at") == item["at"]), None)
-        if entry is None:
-            raise LessonError(f"the diagnosis has no line to insert for {item['effect']}.", place=str(file))
-        known = item.get("parameters")
-        values = {name: _interval(value, file) for name, value in (known if isinstance(known, dict) else {}).items()}
-        named.append(
-            NamedEffect(
-                item["effect"], item["at"], values, {key: str(value) for key, value in entry.items()}, tuple(item.get("tied_with") or ())
-            )
-        )
+    named = [_named(item, entries, file) for item in data.get("effects") or []] if not nothing else []
     baseline = {str(name): _value(value) for name, value in dict(data.get("baseline") or {}).items() if _value(value) is not None}
     if not nothing and not named:
         nothing = "The diagnosis names no effect, so no remedy follows from it."
     return DiagnosedMachine(verdict, tuple(named), baseline, _cautions(verdict, data, named), nothing, _floors(data))  # type: ignore[arg-type]
+
+
+def _named(item: Any, entries: Sequence[Mapping[str, Any]], file: Path) -> NamedEffect:
+    """Return an effect that a diagnosis names, with the line that inserts it."""
+    if not isinstance(item, dict) or not isinstance(item.get("effect"), str) or not isinstance(item.get("at"), str):
+        raise LessonError("an effect of the diagnosis has no name or place.", place=str(file), remedy="Give the file as diagnose wrote it.")
+    entry = next((line for line in entries if line.get("effect") == item["effect"] and line.get("at") == item["at"]), None)
+    if entry is None:
+        raise LessonError(f"the diagnosis has no line to insert for {item['effect']}.", place=str(file))
+    known = item.get("parameters")
+    values = {name: _interval(value, file) for name, value in (known if isinstance(known, dict) else {}).items()}
+    written = {key: str(value) for key, value in entry.items()}
+    return NamedEffect(item["effect"], item["at"], values, written, tuple(item.get("tied_with") or ()))
 
 
 def _floors(data: Mapping[str, Any]) -> dict[str, float]:
