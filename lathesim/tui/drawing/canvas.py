@@ -36,6 +36,13 @@ def braille_codes(dots: Dots) -> Codes:
     return codes
 
 
+def stepped(steps: Any, *courses: Any) -> list[Any]:
+    """Return courses (points,) that run straight from each point to the next in so many ``steps`` (points - 1,)."""
+    index = np.repeat(np.arange(len(steps)), steps)
+    share = (np.arange(len(index)) - np.repeat(np.cumsum(steps) - steps, steps) + 1) / steps[index] if len(index) else np.empty(0)
+    return [np.append(course[0], course[index] + share * np.diff(course)[index]) for course in courses]
+
+
 def trace(dots: Dots, x: Any, y: Any, *, dash: tuple[int, ...] = (1, 0)) -> None:
     """Set the dots along a polyline, x to the right and y upwards in dots from the lower left corner.
 
@@ -49,10 +56,8 @@ def trace(dots: Dots, x: Any, y: Any, *, dash: tuple[int, ...] = (1, 0)) -> None
     height, width = dots.shape
     x, y = np.clip(x, -4.0, width + 4.0), np.clip(y, -4.0, height + 4.0)
     steps = np.maximum(np.ceil(np.maximum(np.abs(np.diff(x)), np.abs(np.diff(y)))).astype(int), 1)
-    index = np.repeat(np.arange(len(steps)), steps)
-    share = (np.arange(len(index)) - np.repeat(np.cumsum(steps) - steps, steps) + 1) / steps[index] if len(index) else np.empty(0)
-    columns = np.floor(np.append(x[0], x[index] + share * np.diff(x)[index])).astype(int)
-    rows = height - 1 - np.floor(np.append(y[0], y[index] + share * np.diff(y)[index])).astype(int)
+    columns, up = (np.floor(course).astype(int) for course in stepped(steps, x, y))
+    rows = height - 1 - up
     if dash[1]:
         moved = np.append(True, (np.diff(columns) != 0) | (np.diff(rows) != 0))
         pattern = np.repeat([place % 2 == 0 for place in range(len(dash))], dash)
@@ -171,7 +176,5 @@ def draw_waves(waves: Waves, columns: int, rows: int) -> LathePicture:
         layer[drawn] = kind
     words = f" R_a {pretty_quantities(in_unit(waves.roughness, 'um', '.3g'))} "
     if columns > len(words) and rows > 2:
-        begin = (columns - len(words)) // 2
-        text[rows // 2, begin : begin + len(words)] = list(words)
-        layer[rows // 2, begin : begin + len(words)] = LABEL
+        write(text, layer, rows // 2, (columns - len(words)) // 2, words)
     return LathePicture(text, layer, np.zeros((rows, columns), dtype=np.bool_), 1.0 / gain if gain > 0.0 else 0.0)

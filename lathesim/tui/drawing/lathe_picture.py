@@ -25,6 +25,7 @@ from lathesim.tui.drawing.canvas import (
     LathePicture,
     axis_ticks,
     braille_codes,
+    stepped,
     trace,
     write,
 )
@@ -83,10 +84,7 @@ class CarvedStock:
             return
         places = np.clip((z - self.stock.face) / self._cell, -1.0, _CELLS + 1.0)
         steps = np.maximum(np.ceil(np.abs(np.diff(places))).astype(int), 1)
-        index = np.repeat(np.arange(len(steps)), steps)
-        share = (np.arange(len(index)) - np.repeat(np.cumsum(steps) - steps, steps) + 1) / steps[index] if len(index) else np.empty(0)
-        along = np.append(places[0], places[index] + share * np.diff(places)[index])
-        height = np.append(x[0], x[index] + share * np.diff(x)[index])
+        along, height = stepped(steps, places, x)
         cells = np.floor(along).astype(int)
         touched = (cells >= 0) & (cells < _CELLS) & (height < self.stock.stock_radius)
         np.minimum.at(self.radius, cells[touched], np.maximum(height[touched], 0.0))

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+import numpy as np
 from rich.segment import Segment
 from rich.text import Text
 from textual import events
@@ -202,9 +203,8 @@ def _standard_readings(record: Record, sample: int, *, as_diameter: bool) -> lis
 
 def blank_readings(*, as_diameter: bool = False) -> list[ReadOutLine]:
     """Return the read-outs before anything ran."""
-    x = "X Ø" if as_diameter else "X R"
-    titles = ("Time", x, "Z", "Error", "Spindle", "Feed", "Feed/rev", "Depth", "Force", "Roughness")
-    return [ReadOutLine(title, NONE) for title in titles]
+    nothing = Record(np.zeros(0), {}, {})
+    return [ReadOutLine(line.title, NONE) for line in _standard_readings(nothing, 0, as_diameter=as_diameter)]
 
 
 def program_line(record: Record, sample: int) -> int | None:
