@@ -73,11 +73,6 @@ class Isolation:
         return sorted(columns.tolist(), key=lambda column: float(self.behind[row, column]))
 
     @property
-    def invisible(self) -> list[Answerable]:
-        """The effects that the recording does not show."""
-        return [one for one in self.effects if not one.is_visible]
-
-    @property
     def pairs(self) -> list[tuple[int, int]]:
         """The pairs of effects of which one at least cannot be told from the other, each once."""
         found = [(row, column) for row in range(len(self.effects)) for column in self.tied_with(row)]
