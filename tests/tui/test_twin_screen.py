@@ -10,6 +10,7 @@ from textual.widgets import Label, ProgressBar
 
 from lathesim.live.twin import Twin
 from lathesim.record import load
+from lathesim.tui.drawing.curves import PlotLine
 from lathesim.tui.twin_app import TwinApp, TwinPicture
 from lathesim.tui.widgets.time_plot import TimePlot
 from tests.live.campaign.cases import prepared, signals
@@ -74,3 +75,10 @@ async def test_a_lathe_is_drawn_in_its_plane_with_the_surface_it_leaves() -> Non
     assert np.all(np.diff(place) >= 0.0)
     assert len(place) <= 900
     assert np.abs(executed - simulated).max() > 5e-6  # half the play
+
+
+async def test_a_plot_that_does_not_stand_yet_is_left_alone() -> None:
+    plot = TimePlot()
+    plot._is_mounted = True  # Textual says so before what it holds is there; a busy machine then draws too early
+    plot.show_lines([PlotLine(np.arange(2.0), np.arange(2.0), "way")], "t / s", "way / mm")
+    assert plot.named == []

@@ -221,8 +221,8 @@ class TimePlot(PlotWidget, inherit_bindings=False):
         With ``fit_to_feed`` the value axis spans what happened in the cut, or else in blocks run at feed, where the record tells; rapid
         moves may leave the frame. Axes that a person has set stay as long as the channels and what the plot is ``about`` are the same.
         """
-        if not self.is_mounted:
-            return
+        if not self.query(Legend):
+            return  # it does not stand yet
         with self.app.batch_update():
             self._keep_zoom((about, *dict.fromkeys(curve.channel for curve in curves)))
             self.clear()
@@ -289,8 +289,8 @@ class TimePlot(PlotWidget, inherit_bindings=False):
 
     def show_lines(self, lines: Sequence[PlotLine], x_label: str, y_label: str) -> None:
         """Draw lines of any two quantities; the axes fit all of them."""
-        if not self.is_mounted:
-            return
+        if not self.query(Legend):
+            return  # it does not stand yet
         with self.app.batch_update():
             self._keep_zoom((x_label, y_label))
             self.clear()
