@@ -12,7 +12,7 @@ import re
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from urllib.parse import parse_qs, unquote, urlsplit
 
 from lathesim.live.channel_names import PublishedName
@@ -327,14 +327,12 @@ async def publish_mtconnect(
     ready(f"http://{host}:{taken}/")
     for item, value, level in ((items[-3], "ACTIVE", ""), (items[-2], "AVAILABLE", ""), (items[-1], "", "Normal")):
         buffer.observe(item, origin, value, level)
-    begun, count = time.perf_counter(), 0
+    count = 0
     try:
-        while not stop.is_set() and not publisher.finished:
-            for row in publisher.due(time.perf_counter() - begun):
+        async for rows in publisher.rows(stop):
+            for row in rows:
                 _observe(buffer, adapter, items, factors, origin, row)
                 count += 1
-            await asyncio.sleep(min(0.01, publisher.lap.period))
-        await asyncio.sleep(0.2)
     finally:
         for one in listening:
             one.close()
@@ -346,7 +344,7 @@ async def publish_mtconnect(
 def _observe(
     buffer: ObservationBuffer, adapter: Adapter, items: Sequence[DataItem], factors: Sequence[float], origin: datetime, row: PublishedRow
 ) -> None:
-    when = origin + timedelta(microseconds=round(1e6 * row.time))
+    when = row.stamp(origin)
     pairs = [
         (item, f"{float(value) * factor:.10g}" if math.isfinite(value) else UNAVAILABLE)
         for item, factor, value in zip(items, factors, row.values, strict=False)

@@ -8,17 +8,16 @@ members carry it.
 from __future__ import annotations
 
 import asyncio
-import time
 import weakref
 from collections.abc import Callable, Sequence
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
 from lathesim.live.channel_names import NAMESPACE, POSITION_TYPE, TYPES, UNITS_NAMESPACE, PublishedName, type_of, unit_number
 from lathesim.live.opcua_source import opcua_library
-from lathesim.live.publishing import PublishedRow, PublishedRun, Publisher
+from lathesim.live.publishing import PublishedRun, Publisher
 from lathesim.live.samples import LiveError
 from lathesim.units import from_si
 
@@ -66,10 +65,10 @@ async def _publish(
 ) -> int:
     write = server.iserver.aspace.write_attribute_value
     value, double, counter = ua.AttributeIds.Value, ua.VariantType.Double, ua.VariantType.UInt64
-    begun, origin, count = time.perf_counter(), datetime.now(UTC), 0
-    while not stop.is_set() and not publisher.finished:
-        for row in publisher.due(time.perf_counter() - begun):
-            stamp = _stamp(origin, row)
+    origin, count = datetime.now(UTC), 0
+    async for rows in publisher.rows(stop):
+        for row in rows:
+            stamp = row.stamp(origin)
             for (node, factor), number in zip(nodes, row.values, strict=True):
                 data = ua.DataValue(ua.Variant(float(number) * factor, double), SourceTimestamp=stamp, ServerTimestamp=stamp)
                 await write(node, value, data)
@@ -80,13 +79,7 @@ async def _publish(
                 await asyncio.sleep(0)
         for client in server.bserver.clients[MOST_CONNECTIONS:]:
             client.transport.abort()
-        await asyncio.sleep(min(0.01, publisher.lap.period))
-    await asyncio.sleep(0.2)  # subscribers take what waits in their queues
     return count
-
-
-def _stamp(origin: datetime, row: PublishedRow) -> datetime:
-    return origin + timedelta(microseconds=round(1e6 * row.time))
 
 
 def _bound(server: Any, ua: Any) -> None:

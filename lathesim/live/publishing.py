@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterator, Sequence
+import time as clock
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from dataclasses import dataclass
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +93,10 @@ class PublishedRow:
     time: float
     values: FloatArray
 
+    def stamp(self, origin: datetime) -> datetime:
+        """Return its time where the machine began at ``origin``."""
+        return origin + timedelta(microseconds=round(1e6 * self.time))
+
 
 class Publisher:
     """Gives the rows that are due: lap after lap, with the faults that were asked for."""
@@ -118,6 +124,14 @@ class Publisher:
         for number, time, gone in zip(numbers, shown, lost, strict=True):
             if not gone:
                 yield PublishedRow(int(number), float(time), self.lap.values[:, int(number) % len(self.lap)])
+
+    async def rows(self, stop: asyncio.Event) -> AsyncIterator[Iterator[PublishedRow]]:
+        """Yield the rows that are due, again and again until ``stop`` is set or all laps are done; then clients get time for the last."""
+        begun = clock.perf_counter()
+        while not stop.is_set() and not self.finished:
+            yield self.due(clock.perf_counter() - begun)
+            await asyncio.sleep(min(0.01, self.lap.period))
+        await asyncio.sleep(0.2)
 
 
 @dataclass(frozen=True)
