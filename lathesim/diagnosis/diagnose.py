@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -200,16 +200,19 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
 
 
 def _want_other_values(both: JoinedExperiment, shared: Fitted, method: Method) -> bool:
-    """Return whether values that both recordings share leave more than twice the power in a channel that values of their own leave."""
-    alone = np.hstack([_fitted_anew(part, shared).residual for part in both.parts])
+    """Return whether values that both recordings share leave more than twice the power in a channel that values of their own leave.
+
+    Each begins as it does among both: a start of its own would pass for another value.
+    """
+    alone = np.hstack([_fitted_anew(part, shared, begun).residual for part, begun in zip(both.parts, both.begun, strict=True)])
     left, power = (np.sum(np.square(rows), axis=1) for rows in (alone, shared.residual))
     return bool(np.any(left < (1.0 - method.larger_part) * power))
 
 
-def _fitted_anew(experiment: Experiment, fitted: Fitted) -> Fitted:
-    """Return a fit gone on with on another recording of the machine."""
-    constant = {name: fitted.constant[name] for name in experiment.sensed.settable(fitted.constant)}
-    return fit(experiment.sensed, with_start(fitted), constant, rounds=2)
+def _fitted_anew(experiment: Experiment, fitted: Fitted, begun: Mapping[str, float] | None = None) -> Fitted:
+    """Return a fit gone on with on another recording of the machine, which begins with the values ``begun`` if they are given."""
+    constant = {name: fitted.constant[name] for name in experiment.sensed.settable(fitted.constant)} | dict(begun or {})
+    return fit(experiment.sensed, [one for one in with_start(fitted) if one.name not in constant], constant, rounds=2)
 
 
 def _untried(prepared: PreparedQuestion, found: Found) -> tuple[str, ...]:

@@ -102,6 +102,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
 
     By the error of a simulation only what explains the motion is found: what is left then is not as white as it is taken for.
     """
+    others: list[Tried] = []
     while len(found.model.candidates) < study.method.most_effects and not _is_done(study, found):
         model = found.model
         trials = rounds.on(model)
@@ -109,15 +110,19 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before])
         if best is None:
             found = _with_two(study, found, trials, rounds)
+            found = found if found.model is not model else _on_another(study, found, others, rounds)
             yield found
             if found.model is model:
                 break
+            others = []
             continue
         found = _simpler_pair(study, _finer_instead(study, found, best), best, trials, rounds)
         if found.model is not model:
             yield found
             continue
-        rounds.rivals |= {one.candidate.part for one in trials if significant(one, study) and as_good(one.model, best, study)}
+        good = [one for one in trials if significant(one, study)]
+        rounds.rivals |= {one.candidate.part for one in good if as_good(one.model, best, study)}
+        others = [one for one in good if one is not best and is_plausible(study, one.model)]
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
         study.progress(f"{best.name} predicts better, by a gain of {best.predicted.nats:.0f}")
@@ -160,9 +165,30 @@ def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Round
     return found
 
 
-def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str) -> Found:
+def _on_another(study: Study, found: Found, others: Sequence[Tried], rounds: Rounds) -> Found:
+    """Return the search with two effects in the place of the last one that came in, of which the first was significant beside that one; as
+    it was where there are none, or what was found explains the motion.
+
+    A friction that holds a weight has no slope that leads to the weight, while the friction is found beside the weight.
+    """
+    if not others or explains_the_motion(study, found.model):
+        return found
+    gone = found.model.candidates[-1]
+    for first in sorted(others, key=lambda one: -one.predicted.nats)[: study.method.explaining.batches]:
+        study.progress(f"{gone.name} does not explain the motion: trying {first.name} in its place, and another effect beside it")
+        beside = rounds.on(first.model)
+        found, second = found.having_tried(beside), chosen(study, beside)
+        if second is None:
+            continue
+        both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
+        if significant(both, study):
+            return _with_both(study, found, first, both, f"predict better than {gone.name} by {both.predicted.nats:.0f} nats", [gone.name])
+    return found
+
+
+def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str, went: Sequence[str] = ()) -> Found:
     study.progress(f"{first.name} and {both.name} {why}")
-    step = Step("add", (first.name, both.name), (), both.fitted.nats, both.predicted.nats, why)
+    step = Step("add", (first.name, both.name), tuple(went), both.fitted.nats, both.predicted.nats, why)
     return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
 
 

@@ -72,12 +72,13 @@ class JoinedExperiment(Experiment):
         """The lesson's own simulation, with its own step and its own sensors."""
         return self._joined([part.own for part in self.parts])
 
+    @property
+    def begun(self) -> list[dict[str, float]]:
+        """The values with which each recording begins as it was recorded; none of the first, whose start is fitted with the rest."""
+        return [{}, *({item.name: item.start for item in one.start_states(one.sensed.plan)} for one in self.parts[1:])]
+
     def _joined(self, parts: Sequence[Simulator]) -> Simulator:
-        first = parts[0]
-        begun = [
-            {item.name: item.start for item in experiment.start_states(part.plan)}
-            for experiment, part in zip(self.parts[1:], parts[1:], strict=True)
-        ]
+        first, begun = parts[0], self.begun[1:]
         return JoinedSimulator(
             first.plan, first.channels, np.concatenate([part.recorded for part in parts], axis=1),
             np.max([part.floors for part in parts], axis=0), self.name, first.redundant_sensors, self.weights, first.white, first.every,
