@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.discovery.generated_plugin import plugin_text
 from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import is_clear
@@ -134,7 +135,7 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
         side=_sides_found(found),
         left=_left(outcome),
         not_told=(*not_determined(effects), *_sides(outcome, effects_found)) if outcome.names else (),
-        discovered=f"{formula.formula}, which explains {percent(formula.share)} of what is left at {formula.at}" if formula else "",
+        discovered=_formula_in_words(formula) if formula else "",
         plugin=plugin_text(formula) if formula else "",
         evidence=evidence,
         rule=rule.reason,
@@ -213,6 +214,11 @@ def _location(outcome: _Outcome, effects: Sequence[FoundEffect], counted: Sequen
         others = location.components if found.model.candidates else ()
         location = replace(location, components=tuple(dict.fromkeys([*hosts, *others])))
     return location
+
+
+def _formula_in_words(formula: Discovered) -> str:
+    size = shown_with_unit(formula.size, formula.unit, 3)
+    return f"{formula.formula}, which explains {percent(formula.share)} of the {size} left at {formula.at} at the frequencies of the motion"
 
 
 def _formula(outcome: _Outcome, verdict: Verdict, progress: Progress) -> Discovered | None:

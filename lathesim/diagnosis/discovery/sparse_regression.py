@@ -30,6 +30,7 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.replay.recorded_parts import SplineTerm
+from lathesim.identification.signal import root_mean_square
 from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.sensor_sides import first_input
 
@@ -237,22 +238,28 @@ def _replayed(
     weights = [Free(name, start, max(abs(start), 1e-12)) for name, start in zip(names, starts, strict=True)]
     found = fit(first.sensed, [*with_start(fitted), *weights], fitted.constant, rounds=2)
     sure = [abs(found.by_name[name]) > method.errors * found.error(name) for name in names]
-    if any(sure) and not all(sure):
+    if not any(sure):
+        return None
+    if not all(sure):
         # what the machine's own values or the other addends explain as well is no part of the formula
         kept = [number for number, keeps in enumerate(sure) if keeps]
         fewer = replace(draft, columns=tuple(draft.columns[number] for number in kept), amounts=draft.amounts[kept])
         return _replayed(experiment, fitted, validation, judged, fewer, method=method)
     own = {item.name for item in judged.free}
-    held = fit(second.sensed, with_start(judged), {name: value for name, value in found.by_name.items() if name not in own}, rounds=2)
-    before, after = (missing_signal(one, by, draft.row).values for one, by in ((validation, judged), (second, held)))
-    share = 1.0 - float(np.sum(_inner(after, method=method) ** 2)) / max(float(np.sum(_inner(before, method=method) ** 2)), 1e-300)
+    values = {name: value for name, value in found.by_name.items() if name not in own}
+    held, without = (fit(second.sensed, with_start(judged), {**values, **less}, rounds=2) for less in ({}, dict.fromkeys(names, 0.0)))
+    # other values of the machine may explain as well: what the formula itself explains is gone without it
+    pairs = ((validation, judged), (second, without), (second, held))
+    *before, after = (float(np.sum(_inner(missing_signal(one, by, draft.row).values, method=method) ** 2)) for one, by in pairs)
+    share = 1.0 - after / max(min(before), 1e-300)
     if share < method.material:
         return None
     addends = tuple(
         Addend(found.by_name[name] / size, _unit_over(draft.unit, column.unit), column.text, found.error(name) / size, column.unit)
         for name, size, column in zip(names, sizes, draft.columns, strict=True)
     )
-    return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), _domain(draft, motion))
+    size = root_mean_square(missing_signal(validation, judged, draft.row).values)
+    return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), _domain(draft, motion), size)
 
 
 def _domain(draft: _Draft, motion: Mapping[str, FloatArray]) -> tuple[Span, ...]:

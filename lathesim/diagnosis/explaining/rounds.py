@@ -103,7 +103,7 @@ def _is_off(study: Study, model: Model) -> bool:
 
 def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str], least: float) -> list[list[Screened]]:
     """Return the candidates that are worth a fit, in batches: the best by their screening gain, of at least ``least``, with the simpler
-    forms of each, what leaves a like trace, and ``rivals``."""
+    forms of each and the twins of these, what leaves a like trace, and ``rivals``."""
     worth = [item for item in ranked if item.gain > max(least, study.method.explaining.hopeless * ranked[0].gain)]
     near = [item for item in worth if item.gain > study.method.explaining.rival * worth[0].gain][: study.method.explaining.fitted_at_once]
     simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
@@ -114,10 +114,18 @@ def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str]
         return like or candidate.part in rivals
 
     first = near + [item for item in worth if not any(item is one for one in near) and belongs(item.candidate)]
+    # what promises the same at the same place as a simpler form may be its twin: in one direction a weight is that of a friction
+    plain = [one for one in first if (one.candidate.name, one.candidate.at) in simpler]
+    first += [item for item in worth if not any(item is one for one in first) and any(_is_twin(item, one, study) for one in plain)]
     rest = [item for item in worth if not any(item is one for one in first)]
     many = study.method.explaining.fitted_at_once
     later = [rest[place * many : (place + 1) * many] for place in range(study.method.explaining.batches - 1)]
     return [batch for batch in (first, *later) if batch]
+
+
+def _is_twin(item: Screened, other: Screened, study: Study) -> bool:
+    """Return whether two candidates at one place promise gains that cannot be told apart."""
+    return item.candidate.at == other.candidate.at and abs(item.gain - other.gain) < study.method.per_parameter
 
 
 def simpler_forms(candidate: Candidate) -> set[tuple[str, str]]:

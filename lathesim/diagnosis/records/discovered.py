@@ -30,7 +30,8 @@ class Span:
 class Discovered:
     """A formula for what is missing at ``at`` [``unit``]; ``share`` is how much of it the formula explains on the validation recording.
 
-    ``role`` is the role of the port at ``at``; ``domain`` says where the recording has been.
+    ``role`` is the role of the port at ``at``; ``domain`` says where the recording has been; ``size`` is the root mean square of what is
+    missing at the frequencies of the motion [``unit``], which may be far less than what is missing at all frequencies.
     """
 
     at: str
@@ -39,6 +40,7 @@ class Discovered:
     share: float
     role: str = "effort"
     domain: tuple[Span, ...] = ()
+    size: float = 0.0
 
     @property
     def formula(self) -> str:
