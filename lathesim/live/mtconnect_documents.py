@@ -17,6 +17,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from itertools import islice
 from xml.etree import ElementTree
 
 UNAVAILABLE = "UNAVAILABLE"
@@ -81,30 +82,18 @@ class ObservationBuffer:
         """Take an observation; return False where it says nothing new. Its time stamp is no earlier than the last one's."""
         active = self._now.get(item.id, [])
         if item.category == "CONDITION":
-            now = self._conditions(active, level or value, code)
-            if now is None:
+            if not _says_more(active, level or value, code):
                 return False
         elif active and active[-1].value == value and (not item.discrete or value == UNAVAILABLE):
             return False
-        else:
-            now = []
         self._latest = max(self._latest, time)
         new = Observation(self.next_sequence, item, self._latest, value, level, code)
         self.next_sequence += 1
-        self._now[item.id] = [*now, new]
+        self._now[item.id] = _after(active, new)
         self._kept.append(new)
         if len(self._kept) > self.size:
             self._forget(self._kept.popleft())
         return True
-
-    def _conditions(self, active: list[Observation], level: str, code: str) -> list[Observation] | None:
-        """Return the entries that stay beside a new one, or None where it is there already."""
-        real = [entry for entry in active if entry.level not in ("Normal", "Unavailable")]
-        if level in ("Normal", "Unavailable") and not code:
-            return None if active and active[-1].level == level and not real else []
-        if any(entry.level == level and entry.code == code for entry in active):
-            return None
-        return [entry for entry in real if entry.code != code]
 
     def _forget(self, gone: Observation) -> None:
         self._before[gone.item.id] = _after(self._before.get(gone.item.id, []), gone)
@@ -121,14 +110,10 @@ class ObservationBuffer:
         """
         begin = max(0, sequence - self.first_sequence)
         if count < 0:
-            found: list[Observation] = []
-            for at in range(min(begin, len(self._kept) - 1), -1, -1):
-                if wanted is None or self._kept[at].item.id in wanted:
-                    found.append(self._kept[at])
-                    if len(found) == -count:
-                        break
-            return found[::-1], found[-1].sequence if found else self.first_sequence
-        found = []
+            back = (self._kept[at] for at in range(min(begin, len(self._kept) - 1), -1, -1))
+            last = [*islice((entry for entry in back if wanted is None or entry.item.id in wanted), -count)][::-1]
+            return last, last[0].sequence if last else self.first_sequence
+        found: list[Observation] = []
         following = sequence
         for entry in self._from(begin):
             if len(found) == count:
@@ -139,15 +124,10 @@ class ObservationBuffer:
         return found, following
 
     def _from(self, begin: int) -> Iterator[Observation]:
+        """Return what is kept from a place on, looked for from the nearer end."""
         if begin > len(self._kept) // 2:
-            tail = []
-            for at in range(len(self._kept) - 1, begin - 1, -1):
-                tail.append(self._kept[at])
-            yield from reversed(tail)
-        else:
-            for at, entry in enumerate(self._kept):
-                if at >= begin:
-                    yield entry
+            return reversed([*islice(reversed(self._kept), max(0, len(self._kept) - begin))])
+        return islice(self._kept, begin, None)
 
     def current(self, at: int | None, wanted: set[str] | None) -> list[Observation]:
         """Return the state of each wanted item, now or after the observation ``at``; all active entries of a condition."""
@@ -160,6 +140,13 @@ class ObservationBuffer:
                     break
                 states[entry.item.id] = _after(states.get(entry.item.id, []), entry)
         return [entry for item in self.items if wanted is None or item.id in wanted for entry in states.get(item.id, [])]
+
+
+def _says_more(active: list[Observation], level: str, code: str) -> bool:
+    """Return whether a condition is not there already."""
+    if level in ("Normal", "Unavailable") and not code:
+        return not active or active[-1].level != level or any(entry.level not in ("Normal", "Unavailable") for entry in active)
+    return all((entry.level, entry.code) != (level, code) for entry in active)
 
 
 def _after(active: list[Observation], new: Observation) -> list[Observation]:
