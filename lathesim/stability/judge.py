@@ -212,12 +212,8 @@ def _rung_at_first(found: Vibration) -> float:
 def _is_mains(line: VibrationLine, resolution: float) -> bool:
     if line.is_wide or not 1.0 / GROWTH.grew < line.late < GROWTH.grew:
         return False
-    for mains in _MAINS:
-        multiple = round(line.frequency / mains)
-        reach = ORDERS.mains_near * multiple * mains + 0.15 * resolution
-        if 1 <= multiple <= _MAINS_MULTIPLES and abs(line.frequency - multiple * mains) < reach:
-            return True
-    return False
+    hums = [multiple * mains for mains in _MAINS for multiple in range(1, _MAINS_MULTIPLES + 1)]
+    return any(abs(line.frequency - hum) < ORDERS.mains_near * hum + 0.15 * resolution for hum in hums)
 
 
 def _outgrew(line: VibrationLine) -> bool:
@@ -272,12 +268,9 @@ def _grew_beyond_chance(line: VibrationLine, memory: TurnMemory, found: Vibratio
 
 def _mode_of(frequency: float, modes: tuple[float, ...]) -> int:
     """Return the mode, counted from 1, above which chatter at a frequency would lie; 0 where there is none."""
-    best, found = 1e9, 0
-    for number, natural in enumerate(modes, 1):
-        above = frequency / natural - 1.0
-        if GROWTH.below_a_mode <= above <= GROWTH.above_a_mode and abs(above) < best:
-            best, found = abs(above), number
-    return found
+    above = {number: frequency / natural - 1.0 for number, natural in enumerate(modes, 1)}
+    near = [number for number, share in above.items() if GROWTH.below_a_mode <= share <= GROWTH.above_a_mode]
+    return min(near, key=lambda number: abs(above[number]), default=0)
 
 
 def _rung_each_turn(found: Vibration) -> float:

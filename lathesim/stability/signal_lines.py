@@ -413,10 +413,7 @@ def _line(
 
 def envelope_of(values: FloatArray, rate: float, frequency: float, half_band: float) -> FloatArray:
     """Return the amplitude of the vibration within a band around a frequency [Hz], (samples,)."""
-    spectrum = np.fft.fft(values)
-    place = np.fft.fftfreq(len(values), 1.0 / rate)
-    shape = np.exp(-0.5 * ((place - frequency) / (0.5 * half_band)) ** 2)
-    return np.asarray(2.0 * np.abs(np.fft.ifft(spectrum * shape)))
+    return np.asarray(np.abs(_analytic(values, rate, frequency, 0.5 * half_band)))
 
 
 def _growth(envelope: FloatArray, rate: float, frequency: float, turning: float) -> tuple[float, float]:
