@@ -33,6 +33,8 @@ _LAST = 3
 """Share of the recording, one over it, by which what grew is judged again."""
 _MAINS = (50.0, 60.0)
 _MAINS_MULTIPLES = 4
+_MAINS_RESOLVED = 0.15
+"""Of the resolution of the spectrum, by which the frequency of a hum may be off (assumed)."""
 _BLOCK = 4.0
 """Vibrations of a block in which a ringing is looked for: one that is damped by 6 % has lost four fifths after as many."""
 _BLOCKS_OF_A_TURN = 20
@@ -213,7 +215,7 @@ def _is_mains(line: VibrationLine, resolution: float) -> bool:
     if line.is_wide or not 1.0 / GROWTH.grew < line.late < GROWTH.grew:
         return False
     hums = [multiple * mains for mains in _MAINS for multiple in range(1, _MAINS_MULTIPLES + 1)]
-    return any(abs(line.frequency - hum) < ORDERS.mains_near * hum + 0.15 * resolution for hum in hums)
+    return any(abs(line.frequency - hum) < ORDERS.mains_near * hum + _MAINS_RESOLVED * resolution for hum in hums)
 
 
 def _outgrew(line: VibrationLine) -> bool:
