@@ -55,5 +55,5 @@ def test_what_is_published_at_10_hz_is_too_slow_for_its_controller_and_not_at_fa
     recorded(case, f"http://127.0.0.1:{port}", ["--mtconnect", port, "--rate", "10 Hz"])
     said = call(capsys, "diagnose", case / "r_lesson.yaml", case / "r.h5", "--out", tmp_path / "out")
     assert "too slow for this question" in said.out
-    assert "one sample every 100 ms, and x_controller decides every 1 ms" in said.out
+    assert "One sample every 100 ms, and x_controller decides every 1 ms" in said.out
     assert "itself is at fault" not in said.out

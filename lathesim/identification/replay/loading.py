@@ -211,7 +211,7 @@ def coarser_than_decided(period: float, assembly: Assembly, compared: Collection
     found = []
     for part in (part for part in assembly.parts if period > _COARSER * assembly.sample_period and closes_a_loop(part)):
         outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
-        fact = f"one sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
+        fact = f"One sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
         if decisions_for_each(period, assembly) > 1:
             found.append(Finding("interpolated", "", fact, "simulated at the controller's rate, with what was recorded interpolated"))
         else:
