@@ -245,13 +245,7 @@ def _replayed(
         kept = [number for number, keeps in enumerate(sure) if keeps]
         fewer = replace(draft, columns=tuple(draft.columns[number] for number in kept), amounts=draft.amounts[kept])
         return _replayed(experiment, fitted, validation, judged, fewer, method=method)
-    own = {item.name for item in judged.free}
-    values = {name: value for name, value in found.by_name.items() if name not in own}
-    held, without = (fit(second.sensed, with_start(judged), {**values, **less}, rounds=2) for less in ({}, dict.fromkeys(names, 0.0)))
-    # other values of the machine may explain as well: what the formula itself explains is gone without it
-    pairs = ((validation, judged), (second, without), (second, held))
-    *before, after = (float(np.sum(_inner(missing_signal(one, by, draft.row).values, method=method) ** 2)) for one, by in pairs)
-    share = 1.0 - after / max(min(before), 1e-300)
+    share = _share_of_formula(validation, judged, second, found, names, draft.row, method)
     if share < method.material:
         return None
     addends = tuple(
@@ -260,6 +254,19 @@ def _replayed(
     )
     size = root_mean_square(missing_signal(validation, judged, draft.row).values)
     return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), _domain(draft, motion), size)
+
+
+def _share_of_formula(
+    validation: Experiment, judged: Fitted, second: Experiment, found: Fitted, names: Sequence[str], row: int, method: Method
+) -> float:
+    """Return the share of what is left that a formula explains itself on the validation recording: ``second`` is that with its addends,
+    whose amounts have the ``names``. Other values of the machine may explain as well, and do so without it."""
+    own = {item.name for item in judged.free}
+    values = {name: value for name, value in found.by_name.items() if name not in own}
+    held, without = (fit(second.sensed, with_start(judged), {**values, **less}, rounds=2) for less in ({}, dict.fromkeys(names, 0.0)))
+    pairs = ((validation, judged), (second, without), (second, held))
+    *before, after = (float(np.sum(_inner(missing_signal(one, by, row).values, method=method) ** 2)) for one, by in pairs)
+    return 1.0 - after / max(min(before), 1e-300)
 
 
 def _domain(draft: _Draft, motion: Mapping[str, FloatArray]) -> tuple[Span, ...]:

@@ -73,11 +73,13 @@ def _of_channel(ours: FloatArray, theirs: FloatArray, noise: NoiseModel, *, full
         np.array([float(np.sum(part**2)) for part in np.array_split(values, BLOCKS)]) + np.finfo(float).tiny
         for values in (window, ours, theirs, theirs - ours)
     )
+    without_chance = left + added
     if noise.floor is not None:
+        # what lies below the floor counts nowhere: it would pass for chance where only one of the two powers is raised to it
         least = _BELIEVED * 2.0 * float(np.sum((noise.floor * noise.gain**2)[:bins])) / noise.samples * seen / seen.sum()
-        left, before = np.maximum(left, least), np.maximum(before, least)
+        left, before, without_chance = (np.maximum(power, least) for power in (left, before, without_chance))
     counted = 0.5 * _independent(noise, full_band=full_band) * seen / seen.sum()
-    return np.array([counted * np.log(before / left), counted * np.log(before / (left + added))])
+    return np.array([counted * np.log(before / left), counted * np.log(before / without_chance)])
 
 
 def _white(residual: FloatArray, noise: NoiseModel, bins: int) -> FloatArray:

@@ -10,7 +10,7 @@ from lathesim.diagnosis.candidates.eligibility import due as may_come
 from lathesim.diagnosis.candidates.eligibility import finer
 from lathesim.diagnosis.candidates.screening import screen
 from lathesim.diagnosis.candidates.starting_points import starting_points
-from lathesim.diagnosis.explaining.chance import due
+from lathesim.diagnosis.explaining.chance import due, least_apart
 from lathesim.diagnosis.explaining.plausible import is_plausible
 from lathesim.diagnosis.explaining.resolution import significant
 from lathesim.diagnosis.explaining.study import Study
@@ -102,30 +102,35 @@ def _is_off(study: Study, model: Model) -> bool:
 
 
 def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str], least: float) -> list[list[Screened]]:
-    """Return the candidates that are worth a fit, in batches: the best by their screening gain, of at least ``least``, with the simpler
-    forms of each and the twins of these, what leaves a like trace, and ``rivals``."""
+    """Return the candidates that are worth a fit, in batches of which each holds the best that are left by their screening gain, of at
+    least ``least``; the first holds what should be fitted with them too."""
     worth = [item for item in ranked if item.gain > max(least, study.method.explaining.hopeless * ranked[0].gain)]
-    near = [item for item in worth if item.gain > study.method.explaining.rival * worth[0].gain][: study.method.explaining.fitted_at_once]
-    simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
-    alike = {(item.candidate.family, item.candidate.at) for item in near[:2]}
-
-    def belongs(candidate: Candidate) -> bool:
-        like = (candidate.name, candidate.at) in simpler or (candidate.family, candidate.at) in alike
-        return like or candidate.part in rivals
-
-    first = near + [item for item in worth if not any(item is one for one in near) and belongs(item.candidate)]
-    # what promises the same at the same place as a simpler form may be its twin: in one direction a weight is that of a friction
-    plain = [one for one in first if (one.candidate.name, one.candidate.at) in simpler]
-    first += [item for item in worth if not any(item is one for one in first) and any(_is_twin(item, one, study) for one in plain)]
+    first = _first(worth, study, rivals) if worth else []
     rest = [item for item in worth if not any(item is one for one in first)]
     many = study.method.explaining.fitted_at_once
     later = [rest[place * many : (place + 1) * many] for place in range(study.method.explaining.batches - 1)]
     return [batch for batch in (first, *later) if batch]
 
 
+def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> list[Screened]:
+    """Return the best candidates, with the simpler forms of each and the twins of these, what leaves a like trace, and ``rivals``."""
+    near = [item for item in worth if item.gain > study.method.explaining.rival * worth[0].gain][: study.method.explaining.fitted_at_once]
+    simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
+    alike = {(item.candidate.family, item.candidate.at) for item in near[:2]}
+    # what promises the same at the same place as a simpler form may be its twin: in one direction a weight is that of a friction
+    plain = [item for item in worth if (item.candidate.name, item.candidate.at) in simpler]
+
+    def belongs(item: Screened) -> bool:
+        one = item.candidate
+        like = (one.name, one.at) in simpler or (one.family, one.at) in alike
+        return like or one.part in rivals or any(_is_twin(item, other, study) for other in plain)
+
+    return near + [item for item in worth if not any(item is one for one in near) and belongs(item)]
+
+
 def _is_twin(item: Screened, other: Screened, study: Study) -> bool:
     """Return whether two candidates at one place promise gains that cannot be told apart."""
-    return item.candidate.at == other.candidate.at and abs(item.gain - other.gain) < study.method.per_parameter
+    return item.candidate.at == other.candidate.at and abs(item.gain - other.gain) < least_apart(study.method)
 
 
 def simpler_forms(candidate: Candidate) -> set[tuple[str, str]]:
