@@ -38,7 +38,7 @@ def test_template_values_arrive_in_si(tmp_path: Path) -> None:
 def test_a_step_and_a_period_of_six_digits_divide_each_other(tmp_path: Path) -> None:
     machinery = assembled(tmp_path, "sample_period: 0.666667 ms\nstep: 0.166667 ms\n")
     assert (machinery.sample_period, machinery.step) == (0.666667e-3, 0.666667e-3 / 4)
-    assert wire(machinery).steps_per_sample == 4
+    assert machinery.steps_per_sample == 4
 
 
 def test_lesson_then_variant_then_command_line(tmp_path: Path) -> None:

@@ -205,4 +205,6 @@ def test_the_gain_of_an_effect_is_predicted_from_a_sound_recording(tmp_path: Pat
     looking, effect, sizes = with_answer(folder, write_sound(case, tmp_path / "sound.csv"), named)
     (change,) = looking.changes([(effect, sizes)])
     assert change is not None
-    assert (change.gain.nats, change.gain.error) == pytest.approx((gained.nats, gained.error), rel=0.3)
+    assert change.gain.nats == pytest.approx(gained.nats, rel=0.3)
+    # nearly all of the current's residual lies below its floor, where it is no chance either way
+    assert max(change.gain.error, gained.error) < 0.03 * gained.nats
