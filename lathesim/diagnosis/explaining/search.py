@@ -154,13 +154,11 @@ def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Round
     plain = [one for one in near if not is_finer(one.candidate, [other.candidate for other in near])]
     for first in sorted(plain, key=lambda one: -one.predicted.nats)[: study.method.explaining.batches]:
         study.progress(f"{first.name} explains {first.predicted.share:.0%}, though not surely; trying another effect beside it")
-        beside = rounds.on(first.model)
-        found, second = found.having_tried(beside), chosen(study, beside)
-        if second is None:
+        found, both = _beside(study, found, first, rounds)
+        if both is None or not significant(both, study):
             continue
-        both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
-        worth = _worth(study, second.model, first.candidate, without(study, second.model, first.candidate))
-        if significant(both, study) and significant(worth, study):
+        worth = _worth(study, both.model, first.candidate, without(study, both.model, first.candidate))
+        if significant(worth, study):
             return _with_both(study, found, first, both, f"predict better by {both.predicted.nats:.0f} nats together")
     return found
 
@@ -176,14 +174,19 @@ def _on_another(study: Study, found: Found, others: Sequence[Tried], rounds: Rou
     gone = found.model.candidates[-1]
     for first in sorted(others, key=lambda one: -one.predicted.nats)[: study.method.explaining.batches]:
         study.progress(f"{gone.name} does not explain the motion: trying {first.name} in its place, and another effect beside it")
-        beside = rounds.on(first.model)
-        found, second = found.having_tried(beside), chosen(study, beside)
-        if second is None:
-            continue
-        both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
-        if significant(both, study):
+        found, both = _beside(study, found, first, rounds)
+        if both is not None and significant(both, study):
             return _with_both(study, found, first, both, f"predict better than {gone.name} by {both.predicted.nats:.0f} nats", [gone.name])
     return found
+
+
+def _beside(study: Study, found: Found, first: Tried, rounds: Rounds) -> tuple[Found, Tried | None]:
+    """Return the search with what was tried beside an effect, and the best of that with the effect itself, over the model before both."""
+    beside = rounds.on(first.model)
+    found, second = found.having_tried(beside), chosen(study, beside)
+    if second is None:
+        return found, None
+    return found, Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
 
 
 def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str, went: Sequence[str] = ()) -> Found:
@@ -200,11 +203,8 @@ def _simpler_pair(study: Study, found: Found, best: Tried, trials: Sequence[Trie
     """
     simple = [one for one in trials if one.before is found.model and is_finer(best.candidate, [one.candidate])]
     for first in (one for one in simple if min(one.fitted.nats, one.predicted.nats) > due(study.method)):
-        beside = rounds.on(first.model)
-        found, second = found.having_tried(beside), chosen(study, beside)
-        few = second is not None and first.parameters + second.parameters <= best.parameters
-        if second is not None and few and as_good(second.model, best, study):
-            both = Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
+        found, both = _beside(study, found, first, rounds)
+        if both is not None and first.parameters + both.parameters <= best.parameters and as_good(both.model, best, study):
             return _with_both(study, found, first, both, f"predict as well as {best.name}, and are simpler")
     return found
 
