@@ -123,7 +123,7 @@ def _with_signs(prepared: PreparedQuestion, study: Study, found: Found) -> tuple
         turned = with_other_sign(prepared, channel)
         study_of_turned = _study(turned, study.progress)
         other = explain(study_of_turned)
-        fitted, predicted = over(study, other.model, found.model)
+        fitted, predicted = over(other.model, found.model)
         if other.complete and fitted.nats > due(study.method) and is_clear(predicted, study.method):
             why = f"{channel} with the other sign predicts better by {predicted.nats:.0f} nats"
             step = Step("other sign", (), (), fitted.nats, predicted.nats, why)
@@ -163,7 +163,7 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
         # without an effect the two errors differ only by which noise they believe
         return prepared, study, found
     why = "what was named under the noise of unmeasured forces does not explain the motion"
-    fitted, predicted = over(study_of_simulated, other.model, other.baseline)
+    fitted, predicted = over(other.model, other.baseline)
     step = Step("error of the simulation", (), (), fitted.nats, predicted.nats, why)
     said = "Unmeasured forces would have to be as large as those that act: the error of the simulation was fitted, without such forces."
     simulated = replace(simulated, findings=(*simulated.findings, said))

@@ -189,7 +189,7 @@ def outdone(study: Study, found: Found, doubted: tuple[Doubt, ...]) -> tuple[Fou
         return found, doubted
     names = tuple(f"{one.name} at {one.at}" for one in candidates)
     study.progress(f"smooth functions predict more than {' and '.join(names)}")
-    fitted, predicted = over(study, lesson, found.model)
+    fitted, predicted = over(lesson, found.model)
     why = "smooth functions of what the machine does predict far more, and the effects add nothing to them"
     step = Step("drop", (), names, fitted.nats, predicted.nats, why)
     return replace(found, model=lesson, worth={}, rivals={}, history=(*found.history, step)), tuple(without.values())

@@ -24,7 +24,6 @@ from lathesim.lessons.insertion import beyond_its_spring, host_of, insert_effect
 
 WIDE_RANGE = 3.0
 """Ratio of its ends above which a positive range is walked through in factors."""
-_START_POINTS = 8
 _ORDERS = 3
 """Whole numbers a turn that are tried."""
 _ROTARY_UNITS = ("N*m", "rad/s", "rad")
@@ -300,7 +299,7 @@ def _spread(ranges: Sequence[tuple[float, float]]) -> FloatArray:
     """Return starting values over the ranges: logarithmic where a range is positive and wide, a Sobol sequence over all of them."""
     if not ranges:
         return np.zeros((0, 0))
-    count = _START_POINTS if len(ranges) > 1 else 3
+    count = 8 if len(ranges) > 1 else 3
     unit = qmc.Sobol(len(ranges), scramble=False).random(16)[1 : count + 1]
     columns = []
     for column, (low, high) in enumerate(ranges):

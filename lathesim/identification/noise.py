@@ -30,10 +30,6 @@ from scipy.signal.windows import tukey
 
 from lathesim.engine.assembly import FloatArray
 
-_TAPERED = 0.1
-_CORNERS = (3.0, 30.0)
-"""Frequencies above which a slow load falls off [Hz]."""
-_UPDATES = 25
 _SHARE_IN_BAND = 0.99
 _OF_COUNTS = sum(math.comb(4, k) ** 2 for k in range(5)) / sum(math.comb(5, k) ** 2 for k in range(6))
 """Power of the noise of counts that were differenced, over that which the fourth differences of them make of it: the sum of the squares of
@@ -45,7 +41,7 @@ _FLAT = 1.5
 @functools.lru_cache(maxsize=16)
 def taper(samples: int) -> FloatArray:
     """Return the window, shape (samples,), with mean square 1."""
-    window = tukey(samples, _TAPERED)
+    window = tukey(samples, 0.1)
     return np.asarray(window / np.sqrt(np.mean(window * window)))
 
 
@@ -207,7 +203,8 @@ def noise_shapes(
     differencing = _differencing(frequency * period)
     differencing[0] = differencing[1] if len(frequency) > 1 else 1.0
     gains = _gains(impulse_responses, frequency, period)
-    corners = _CORNERS if coloured else ()
+    # above these frequencies a slow load falls off [Hz]
+    corners = (3.0, 30.0) if coloured else ()
     own = {
         WHITE: [np.ones_like(frequency)],
         RATE: [np.ones_like(frequency), differencing],
@@ -277,7 +274,7 @@ def fit_noise_model(residual: FloatArray, shapes: NoiseShapes) -> NoiseModel:
     basis = shapes.shapes[:, counted]
     least = max(shapes.floor**2, 1e-300) * basis[0]
     sizes = np.mean(seen) / np.maximum(np.mean(basis, axis=1), 1e-300) / len(basis)
-    for _ in range(_UPDATES):
+    for _ in range(25):
         power = least + sizes @ basis
         sizes = sizes * (basis @ (seen / power**2)) / np.maximum(basis @ (1.0 / power), 1e-300)
     return _of_sizes(sizes, shapes, shapes.band)

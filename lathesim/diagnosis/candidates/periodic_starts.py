@@ -28,6 +28,8 @@ PERIODS = ("lead", "turn", "period", "signal_period", "length")
 _ORDER = "order"
 _SIZES = ("amplitude", "ripple")
 _SHARE = "share"
+BEYOND_TYPICAL = 1.3
+"""Factor by which a wavelength may lie outside the typical range."""
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,10 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
         for size, factor in wave.sizes:
             key = (candidate.at if factor == "drive" else host, factor)
             if key not in spectra:
-                shortest = _shortest(candidates, {name for name, (other, *_) in places.items() if other == host}, method=method)
+                shortest = _shortest(candidates, {name for name, (other, *_) in places.items() if other == host})
                 times = _multiplied_with(experiment, candidate, factor, velocity, method)
-                spectra[key] = [_periodogram(place, kind, times, shortest, method) for kind in (signals, fast)]
-            points += _points_of(wave, size, _lengths(spectra[key], wave, place, method))
+                spectra[key] = [_periodogram(place, kind, times, shortest) for kind in (signals, fast)]
+            points += _points_of(wave, size, _lengths(spectra[key], wave, place))
         if points:
             # whole numbers a turn are tried besides
             found[candidate.part] = np.vstack([points, candidate.points]) if wave.length == _ORDER else np.array(points)
@@ -104,7 +106,7 @@ def _multiplied_with(experiment: Experiment, candidate: Candidate, factor: str, 
     return direction_of(velocity, method=method) if driving is None else driving
 
 
-def _range_of_lengths(wave: _Wave, place: FloatArray, method: Method) -> tuple[float, float]:
+def _range_of_lengths(wave: _Wave, place: FloatArray) -> tuple[float, float]:
     """Return the shortest and the longest wave that is looked for."""
     candidate = wave.candidate
     # the shortest waves of the range are no longer than samples are apart on a fast axis: chance has lines there
@@ -112,20 +114,21 @@ def _range_of_lengths(wave: _Wave, place: FloatArray, method: Method) -> tuple[f
     if wave.length == _ORDER:
         low, high = (2.0 * math.pi / order for order in reversed(candidate.effect.identification.typical[_ORDER]))
     else:
-        # a belt's pulley turns once in a tenth of a metre, a fine screw once in a quarter of a millimetre; a force must be there more
-        # often, as other slow ones are there too
-        least = method.candidates.least_turns if candidate.effect.site == "measured" else method.candidates.least_turns_of_force
-        high = max(high, min(float(np.ptp(place)) / least, method.candidates.other_geometry * high))
-        low /= method.candidates.other_geometry
-    return max(low, 2.0 * method.candidates.beyond_typical * _way_per_sample(place, method=method)), high
+        # a belt's pulley turns once in a tenth of a metre, a fine screw once in a quarter of a millimetre; a force must be there five
+        # times and not two, as other slow ones are there too
+        least, other_geometry = 2.0 if candidate.effect.site == "measured" else 5.0, 10.0
+        high = max(high, min(float(np.ptp(place)) / least, other_geometry * high))
+        low /= other_geometry
+    return max(low, 2.0 * BEYOND_TYPICAL * _way_per_sample(place)), high
 
 
-def _lengths(spectra: Sequence[tuple[FloatArray, FloatArray]], wave: _Wave, place: FloatArray, method: Method) -> list[float]:
+def _lengths(spectra: Sequence[tuple[FloatArray, FloatArray]], wave: _Wave, place: FloatArray) -> list[float]:
     """Return the wavelengths at which spectra are strongest, and besides those of which few are on the whole way."""
-    beyond, usual = method.candidates.beyond_typical, float(wave.candidate.usual[wave.column])
-    low, high = _range_of_lengths(wave, place, method)
-    lengths = [length for spectrum in spectra for length in _strongest(*spectrum, low / beyond, high * beyond, method=method)]
-    return lengths + [length for length in float(np.ptp(place)) / np.array(method.candidates.waves_along_all) if low < length < usual]
+    low, high = _range_of_lengths(wave, place)
+    lengths = [length for spectrum in spectra for length in _strongest(*spectrum, low / BEYOND_TYPICAL, high * BEYOND_TYPICAL)]
+    # so few waves in the whole way are no line of a periodogram, and its trend takes a part of them
+    few, usual = float(np.ptp(place)) / np.array([1.0, 1.5, 2.0, 3.0]), float(wave.candidate.usual[wave.column])
+    return lengths + [length for length in few if low < length < usual]
 
 
 def _points_of(wave: _Wave, size: str, lengths: Sequence[float]) -> list[FloatArray]:
@@ -171,10 +174,10 @@ def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArr
     return found
 
 
-def _way_per_sample(place: FloatArray, method: Method = STANDARD) -> float:
+def _way_per_sample(place: FloatArray) -> float:
     """Return the way from one sample to the next where it moves slowly: what repeats within two of them cannot be told from a slow wave."""
     steps = np.abs(np.diff(place))
-    return float(np.quantile(steps[steps > 0.0], method.candidates.slow_steps)) if np.any(steps > 0.0) else 0.0
+    return float(np.quantile(steps[steps > 0.0], 0.25)) if np.any(steps > 0.0) else 0.0
 
 
 def _driving(experiment: Experiment, part: str) -> FloatArray | None:
@@ -193,21 +196,19 @@ def _standardised(values: FloatArray) -> FloatArray:
     return (values - float(np.mean(values))) / spread if spread > 0.0 and np.isfinite(spread) else np.zeros_like(values)
 
 
-def _shortest(candidates: list[Candidate], at: set[str], method: Method = STANDARD) -> float:
+def _shortest(candidates: list[Candidate], at: set[str]) -> float:
     """Return the shortest wavelength that a candidate at one of some parts may have."""
     inside = [candidate for candidate in candidates if at & {Place.of(candidate.at).part, candidate.part}]
     there = [(candidate, column, Place.of(name).port) for candidate in inside for column, name in enumerate(candidate.parameters)]
     lengths = [float(candidate.least[column]) for candidate, column, name in there if name in PERIODS]
     lengths += [2.0 * math.pi / candidate.effect.identification.typical[_ORDER][1] for candidate, _, name in there if name == _ORDER]
-    return min(lengths, default=math.inf) / method.candidates.beyond_typical
+    return min(lengths, default=math.inf) / BEYOND_TYPICAL
 
 
-def _periodogram(
-    place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float, method: Method
-) -> tuple[FloatArray, FloatArray]:
+def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray | None, shortest: float) -> tuple[FloatArray, FloatArray]:
     """Return waves per length and power, summed over the signals ``times`` a factor; the slowest trend over the place is taken out."""
     span = float(np.ptp(place))
-    bins = int(np.clip(6.0 * span / shortest, 256, method.candidates.most_bins)) if math.isfinite(shortest) else 4096
+    bins = int(np.clip(6.0 * span / shortest, 256, 1 << 18)) if math.isfinite(shortest) else 4096
     index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
     padded = next_fast_len(4 * bins, real=True)
     power = np.zeros(padded // 2 + 1)
@@ -219,34 +220,31 @@ def _periodogram(
     return np.asarray(rfftfreq(padded, span / bins)), power
 
 
-def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float, method: Method = STANDARD) -> list[float]:
-    """Return the wavelengths between two that are strongest, and those that stand out most from their neighbours: what is missing is the
+def _strongest(waves: FloatArray, power: FloatArray, low: float, high: float) -> list[float]:
+    """Return the wavelengths between two that are strongest, one, and that stand out most from their neighbours: what is missing is the
     noisier the shorter the wave, and a long one stands out where it is not the largest."""
     inside = (waves > 1.0 / high) & (waves < 1.0 / low)
     found: list[int] = []
-    for strength, many in (
-        (power, method.candidates.strongest_lines),
-        (power / np.maximum(_background(power, method), 1e-300), method.candidates.prominent_lines),
-    ):
+    for strength, many in ((power, 1), (power / np.maximum(_background(power), 1e-300), 2)):
         left = np.where(inside, strength, 0.0)
         for other in found:
-            left[_beside(other, method)] = 0.0
+            left[_beside(other)] = 0.0
         for _ in range(many):
             if left.max(initial=0.0) > 0.0:
                 found.append(int(np.argmax(left)))
-                left[_beside(found[-1], method)] = 0.0
+                left[_beside(found[-1])] = 0.0
     return [float(1.0 / waves[place]) for place in found]
 
 
-def _beside(place: int, method: Method) -> slice:
-    """Return the places that one line spreads over."""
-    spread = method.candidates.line_spread
+def _beside(place: int) -> slice:
+    """Return the places of a padded periodogram that one line spreads over."""
+    spread = 8
     return slice(max(0, place - spread), place + spread + 1)
 
 
-def _background(power: FloatArray, method: Method) -> FloatArray:
+def _background(power: FloatArray) -> FloatArray:
     """Return what a periodogram is around each wave: the median over stretches that grow with the wave number."""
-    edges = np.unique(np.r_[0, np.geomspace(method.candidates.shortest_stretch, len(power), method.candidates.stretches).astype(np.int64)])
+    edges = np.unique(np.r_[0, np.geomspace(64, len(power), 40).astype(np.int64)])
     middles = [0.5 * (begin + end) for begin, end in itertools.pairwise(edges)]
     medians = [float(np.median(power[begin:end])) for begin, end in itertools.pairwise(edges)]
     return np.interp(np.arange(len(power)), middles, medians)

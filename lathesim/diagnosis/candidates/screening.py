@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import rfft
 
-from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.found import Screened
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.execution import together
@@ -22,8 +21,8 @@ from lathesim.identification.signal import SLOPE_ROUNDING
 
 _NOTHING = 1e-6
 """Whitened power of a response, share of the largest eigenvalue, and scales from a bound below which there is nothing."""
-_FEWEST_PHASES, _TURNS = 3, 72
-"""Phases of a wave that must be tried for the best one between them to be known, and those among which it is looked for."""
+_FEWEST_PHASES = 3
+"""Phases of a wave that must be tried for the best one between them to be known."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,6 @@ def screen(
     fitted: Fitted,
     candidates: Sequence[Candidate],
     points: Mapping[str, FloatArray] | None = None,
-    method: Method = STANDARD,
 ) -> Screening:
     """Return how the candidates score; ``points`` gives starting values by candidate part, in the place of usual ones.
 
@@ -53,7 +51,7 @@ def screen(
     largest of 20 such draws is given.
     """
     absorb = _Absorber(simulator, fitted)
-    draws = absorb.draws(method.candidates.null_draws)
+    draws = absorb.draws(20)
 
     def one(candidate: Candidate) -> tuple[Screened, float] | None:
         """Return what one candidate scores, and the null maximum with it; none where it moves no channel."""
@@ -126,7 +124,7 @@ def _at_best_phases(candidate: Candidate, tried: Sequence[_Response], residual: 
         if len(set(phases.tolist())) < _FEWEST_PHASES:
             continue
         parts = np.linalg.pinv(_turning(phases)) @ np.stack([item[3] for item in items])
-        turns = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
+        turns = np.linspace(-np.pi, np.pi, 72, endpoint=False)
         turning = _turning(turns)
         power = np.sum((turning @ (parts @ parts.T)) * turning, axis=1)
         shares = (turning @ (parts @ residual)) / np.maximum(power, 1e-300)

@@ -40,17 +40,15 @@ def starting_points(
         found[candidate.part] = np.clip(points, candidate.low, candidate.high)
     return (
         found
-        | limit_points(experiment, candidates, method=method)
+        | limit_points(experiment, candidates)
         | frequency_points(experiment, candidates, method=method)
-        | _late_points(experiment, fitted, candidates, method=method)
+        | _late_points(experiment, fitted, candidates)
     )
 
 
-def _late_points(
-    experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate], method: Method = STANDARD
-) -> dict[str, FloatArray]:
-    """Return starting values for what makes a reading late: beside the usual ones that by which the recording is behind the simulation. A
-    staircase that is late by half a step is as near as one that is late by two."""
+def _late_points(experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
+    """Return starting values for what makes a reading late: beside the usual ones that by which the recording is behind the simulation, up
+    to a tenth of a second. A staircase that is late by half a step is as near as one that is late by two."""
     period, seconds = experiment.machine.assembly.sample_period, {sight.row for sight in experiment.sensed.redundant_sensors}
     simulated = experiment.sensed.seen - fitted.residual
     found: dict[str, FloatArray] = {}
@@ -62,9 +60,7 @@ def _late_points(
             row for row, name in enumerate(experiment.machine.compare) if candidate.at in (name, Place.of(name).part) and row not in seconds
         ]
         column = candidate.parameters.index(late)
-        samples = np.array(
-            [behind(experiment.sensed.seen[row], simulated[row], round(method.candidates.latest_reading / period)) for row in rows]
-        )
+        samples = np.array([behind(experiment.sensed.seen[row], simulated[row], round(0.1 / period)) for row in rows])
         # what is held and then delayed is read that many samples late from one sample less on
         lags = period * (samples - 0.5 * np.sign(samples) if candidate.effect.identification.whole_samples else samples)
         points = np.tile(np.median(candidate.points, axis=0), (len(lags), 1))
@@ -81,7 +77,8 @@ def frequency_points(experiment: Experiment, candidates: Sequence[Candidate], me
     A link that bends is softer than a screw is: the lowest frequency is the one that the recording shows a few times.
     """
     period = experiment.machine.assembly.sample_period
-    fastest, slowest = method.candidates.fastest_resonance / period, method.candidates.least_swings / (period * len(experiment.record))
+    # five samples a swing, and four swings within the recording
+    fastest, slowest = 0.2 / period, 4.0 / (period * len(experiment.record))
     found: dict[str, FloatArray] = {}
     for candidate in candidates:
         resonance = f"{candidate.part}.{candidate.effect.identification.resonance}"
@@ -91,15 +88,16 @@ def frequency_points(experiment: Experiment, candidates: Sequence[Candidate], me
         usual_low, high = float(candidate.least[column]), min(float(candidate.usual[column]), fastest)
         low = min(usual_low, max(slowest, usual_low / method.largest_size, float(candidate.low[column])))
         if high > usual_low:
-            usual = np.quantile(candidate.points, method.candidates.usual_quantiles, axis=0)
-            many = round(method.candidates.resonances * np.log(high / low) / np.log(high / usual_low))
+            # a small one and a large one of the other values; ten frequencies within the usual range
+            usual = np.quantile(candidate.points, (0.3, 0.85), axis=0)
+            many = round(10 * np.log(high / low) / np.log(high / usual_low))
             points = np.repeat(usual, many, axis=0)
             points[:, column] = np.tile(np.geomspace(low, high, many), len(usual))
             found[candidate.part] = np.clip(points, candidate.low, candidate.high)
     return found
 
 
-def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
+def limit_points(experiment: Experiment, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
     """Return starting values for limits of a command, or of its rate, where the command of this recording comes to: a limit that is never
     reached does nothing, and one that is usual on another machine may be never reached here."""
     found: dict[str, FloatArray] = {}
@@ -116,12 +114,13 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate], method
         if of_rate:
             # a command in steps says nothing of how long its ramps take: from a sample to the whole recording
             least = float(np.ptp(command)) / (len(command) * experiment.machine.assembly.sample_period)
-            reached = np.geomspace(least, largest, method.candidates.limits_tried) if least else size[:0]
+            reached = np.geomspace(least, largest, 12) if least else size[:0]
         elif np.any(induced):
             # what a motor could not follow has commands grow far beyond what drove it
-            reached = np.geomspace(method.candidates.least_driving, 1.0, method.candidates.limits_tried) * largest
+            reached = np.geomspace(0.01, 1.0, 12) * largest
         else:
-            reached = np.r_[np.quantile(size, method.candidates.limits_reached), np.array(method.candidates.limits_of_largest) * largest]
+            # a command in steps is at its largest for long
+            reached = np.r_[np.quantile(size, (0.995, 0.98, 0.95, 0.85)), np.array([0.9, 0.75, 0.6, 0.45]) * largest]
         found[candidate.part] = np.clip(np.unique(reached[reached > 0.0])[::-1, None], candidate.low, candidate.high)
     return found
 

@@ -185,7 +185,7 @@ def compare(lesson: str, machine: RecordedMachine, recorded: Recorded, method: M
     """Return the comparison of a recording with a machine."""
     first, second, experiment = parted(machine, recorded.name, recorded.record, ())
     fitted, *pieces = [_started(item) for item in (experiment, first, second)]
-    channels, replayed = _channels(experiment, fitted, method=method), _replayed(experiment, fitted, method=method)
+    channels, replayed = _channels(experiment, fitted), _replayed(experiment, fitted, method=method)
     faults = (*(str(item) for item in recorded.faults), *(str(item) for item in found_by(CHECKS_OF_RECORDINGS, [(experiment, {})], method)))
     findings = (*(str(item) for item in recorded.findings), *sensor_zeros(experiment, method=method), *faults)
     findings = (*findings, *(_lost(item) for item in channels if item.is_lost))
@@ -221,7 +221,7 @@ def _is_a_velocity(unit: str) -> bool:
     return any(convertible(unit, velocity) for velocity in ("m/s", "rad/s"))
 
 
-def _channels(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> list[ChannelResidual]:
+def _channels(experiment: Experiment, fitted: Fitted) -> list[ChannelResidual]:
     """Return each channel of the recording beside the lesson's own simulation from the fitted start."""
     names = [name for name in fitted.by_name if name in experiment.own.plan.states]
     simulated = experiment.sensed.from_zero_of(experiment.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0])

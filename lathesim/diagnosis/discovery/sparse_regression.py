@@ -44,9 +44,10 @@ class Column:
     values: Callable[[Mapping[str, FloatArray]], FloatArray]
 
 
-def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray, method: Method = STANDARD) -> list[list[Column]]:
+def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray) -> list[list[Column]]:
     """Return the groups of functions to be tried on a signal; those whose letters the motion has."""
-    slow = float(f"{method.discovery.smoothed_reversal * float(np.max(np.abs(motion['v']))) or 1.0:.3g}")
+    # a step at a reversal is smoothed over a share of the top speed
+    slow = float(f"{0.02 * float(np.max(np.abs(motion['v']))) or 1.0:.3g}")
     simple = [
         Column("1.0", "1", lambda m: np.ones_like(m["t"])),
         Column("v", "v", lambda m: m["v"]),
@@ -64,7 +65,7 @@ def groups_of(motion: Mapping[str, FloatArray], signal: FloatArray, method: Meth
     ]
     groups = [[column] for column in simple]
     for letter in ("q", "t"):
-        wave = strongest_wave(motion[letter], signal, method)
+        wave = strongest_wave(motion[letter], signal)
         if wave > 0.0:
             groups.append([_wave("sin", np.sin, wave, letter), _wave("cos", np.cos, wave, letter)])
     return groups
@@ -74,7 +75,7 @@ def _wave(name: str, function: Callable[[FloatArray], FloatArray], wave: float, 
     return Column(f"{name}({wave!r} * {letter})", "1", lambda m: np.asarray(function(wave * m[letter])))
 
 
-def strongest_wave(where: FloatArray, signal: FloatArray, method: Method = STANDARD) -> float:
+def strongest_wave(where: FloatArray, signal: FloatArray) -> float:
     """Return the angular frequency over ``where`` at which the signal is strongest [rad a unit], 0 where ``where`` does not move.
 
     Source: Lomb, Least-squares frequency analysis of unequally spaced data, Astrophysics and Space Science 39 (1976).
@@ -82,16 +83,18 @@ def strongest_wave(where: FloatArray, signal: FloatArray, method: Method = STAND
     span = float(np.ptp(where))
     if span <= 0.0:
         return 0.0
-    thin = slice(None, None, max(1, len(where) // method.discovery.most_points))
-    frequencies = 2.0 * np.pi / span * np.geomspace(1.5, 150.0, method.discovery.waves)
+    thin = slice(None, None, max(1, len(where) // 4000))
+    frequencies = 2.0 * np.pi / span * np.geomspace(1.5, 150.0, 400)
     power = lombscargle(where[thin], signal[thin] - np.mean(signal[thin]), frequencies)
     best = int(np.argmax(power))
-    finer = np.linspace(frequencies[max(best - 1, 0)], frequencies[min(best + 1, method.discovery.waves - 1)], 41)
+    finer = np.linspace(frequencies[max(best - 1, 0)], frequencies[min(best + 1, len(frequencies) - 1)], 41)
     power = lombscargle(where[thin], signal[thin] - np.mean(signal[thin]), finer)
     return float(f"{finer[int(np.argmax(power))]:.6g}")
 
 
 _TERM = "discovered_term"
+_MOST_COLUMNS = 8
+"""Columns of a formula at most."""
 
 
 @dataclass(frozen=True)
@@ -131,17 +134,17 @@ def _draft(
         return None
     band = experiment.sensed.noise_shapes(fitted.by_name)[row].band
     own = _absorbed(experiment, fitted, row, motion, band, method=method)
-    signal, scored = _inner(here.values, method=method), _inner(there.values, method=method)
-    taken = _columns(own, motion, band, method=method), _columns(own, other, band, method=method)
-    groups = groups_of(motion, here.values, method=method)
+    signal, scored = _inner(here.values), _inner(there.values)
+    taken = _columns(own, motion, band), _columns(own, other, band)
+    groups = groups_of(motion, here.values)
     chosen: list[Column] = []
     best, amounts = 0.0, np.zeros(0)
-    for _ in range(method.discovery.most_groups):
+    for _ in range(3):
         trials = []
         for group in groups:
             columns = [*chosen, *group]
-            if len(columns) <= method.discovery.most_columns:
-                tried = _columns(columns, motion, band, method=method), _columns(columns, other, band, method=method)
+            if len(columns) <= _MOST_COLUMNS:
+                tried = _columns(columns, motion, band), _columns(columns, other, band)
                 trials.append((*_explained(signal, scored, *tried, *taken), group))
         share, weights, group = max(trials, key=lambda trial: trial[0])
         if share < best + method.material:
@@ -178,13 +181,11 @@ def _absorbed(
     """Return what the fitted values of the machine take up anyway, of speed and acceleration."""
     if fitted.sensitivity is None or not len(fitted.free):
         return []
-    changed = [
-        _inner(missing_signal(experiment, replace(fitted, residual=slope), row).values, method=method) for slope in fitted.sensitivity
-    ]
+    changed = [_inner(missing_signal(experiment, replace(fitted, residual=slope), row).values) for slope in fitted.sensitivity]
     space = np.stack([item / max(float(np.sqrt(item @ item)), 1e-300) for item in changed], axis=1)
     found = []
     for column in (Column("v", "v", lambda m: m["v"]), Column("a", "a", lambda m: m["a"])):
-        values = _columns([column], motion, band, method=method)[:, 0]
+        values = _columns([column], motion, band)[:, 0]
         left = values - space @ np.linalg.lstsq(space, values, rcond=1e-8)[0]
         if float(left @ left) < (1.0 - method.nearly_all) * float(values @ values):
             found.append(column)
@@ -205,11 +206,11 @@ def _explained(
     return (1.0 - float(off @ off) / power if power > 0.0 else 0.0), amounts
 
 
-def _columns(columns: Sequence[Column], motion: Mapping[str, FloatArray], band: int, method: Method = STANDARD) -> FloatArray:
+def _columns(columns: Sequence[Column], motion: Mapping[str, FloatArray], band: int) -> FloatArray:
     """Return columns (samples, columns) in the band of the motion, without the ends."""
     if not columns:
-        return np.zeros((len(_inner(motion["t"], method=method)), 0))
-    return np.stack([_inner(_in_band(column.values(motion), band), method=method) for column in columns], axis=1)
+        return np.zeros((len(_inner(motion["t"])), 0))
+    return np.stack([_inner(_in_band(column.values(motion), band)) for column in columns], axis=1)
 
 
 def _in_band(values: FloatArray, band: int) -> FloatArray:
@@ -218,8 +219,9 @@ def _in_band(values: FloatArray, band: int) -> FloatArray:
     return np.asarray(irfft(transformed, n=len(values)))
 
 
-def _inner(values: FloatArray, method: Method = STANDARD) -> FloatArray:
-    cut = int(method.discovery.ends * len(values))
+def _inner(values: FloatArray) -> FloatArray:
+    # the missing force is tapered at either end
+    cut = int(0.06 * len(values))
     return values[cut : len(values) - cut]
 
 
@@ -232,7 +234,7 @@ def _replayed(
     assert other is not None
     sizes = [max(float(np.sqrt(np.mean(column.values(motion) ** 2))), 1e-300) for column in draft.columns]
     both = ((experiment, motion), (validation, other))
-    first, second = (replace(item, with_candidates=_with_term(item.with_candidates, draft, moved, sizes, method)) for item, moved in both)
+    first, second = (replace(item, with_candidates=_with_term(item.with_candidates, draft, moved, sizes)) for item, moved in both)
     names = [f"{_TERM}.weight_{number}" for number in range(len(draft.columns))]
     starts = [float(amount * size) for amount, size in zip(draft.amounts, sizes, strict=True)]
     weights = [Free(name, start, max(abs(start), 1e-12)) for name, start in zip(names, starts, strict=True)]
@@ -245,7 +247,7 @@ def _replayed(
         kept = [number for number, keeps in enumerate(sure) if keeps]
         fewer = replace(draft, columns=tuple(draft.columns[number] for number in kept), amounts=draft.amounts[kept])
         return _replayed(experiment, fitted, validation, judged, fewer, method=method)
-    share = _share_of_formula(validation, judged, second, found, names, draft.row, method)
+    share = _share_of_formula(validation, judged, second, found, names, draft.row)
     if share < method.material:
         return None
     addends = tuple(
@@ -256,16 +258,14 @@ def _replayed(
     return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), _domain(draft, motion), size)
 
 
-def _share_of_formula(
-    validation: Experiment, judged: Fitted, second: Experiment, found: Fitted, names: Sequence[str], row: int, method: Method
-) -> float:
+def _share_of_formula(validation: Experiment, judged: Fitted, second: Experiment, found: Fitted, names: Sequence[str], row: int) -> float:
     """Return the share of what is left that a formula explains itself on the validation recording: ``second`` is that with its addends,
     whose amounts have the ``names``. Other values of the machine may explain as well, and do so without it."""
     own = {item.name for item in judged.free}
     values = {name: value for name, value in found.by_name.items() if name not in own}
     held, without = (fit(second.sensed, with_start(judged), {**values, **less}, rounds=2) for less in ({}, dict.fromkeys(names, 0.0)))
     pairs = ((validation, judged), (second, without), (second, held))
-    *before, after = (float(np.sum(_inner(missing_signal(one, by, row).values, method=method) ** 2)) for one, by in pairs)
+    *before, after = (float(np.sum(_inner(missing_signal(one, by, row).values) ** 2)) for one, by in pairs)
     return 1.0 - after / max(min(before), 1e-300)
 
 
@@ -278,9 +278,9 @@ def _domain(draft: _Draft, motion: Mapping[str, FloatArray]) -> tuple[Span, ...]
     return tuple(Span(name, units[name], *span) for name, span in ends.items())
 
 
-def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArray], sizes: Sequence[float], method: Method) -> Machinery:
+def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArray], sizes: Sequence[float]) -> Machinery:
     """Return the assembly with the draft's columns, each of root mean square one, added where something is missing."""
-    table = np.zeros((len(motion["t"]), method.discovery.most_columns))
+    table = np.zeros((len(motion["t"]), _MOST_COLUMNS))
     for number, (column, size) in enumerate(zip(draft.columns, sizes, strict=True)):
         values = column.values(motion) / size
         # a row holds over its sample: the value in its middle

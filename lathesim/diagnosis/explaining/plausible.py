@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.candidates.periodic_starts import PERIODS, cycle_of
+from lathesim.diagnosis.candidates.periodic_starts import BEYOND_TYPICAL, PERIODS, cycle_of
 from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import Method
@@ -144,7 +144,7 @@ def repeats(study: Study, candidate: Candidate, values: Mapping[str, float]) -> 
         length, declared = values[name], candidate.effect.declarations[Place.of(name).port]
         # one wave more on a way changes a length by its square over the way
         way = length * length / cycle_of(study.estimation, candidate, length)
-        turn = 2.0 * math.pi * study.method.candidates.beyond_typical if declared.unit == "rad" else 0.0
+        turn = 2.0 * math.pi * BEYOND_TYPICAL if declared.unit == "rad" else 0.0
         if 0.0 < way < length and length > turn:
             return False
     return True

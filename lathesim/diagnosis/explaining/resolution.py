@@ -33,7 +33,7 @@ def significant(trial: Tried, study: Study) -> bool:
 
 def as_good(model: Model, best: Tried, study: Study) -> bool:
     """Return whether a model predicts as well as the best trial, as far as the recordings can tell."""
-    _, behind = over(study, best.model, model)
+    _, behind = over(best.model, model)
     return behind.nats < unresolved(behind, best.predicted.nats, study.method)
 
 
@@ -45,7 +45,7 @@ def best_of(study: Study, trials: Sequence[Tried]) -> Tried | None:
     """
     best = next(iter(trials), None)
     for one in trials[1:]:
-        if best is not None and over(study, one.model, best.model)[1].nats > 0.0:
+        if best is not None and over(one.model, best.model)[1].nats > 0.0:
             best = one
     return best
 

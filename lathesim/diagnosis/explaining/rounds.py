@@ -21,6 +21,9 @@ from lathesim.identification.execution import together
 from lathesim.identification.records import Candidate, CandidateStanding, Model, Standing, is_full_band
 from lathesim.identification.signal import root_mean_square
 
+_AT_ONCE = 5
+"""Candidates that are fitted at once."""
+
 
 @dataclass
 class Rounds:
@@ -54,10 +57,10 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     candidates = [*may_come(model, experiment), *finer(model, experiment)]
     points = starting_points(experiment, model.fitted, candidates, method=study.method)
     study.progress(f"{len(candidates)} effects by a linear estimate, beside {len(model.candidates)} found")
-    screening = screen(experiment.sensed, model.fitted, candidates, points, method=study.method)
+    screening = screen(experiment.sensed, model.fitted, candidates, points)
     # what acts in several places shows wholly only with a size in each
     everywhere = [one.shaped for one in candidates if one.shaped is not None and one.acts_elsewhere]
-    wide = screen(experiment.sensed, model.fitted, everywhere, method=study.method) if everywhere else None
+    wide = screen(experiment.sensed, model.fitted, everywhere) if everywhere else None
     items = sorted((*screening.ranked, *(wide.ranked if wide else ())), key=lambda item: -item.gain)
     trials: list[Tried] = []
     good: list[Tried] = []
@@ -78,7 +81,7 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     def fine(made: Tried) -> Tried:
         """Return a trial fitted further where it may be the best: near it, or alike, where a first fit of a delay stops a sample short."""
         like = (made.candidate.family, made.candidate.at) == trace
-        near = 0.0 if like else study.method.explaining.near * most.get(is_full_band(made.model.candidates), 0.0)
+        near = 0.0 if like else 0.6 * most.get(is_full_band(made.model.candidates), 0.0)
         if made.predicted.nats > max(near, due(study.method)):
             made = settled_trial(study, model, made)
         text = f"{made.name} gains {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"
@@ -104,17 +107,18 @@ def _is_off(study: Study, model: Model) -> bool:
 def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str], least: float) -> list[list[Screened]]:
     """Return the candidates that are worth a fit, in batches of which each holds the best that are left by their screening gain, of at
     least ``least``; the first holds what should be fitted with them too."""
-    worth = [item for item in ranked if item.gain > max(least, study.method.explaining.hopeless * ranked[0].gain)]
+    least = max([least, *(0.1 * item.gain for item in ranked[:1])])
+    worth = [item for item in ranked if item.gain > least]
     first = _first(worth, study, rivals) if worth else []
     rest = [item for item in worth if not any(item is one for one in first)]
-    many = study.method.explaining.fitted_at_once
-    later = [rest[place * many : (place + 1) * many] for place in range(study.method.explaining.batches - 1)]
+    later = [rest[place : place + _AT_ONCE] for place in (0, _AT_ONCE)]
     return [batch for batch in (first, *later) if batch]
 
 
 def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> list[Screened]:
     """Return the best candidates, with the simpler forms of each and the twins of these, what leaves a like trace, and ``rivals``."""
-    near = [item for item in worth if item.gain > study.method.explaining.rival * worth[0].gain][: study.method.explaining.fitted_at_once]
+    rival = 0.4 * worth[0].gain
+    near = [item for item in worth if item.gain > rival][:_AT_ONCE]
     simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
     alike = {(item.candidate.family, item.candidate.at) for item in near[:2]}
     # what promises the same at the same place as a simpler form may be its twin: in one direction a weight is that of a friction

@@ -18,7 +18,7 @@ from lathesim.diagnosis.explaining.plausible import is_plausible, own_residuals
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, without
+from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, without, worth
 from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations, released
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.found import Found, Screened, Tried
@@ -28,6 +28,8 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import until
 from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import baseline_free
+
+_MOST_EFFECTS = 4
 
 
 def explains_the_motion(study: Study, model: Model) -> bool:
@@ -41,7 +43,7 @@ def explains_the_motion(study: Study, model: Model) -> bool:
 def explain(study: Study) -> Found:
     """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then."""
     # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
-    ends = study.method.ends.share(study.method.search_time)
+    ends = study.method.ends.share(0.65)
     sensed = study.estimation.sensed
     fitted = fit(sensed, [*baseline_free(study.estimation.machine), *study.estimation.start_states(sensed.plan)], rounds=3)
     baseline = modelled(study, (), fitted)
@@ -85,7 +87,7 @@ def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:
         return found
     study.progress("values further off than the lesson declares")
     values = modelled(study, (), fit(study.estimation.sensed, released(study), rounds=3))
-    fitted, predicted = over(study, values, found.baseline)
+    fitted, predicted = over(values, found.baseline)
     if not (is_clear(fitted, study.method) and is_clear(predicted, study.method)):
         return found
     trials = rounds.on(found.model)
@@ -103,7 +105,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
     By the error of a simulation only what explains the motion is found: what is left then is not as white as it is taken for.
     """
     others: list[Tried] = []
-    while len(found.model.candidates) < study.method.most_effects and not _is_done(study, found):
+    while len(found.model.candidates) < _MOST_EFFECTS and not _is_done(study, found):
         model = found.model
         trials = rounds.on(model)
         found = found.having_tried(trials)
@@ -130,7 +132,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         yield found
         for candidate in found.model.candidates[:-1]:
             left = without(study, found.model, candidate)
-            if not significant(_worth(study, found.model, candidate, left), study):
+            if not significant(worth(candidate, left, found.model), study):
                 found = _dropped(study, found, candidate, left)
                 yield found
 
@@ -149,16 +151,15 @@ def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Round
     least = study.method.share_of_rest
     near = [one for one in trials if min(one.fitted.share, one.predicted.share) > least and is_plausible(study, one.model)]
     near = [one for one in near if min(one.fitted.nats, one.predicted.nats) > due(study.method, one.parameters)]
-    if not near or len(found.model.candidates) + 2 > study.method.most_effects:
+    if not near or len(found.model.candidates) + 2 > _MOST_EFFECTS:
         return found
     plain = [one for one in near if not is_finer(one.candidate, [other.candidate for other in near])]
-    for first in sorted(plain, key=lambda one: -one.predicted.nats)[: study.method.explaining.batches]:
+    for first in sorted(plain, key=lambda one: -one.predicted.nats)[:3]:
         study.progress(f"{first.name} explains {first.predicted.share:.0%}, though not surely; trying another effect beside it")
         found, both = _beside(study, found, first, rounds)
         if both is None or not significant(both, study):
             continue
-        worth = _worth(study, both.model, first.candidate, without(study, both.model, first.candidate))
-        if significant(worth, study):
+        if significant(worth(first.candidate, without(study, both.model, first.candidate), both.model), study):
             return _with_both(study, found, first, both, f"predict better by {both.predicted.nats:.0f} nats together")
     return found
 
@@ -172,7 +173,7 @@ def _on_another(study: Study, found: Found, others: Sequence[Tried], rounds: Rou
     if not others or explains_the_motion(study, found.model):
         return found
     gone = found.model.candidates[-1]
-    for first in sorted(others, key=lambda one: -one.predicted.nats)[: study.method.explaining.batches]:
+    for first in sorted(others, key=lambda one: -one.predicted.nats)[:3]:
         study.progress(f"{gone.name} does not explain the motion: trying {first.name} in its place, and another effect beside it")
         found, both = _beside(study, found, first, rounds)
         if both is not None and significant(both, study):
@@ -186,7 +187,7 @@ def _beside(study: Study, found: Found, first: Tried, rounds: Rounds) -> tuple[F
     found, second = found.having_tried(beside), chosen(study, beside)
     if second is None:
         return found, None
-    return found, Tried(second.candidate, found.model, second.model, *over(study, second.model, found.model))
+    return found, worth(second.candidate, found.model, second.model)
 
 
 def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str, went: Sequence[str] = ()) -> Found:
@@ -220,15 +221,9 @@ def chosen(study: Study, trials: Sequence[Tried]) -> Tried | None:
     return None if best is None else simplest(best, good, study)
 
 
-def _worth(study: Study, model: Model, candidate: Candidate, left: Model) -> Tried:
-    """Return what an effect of a model is worth: what the model gains over the one without it."""
-    return Tried(candidate, left, model, *over(study, model, left))
-
-
 def _dropped(study: Study, found: Found, candidate: Candidate, left: Model, why: str = "the others predict as well without it") -> Found:
     study.progress(f"{candidate.name} at {candidate.place} is not needed: {why}")
-    lost = Tried(candidate, found.model, left, *over(study, left, found.model))
-    return found.changed("drop", lost, why, [candidate])
+    return found.changed("drop", worth(candidate, found.model, left), why, [candidate])
 
 
 def _refined(study: Study, found: Found) -> Iterator[Found]:
@@ -254,7 +249,7 @@ def _with_finer(study: Study, found: Found, candidate: Candidate, best: Tried) -
     reached: then with these values."""
     again = _in_place(study, best.model, best.candidate, candidate)
     if as_good(again.model, best, study):
-        gained = Tried(candidate, found.model, again.model, *over(study, again.model, found.model))
+        gained = worth(candidate, found.model, again.model)
         return found.changed("refit", gained, f"fitted from where {best.candidate.name} led, which predicts no better")
     study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
     return found.changed("refine", best, "a finer form predicts better", [candidate])
@@ -322,24 +317,24 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             continue
         candidate = waiting.pop(0)
         left = without(study, found.model, candidate)
-        worth = _worth(study, found.model, candidate, left)
-        if not significant(worth, study):
+        own = worth(candidate, left, found.model)
+        if not significant(own, study):
             found = _dropped(study, found, candidate, left)
             waiting = list(found.model.candidates)
             yield found
             continue
         trials = [one for one in rounds.on(left) if one.candidate.part != candidate.part]
         found = found.having_tried(trials)
-        best = chosen(study, [worth, *trials])
-        if best is not None and best is not worth and swaps < study.method.most_effects and _better(study, found.model, best, worth):
+        best = chosen(study, [own, *trials])
+        if best is not None and best is not own and swaps < _MOST_EFFECTS and _better(study, found.model, best, own):
             study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
             swaps, found = swaps + 1, found.changed("swap", best, "predicts better, or as well with fewer values", [candidate])
             waiting = list(found.model.candidates)
             yield found
             continue
-        good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, worth, study)]
+        good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, own, study)]
         alike = [one for one in good if not (is_finer(one.candidate, [candidate]) or is_the_other_sensor(one.candidate, candidate))]
-        found = replace(found, worth={**found.worth, candidate.part: worth}, rivals={**found.rivals, candidate.part: tuple(alike)})
+        found = replace(found, worth={**found.worth, candidate.part: own}, rivals={**found.rivals, candidate.part: tuple(alike)})
         yield found
 
 

@@ -12,7 +12,6 @@ import numpy as np
 from lathesim.diagnosis.candidates.periodic_starts import PERIODS, cycle_of
 from lathesim.diagnosis.candidates.screening import in_proportion
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.method.settings import ExplainingSettings
 from lathesim.diagnosis.records.found import Screened
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Candidate, Fitted, Free, Model, with_start
@@ -25,16 +24,15 @@ def starts(study: Study, model: Model, item: Screened, points: FloatArray | None
     Values of the lesson begin where the model has them and, as an error that the effect explains may have drawn them away, where the
     lesson gives them. All beginnings are simulated in one batch; what is left of each is projected off what the model's free values change.
     """
-    candidate, fitted, limits = item.candidate, model.fitted, study.method.explaining
-    if study.estimation.machine.output_error:
-        # the error of a simulation has more valleys than that of its equations
-        limits = replace(limits, points=limits.points_of_simulation, starts=limits.starts_of_simulation, clearly=0.0)
-    rows, bases = _rows(candidate, item, points, limits), _bases(fitted, limits)
+    candidate, fitted, by_output = item.candidate, model.fitted, study.estimation.machine.output_error
+    # the error of a simulation has more valleys than that of its equations
+    many_points, many, clearly = (40, 6, 0.0) if by_output else (6, 2, 0.7)
+    rows, bases = _rows(candidate, item, points, many_points), _bases(fitted)
     found: list[_Begun] = []
     for place, base in enumerate(bases):
         left = _left(study, fitted, base, candidate, rows)
-        found += [_Begun(float(left[row]), place, rows[row]) for row in np.argsort(left)[: 4 * limits.starts]]
-    return [[*bases[one.base], *candidate_free(study, candidate, one.values)] for one in _best(found, limits)]
+        found += [_Begun(float(left[row]), place, rows[row]) for row in np.argsort(left)[: 4 * many]]
+    return [[*bases[one.base], *candidate_free(study, candidate, one.values)] for one in _best(found, many, clearly)]
 
 
 class _Begun(NamedTuple):
@@ -45,27 +43,28 @@ class _Begun(NamedTuple):
     values: FloatArray
 
 
-def _bases(fitted: Fitted, limits: ExplainingSettings) -> list[list[Free]]:
+def _bases(fitted: Fitted) -> list[list[Free]]:
     """Return the free values of a model where it has them, and with those of the lesson as given where these have moved."""
     at_fit = with_start(fitted)
     known = [one for one in at_fit if np.isfinite(one.uncertainty) and one.given]
-    if not any(abs(one.start - one.given) > limits.moved * one.uncertainty for one in known):
+    if not any(abs(one.start - one.given) > one.uncertainty for one in known):
         return [at_fit]
     return [at_fit, [replace(one, start=one.given) if one in known else one for one in at_fit]]
 
 
-def _best(found: Sequence[_Begun], limits: ExplainingSettings) -> list[_Begun]:
-    """Return the best of the beginnings that differ, as many on each of the bases; one alone where it is clearly the best."""
+def _best(found: Sequence[_Begun], many: int, clearly: float) -> list[_Begun]:
+    """Return the best of the beginnings that differ, so ``many``, as many on each of the bases; one alone where it leaves less than a share
+    ``clearly`` of what the next one does."""
     bases = {one.base for one in found}
     kept: list[_Begun] = []
     for base in sorted(bases):
         own: list[_Begun] = []
         for one in sorted((one for one in found if one.base == base), key=lambda entry: entry.left):
-            if len(own) < max(1, limits.starts // len(bases)) and all(_differ(one, other, limits) for other in own):
+            if len(own) < max(1, many // len(bases)) and all(_differ(one, other) for other in own):
                 own.append(one)
         kept += own
     kept.sort(key=lambda entry: entry.left)
-    if len(bases) == 1 and len(kept) > 1 and kept[0].left < limits.clearly * kept[1].left:
+    if len(bases) == 1 and len(kept) > 1 and kept[0].left < clearly * kept[1].left:
         del kept[1:]
     return kept
 
@@ -90,18 +89,17 @@ def candidate_free(study: Study, candidate: Candidate, start: FloatArray) -> lis
     free = [replace(one, uncertainty=known * abs(one.low), given=one.low) if one.low == one.high else one for one in free]
     orders = candidate.named(candidate.effect.identification.orders)
     # an order is a whole number
-    deviation = study.method.explaining.whole_order
-    return [replace(one, uncertainty=deviation, given=round(one.start)) if one.name in orders else one for one in free]
+    return [replace(one, uncertainty=0.002, given=round(one.start)) if one.name in orders else one for one in free]
 
 
-def _rows(candidate: Candidate, item: Screened, points: FloatArray | None, limits: ExplainingSettings) -> FloatArray:
-    """Return the values that are tried, shape (starts, parameters)."""
+def _rows(candidate: Candidate, item: Screened, points: FloatArray | None, many: int) -> FloatArray:
+    """Return the values that are tried (starts, parameters): those of screening and so ``many`` usual ones, with smaller sizes too."""
     usual = candidate.points if points is None or not len(points) else points
-    begun = [*item.starts, *usual[: limits.points]]
+    begun = [*item.starts, *usual[:many]]
     scaled = [
         np.where(in_proportion(candidate), candidate.neutral + share * (row - candidate.neutral), row)
         for row in begun
-        for share in limits.sizes
+        for share in (1.0, 0.3)
     ]
     return np.asarray(np.clip(np.array(scaled), candidate.low, candidate.high))
 
@@ -127,6 +125,7 @@ def _whitened(fitted: Fitted, arrays: FloatArray) -> FloatArray:
     return np.asarray(np.concatenate(white, axis=1))
 
 
-def _differ(one: _Begun, other: _Begun, limits: ExplainingSettings) -> bool:
-    away = np.abs(one.values - other.values) > limits.apart * np.abs(other.values)
+def _differ(one: _Begun, other: _Begun) -> bool:
+    apart = 0.3 * np.abs(other.values)
+    away = np.abs(one.values - other.values) > apart
     return one.base != other.base or bool(np.any(away))

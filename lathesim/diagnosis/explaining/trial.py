@@ -15,19 +15,29 @@ from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit, 
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records import Candidate, Fitted, Free, Model, is_full_band, with_start
 
+FIRST_STEPS = 6
+"""Steps of a first fit."""
+_SETTLED = 1.0
+"""Gain below which a further round of a fit is not made [nats]."""
+
 
 def modelled(study: Study, candidates: tuple[Candidate, ...], fitted: Fitted) -> Model:
     """Return a fit as a model, carried over to the validation recording."""
     return Model(candidates, fitted, transferred(study.validation, fitted, candidates))
 
 
-def over(study: Study, model: Model, other: Model) -> tuple[Gain, Gain]:
+def over(model: Model, other: Model) -> tuple[Gain, Gain]:
     """Return what a model gains over another one, on the estimation and on the validation recording."""
     wide = is_full_band((*model.candidates, *other.candidates))
     return (
         gain(model.fitted, other.fitted, full_band=wide),
         gain(model.validation_fit, other.validation_fit, full_band=wide),
     )
+
+
+def worth(candidate: Candidate, before: Model, model: Model) -> Tried:
+    """Return what a model gains by a candidate over the one before it, on both recordings."""
+    return Tried(candidate, before, model, *over(model, before))
 
 
 def tried(study: Study, before: Model, item: Screened, points: FloatArray | None, kept: tuple[Candidate, ...] | None = None) -> Tried:
@@ -46,8 +56,7 @@ def tried(study: Study, before: Model, item: Screened, points: FloatArray | None
     gained = gain(best, before.fitted, full_band=is_full_band(candidates))
     if gained.nats < due(study.method):
         return Tried(item.candidate, before, Model(candidates, best, before.validation_fit), gained, Gain(0.0, 0.0))
-    model = modelled(study, candidates, best)
-    return Tried(item.candidate, before, model, *over(study, model, before))
+    return worth(item.candidate, before, modelled(study, candidates, best))
 
 
 def with_constant(model: Model, constant: Mapping[str, float]) -> Model:
@@ -58,14 +67,12 @@ def with_constant(model: Model, constant: Mapping[str, float]) -> Model:
 def settled_trial(study: Study, before: Model, trial: Tried) -> Tried:
     """Return a trial fitted until nothing moves any more."""
     candidates = trial.model.candidates
-    model = modelled(study, candidates, settled(study, trial.model.fitted, candidates))
-    return Tried(trial.candidate, before, model, *over(study, model, before))
+    return worth(trial.candidate, before, modelled(study, candidates, settled(study, trial.model.fitted, candidates)))
 
 
 def _rough(study: Study, before: Model, begun: Sequence[Begun], candidates: tuple[Candidate, ...]) -> list[Fitted]:
     """Return first fits, weighed as the model before it is: where a start swings far, noise of its own would find that usual."""
-    limits, by_output = study.method.explaining, study.estimation.machine.output_error
-    steps = limits.steps_of_simulation if by_output else limits.steps
+    steps = 25 if study.estimation.machine.output_error else FIRST_STEPS
     return fit_each(
         study.estimation.sensed, begun, rounds=1, iterations=2 * steps, noise=before.fitted.noise, full_band=is_full_band(candidates),
         tolerance=ROUGH, slopes="kept",
@@ -89,16 +96,8 @@ def _begins_at(before: Model, free: Sequence[Free]) -> bool:
 
 def settled(study: Study, fitted: Fitted, candidates: tuple[Candidate, ...]) -> Fitted:
     """Return a fit gone on with from where it stands, all slopes taken afresh, until nothing moves any more."""
-    limits = study.method.explaining
-    return fit(
-        study.estimation.sensed,
-        with_start(fitted),
-        fitted.constant,
-        rounds=2,
-        full_band=is_full_band(candidates),
-        tolerance=limits.fine,
-        settle=limits.settled,
-    )
+    wide = is_full_band(candidates)
+    return fit(study.estimation.sensed, with_start(fitted), fitted.constant, rounds=2, full_band=wide, tolerance=1e-5, settle=_SETTLED)
 
 
 def without(study: Study, model: Model, gone: Candidate) -> Model:
@@ -106,5 +105,5 @@ def without(study: Study, model: Model, gone: Candidate) -> Model:
     rest = tuple(one for one in model.candidates if one is not gone)
     free = [one for one in model.free if one.name not in gone.parameters]
     constant = {name: value for name, value in model.fitted.constant.items() if name not in gone.parameters}
-    fitted = fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=study.method.explaining.settled)
+    fitted = fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=_SETTLED)
     return modelled(study, rest, fitted)

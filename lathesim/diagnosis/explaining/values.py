@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.method.method import OTHER_VALUE
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records import Fitted, Free
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
@@ -23,10 +24,9 @@ def deviations(fitted: Fitted) -> FloatArray:
 
 def released(study: Study) -> list[Free]:
     """Return the free values of the lesson, each of which may be another one by a factor; its deviation still costs what it does."""
-    machine, limits = study.estimation.machine, study.method
     found = []
-    for one in baseline_free(machine, limits.explaining.value_wider):
-        bounds = sorted((one.given / limits.recording_checks.value_factor, one.given * limits.recording_checks.value_factor))
+    for one in baseline_free(study.estimation.machine, 10.0):
+        bounds = sorted((one.given / OTHER_VALUE, one.given * OTHER_VALUE))
         low, high = (max(one.low, bounds[0]), min(one.high, bounds[1])) if one.given else (one.low, one.high)
-        found.append(replace(one, low=low, high=high, uncertainty=machine.uncertain[one.name]))
+        found.append(replace(one, low=low, high=high, uncertainty=study.estimation.machine.uncertain[one.name]))
     return [*found, *study.estimation.start_states(study.estimation.sensed.plan)]

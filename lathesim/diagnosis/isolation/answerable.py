@@ -81,11 +81,11 @@ class Isolation:
 
 def isolated(looking: Looking) -> Isolation:
     """Return what the recording tells of the candidates of its experiment, each for itself on top of the model."""
-    method, experiment = looking.study.method, looking.study.estimation
+    experiment = looking.study.estimation
     searched = smallest_visible(looking, shapes(looking.study, experiment.candidates))
     usual = _usual(searched)
     seen = [one for one in usual if math.isfinite(one.factor)]
-    larger = [one.shape.grown(min(method.isolation.beyond * one.factor, one.largest)) for one in seen]
+    larger = [one.shape.grown(min(10.0 * one.factor, one.largest)) for one in seen]
     made = looking.changes([(one.shape.candidate, values) for one, values in zip(seen, larger, strict=True)])
     truths = [one.nearest if change is None or change.above < 1.0 else change for one, change in zip(seen, made, strict=True)]
     known = [change for change in truths if change is not None]

@@ -23,6 +23,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from scipy.fft import rfft
@@ -143,12 +144,12 @@ class Shape:
         return np.asarray(np.clip(values, candidate.low, candidate.high))
 
 
-def shapes(study: Study, candidates: Sequence[Candidate], few: int = 0) -> list[Shape]:
-    """Return so ``few`` shapes of each candidate (0: as many as usual), of usual size; limits where the recording comes to, events within
-    it, waves that repeat."""
-    experiment, few = study.estimation, few or study.method.isolation.shapes
+def shapes(study: Study, candidates: Sequence[Candidate], few: int = 3) -> list[Shape]:
+    """Return so ``few`` shapes of each candidate, of usual size: periods, speeds and frequencies over their usual range, limits where the
+    recording comes to, events within it, waves that repeat."""
+    experiment = study.estimation
     duration = len(experiment.record) * experiment.machine.assembly.sample_period
-    limits = limit_points(experiment, candidates, method=study.method)
+    limits = limit_points(experiment, candidates)
     found = []
     for candidate in candidates:
         points = np.array(limits[candidate.part][:1] if candidate.part in limits else candidate.points)
@@ -210,7 +211,7 @@ class Looking:
         rows = np.tile(np.array(list(self.idle.values())), (len(shaped), 1))
         for row, (candidate, values) in zip(rows, shaped, strict=True):
             row[[names.index(name) for name in candidate.parameters]] = values
-        many = self.study.method.isolation.at_once
+        many = 48  # held in memory by one worker
         parts = [slice(first, first + many) for first in range(0, len(rows), many)]
 
         def some(part: slice) -> list[ChannelChange | None]:
@@ -241,7 +242,7 @@ class Looking:
         Values that are further off than the lesson holds possible are freed where they leave less, as by a diagnosis.
         """
         residual, noise = self.fitted.residual + run, self.fitted.noise
-        for _ in range(self.study.method.isolation.rounds):
+        for _ in range(3):
             noise = self._noise_of(residual)
             residual = self.fitted.residual + self.taken.left(run, noise)
         amounts = self.taken.amounts(run, self.fitted.noise)
@@ -293,7 +294,7 @@ class Visible:
     shape: Shape
     smallest: float
     largest: float
-    least: float
+    least: ClassVar[float] = 0.01
     """Ratio below which it is so far from being seen that how far does not matter."""
     tried: dict[float, ChannelChange] = field(default_factory=dict)
 
@@ -314,8 +315,10 @@ class Visible:
             found = min(max(near / above ** (1.0 / rise), low * (near / low) ** 0.1), near / (near / low) ** 0.1)
         return float(min(max(found, self.smallest), self.largest))
 
-    def is_known(self, precision: float) -> bool:
-        """Return whether the next factor is one that was tried, but for a share."""
+    @property
+    def is_known(self) -> bool:
+        """Whether the next factor is one that was tried, but for a tenth."""
+        precision = 0.1
         return any(abs(math.log(self.next / factor)) < precision for factor in self.tried) or self.largest <= self.smallest
 
     @property
@@ -331,7 +334,7 @@ class Visible:
 
 def unseen(looking: Looking, shaped: Sequence[Shape]) -> list[Visible]:
     """Return the shapes that are not seen even at the largest size that is believed."""
-    found = [Visible(shape, *_factors(shape, looking.study), looking.study.method.isolation.far_below) for shape in shaped]
+    found = [Visible(shape, *_factors(shape, looking.study)) for shape in shaped]
     changes = looking.changes([(one.shape.candidate, one.shape.grown(one.largest)) for one in found])
     for one, change in zip(found, changes, strict=True):
         one.tried |= {} if change is None else {one.largest: change}
@@ -340,10 +343,9 @@ def unseen(looking: Looking, shaped: Sequence[Shape]) -> list[Visible]:
 
 def smallest_visible(looking: Looking, shaped: Sequence[Shape]) -> list[Visible]:
     """Return from which factor on each shape is seen."""
-    settings = looking.study.method.isolation
-    found = [Visible(shape, *_factors(shape, looking.study), settings.far_below) for shape in shaped]
-    for _ in range(settings.steps):
-        unknown = [one for one in found if not one.is_known(settings.precision)]
+    found = [Visible(shape, *_factors(shape, looking.study)) for shape in shaped]
+    for _ in range(5):
+        unknown = [one for one in found if not one.is_known]
         tried = [one.next for one in unknown]
         changes = looking.changes([(one.shape.candidate, one.shape.grown(factor)) for one, factor in zip(unknown, tried, strict=True)])
         for one, factor, change in zip(unknown, tried, changes, strict=True):
@@ -356,12 +358,11 @@ def smallest_visible(looking: Looking, shaped: Sequence[Shape]) -> list[Visible]
 
 def _factors(shape: Shape, study: Study) -> tuple[float, float]:
     """Return the smallest and the largest factor on the sizes of a shape that are tried."""
-    settings = study.method.isolation
     if bool(np.any(is_limit(shape.candidate))):
-        return 1.0, settings.lowest_limit
+        return 1.0, 30.0
     place = shape.candidate.parameters.index(shape.size)
     usual = abs(float(shape.point[place] - shape.candidate.neutral[place]))
-    smallest = 1.0 / settings.smallest_size
+    smallest = 1e-4
     if shape.size == f"{shape.candidate.part}.{shape.candidate.effect.identification.whole_samples}":
         # a replay knows no shorter delay than a sample
         smallest = max(smallest, study.estimation.machine.assembly.sample_period / usual)

@@ -1,4 +1,4 @@
-"""The method as one value: every number that decides an answer, and the settings of the search, passed down from ``diagnose``."""
+"""The method as one value: every number that decides an answer, passed down from ``diagnose``."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from lathesim.diagnosis.method.settings import CandidateSettings, CheckSettings, DiscoverySettings, ExplainingSettings, IsolationSettings
 from lathesim.identification.execution import Deadline
 from lathesim.limit import Limit
+
+OTHER_VALUE = 4.0
+"""Factor up to which another value of the lesson, or of a controller, is looked for, larger or smaller."""
+MOST_SHIFTED = 3
+"""Samples by which a shifted channel is looked for."""
 
 
 @dataclass(frozen=True)
@@ -101,16 +105,8 @@ class Method:
     )  # fmt: skip
 
     # the search
-    candidates: CandidateSettings = CandidateSettings()
-    explaining: ExplainingSettings = ExplainingSettings()
-    discovery: DiscoverySettings = DiscoverySettings()
-    recording_checks: CheckSettings = CheckSettings()
-    isolation: IsolationSettings = IsolationSettings()
-    most_effects: int = 4
     ends: Deadline = Deadline()
     """The deadline: the search ends before it, and the answer holds what is known so far."""
-    search_time: float = 0.65
-    """Share of the time for the search; the rest is for the answer."""
     possible: Mapping[str, float] = field(default_factory=dict)
     """How large parameters (free name -> size) could be on this machine, whatever is usual on others."""
     beside_earlier: bool = False

@@ -23,34 +23,37 @@ from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal import strongest_jumps
 
+_BLOCKS = 16
+"""Blocks of a recording between which a step is looked for, but for two at either end."""
+
 
 def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STANDARD) -> str:
     """Return a sentence where a channel's time, or the scale of one that another tells too, steps once in the middle of a recording; empty
     where none does. What is told by another is a motion that two sensors show, and the current that a drive's command and motion make: were
     it really another one, the motion would be. A force may really change its scale, when something breaks."""
-    told_by, limits = _told_by_others(experiment), method.recording_checks
+    told_by, furthest, scale_step = _told_by_others(experiment), 25, 0.001
     for row, channel in enumerate(experiment.machine.compare):
         residual = np.nan_to_num(fitted.residual[row])
         recorded = np.nan_to_num(experiment.sensed.recorded[row])
-        lags = range(-limits.change_of_delay, limits.change_of_delay + 1)
-        step = _step(np.array([_power(recorded - _late(recorded - residual, lag), method) for lag in lags]), method=method)
+        lags = range(-furthest, furthest + 1)
+        step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]), method=method)
         # from one end of the delays that are looked for to the other nothing is found: what was left out runs beside the motion
-        if step is not None and abs(lags[step[1][1]] - lags[step[1][0]]) <= limits.change_of_delay:
+        if step is not None and abs(lags[step[1][1]] - lags[step[1][0]]) <= furthest:
             place, (before, after) = step
             late = lags[after] - lags[before]
             milliseconds = abs(late) * experiment.sensed.period * 1e3
             return (
-                f"From about {_when(experiment, place, method):.3g} s on {channel} is {milliseconds:.3g} ms ({abs(late)} samples) "
+                f"From about {_when(experiment, place):.3g} s on {channel} is {milliseconds:.3g} ms ({abs(late)} samples) "
                 f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
                 "Use what comes before, or after."
             )
-        scales = limits.scale_step * np.arange(-limits.scale_steps, limits.scale_steps + 1)
-        scaled = np.array([_power(residual - scale * recorded, method) for scale in scales]) if row in told_by else None
+        scales = scale_step * np.arange(-200, 201)
+        scaled = np.array([_power(residual - scale * recorded) for scale in scales]) if row in told_by else None
         if scaled is not None and (step := _step(scaled, method=method)) is not None:
             place, (before, after) = step
             factor = (1.0 - scales[before]) / (1.0 - scales[after])
-            if abs(factor - 1.0) > method.errors * limits.scale_step and not _moves_otherwise(experiment, fitted, row, method=method):
-                when = _when(experiment, place, method)
+            if abs(factor - 1.0) > method.errors * scale_step and not _moves_otherwise(experiment, fitted, row, method=method):
+                when = _when(experiment, place)
                 return (
                     f"From about {when:.3g} s on {channel} is {factor:.4g} times what it was before, held against {told_by[row]}: "
                     "its scale changed while it was recorded. Use what comes before, or after."
@@ -97,8 +100,8 @@ def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: M
     return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.errors * floors) ** 2))
 
 
-def _when(experiment: Experiment, place: float, method: Method) -> float:
-    return place / method.recording_checks.change_blocks * experiment.sensed.samples * experiment.sensed.period
+def _when(experiment: Experiment, place: float) -> float:
+    return place / _BLOCKS * experiment.sensed.samples * experiment.sensed.period
 
 
 def _late(values: FloatArray, lag: int) -> FloatArray:
@@ -106,15 +109,15 @@ def _late(values: FloatArray, lag: int) -> FloatArray:
     return values[np.clip(np.arange(len(values)) - lag, 0, len(values) - 1)]
 
 
-def _power(left: FloatArray, method: Method) -> FloatArray:
+def _power(left: FloatArray) -> FloatArray:
     """Return the power of what is left about its mean in each block (blocks,)."""
-    return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, method.recording_checks.change_blocks)])
+    return np.array([len(block) * float(np.var(block)) for block in np.array_split(left, _BLOCKS)])
 
 
 def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[int, int]] | None:
     """Return the block above which another row of ``power`` (choices, blocks) leaves less, and the two rows; none where a single row or a
     steady change over rows does nearly as well."""
-    steps = list(_steps(power, method))
+    steps = list(_steps(power))
     _, pair, left = min(steps, key=lambda step: step[2])
     # where a part stands still the step may be earlier or later
     place = float(np.mean([other for other, rows, error in steps if rows == pair and error <= method.alike * left]))
@@ -124,9 +127,8 @@ def _step(power: FloatArray, method: Method = STANDARD) -> tuple[float, tuple[in
     return (place, pair) if pair[0] != pair[1] and left < method.larger_part**2 * min(constant, steady) else None
 
 
-def _steps(power: FloatArray, method: Method) -> Iterator[tuple[int, tuple[int, int], float]]:
-    limits = method.recording_checks
-    for place in range(limits.change_edge, limits.change_blocks - limits.change_edge + 1):
+def _steps(power: FloatArray) -> Iterator[tuple[int, tuple[int, int], float]]:
+    for place in range(2, _BLOCKS - 1):
         halves = [np.sum(half, axis=1) for half in (power[:, :place], power[:, place:])]
         pair = (int(np.argmin(halves[0])), int(np.argmin(halves[1])))
         yield place, pair, float(halves[0][pair[0]] + halves[1][pair[1]])

@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Input
 from lathesim.diagnosis.location import passed_through
-from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.method.method import MOST_SHIFTED, STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.replay.experiment import SETTLING, Experiment
@@ -83,7 +83,7 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
 
         found = minimize_scalar(
             left,
-            bounds=(-method.recording_checks.shift_looked_for, method.recording_checks.shift_looked_for),
+            bounds=(-MOST_SHIFTED, MOST_SHIFTED),
             method="bounded",
             options={"xatol": 0.01, "maxiter": 25},
         )

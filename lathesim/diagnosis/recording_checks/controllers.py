@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from lathesim.component import Component, Parameter
-from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.method.method import OTHER_VALUE, STANDARD, Method
 from lathesim.diagnosis.records.found import ControllerValue
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import fit
@@ -78,7 +78,7 @@ def controller_value(
             def left(logarithm: float, row: int = row, name: str = name, given: float = given, of: Experiment = experiment) -> float:
                 return dict(unexplained_share(of, {**values, name: given * math.exp(logarithm)}))[row]
 
-            furthest = math.log(method.recording_checks.value_factor)
+            furthest = math.log(OTHER_VALUE)
             found = minimize_scalar(left, bounds=(-furthest, furthest), method="bounded", options={"xatol": 1e-4})
             better = found.fun < method.little * share and (best is None or found.fun < best[0])
             if better and left(found.x, of=validation) < method.little * left(0.0, of=validation):
@@ -107,8 +107,8 @@ def _settled(
         found.name,
         found.value,
         method.little * found.value,
-        low=found.value / method.recording_checks.value_factor,
-        high=found.value * method.recording_checks.value_factor,
+        low=found.value / OTHER_VALUE,
+        high=found.value * OTHER_VALUE,
     )
     values = {name: value for name, value in values.items() if name != found.name}
     fits = [fit(experiment.sensed, [free], values, slopes="central") for experiment in experiments]
@@ -157,9 +157,7 @@ def another_law(experiment: Experiment, validation: Experiment, values: Mapping[
         controller = Place.of(name).part
         references = [target for target in experiment.machine.drive if Place.of(target).part == controller]
         if references:
-            here, there = (
-                np.column_stack([_of_reference(one, target, method) for target in references]) for one in (experiment, validation)
-            )
+            here, there = (np.column_stack([_of_reference(one, target) for target in references]) for one in (experiment, validation))
             learned, scored = (one.sensed.one(values)[row] for one in (experiment, validation))
             share = regressed_share(here, learned, there, scored)
             size = float(np.std(scored) / max(float(np.std(np.nan_to_num(validation.sensed.recorded[row]))), 1e-300)) * np.sqrt(share)
@@ -187,11 +185,10 @@ def regressed_share(here: FloatArray, learned: FloatArray, there: FloatArray, sc
     return max(0.0, 1.0 - float(np.sum((scored - told) ** 2)) / power) if power > 0.0 else 0.0
 
 
-def _of_reference(experiment: Experiment, target: str, method: Method) -> FloatArray:
+def _of_reference(experiment: Experiment, target: str) -> FloatArray:
     """Return rate and second rate of a recorded reference, at some lags, (samples, columns)."""
     period = experiment.machine.assembly.sample_period
     rate = np.gradient(np.nan_to_num(experiment.record[target]), period)
     both = (rate, np.gradient(rate, period))
-    return np.column_stack(
-        [np.concatenate([np.zeros(lag), values[: len(values) - lag]]) for lag in method.recording_checks.law_lags for values in both]
-    )
+    lags = (0, 1, 2, 3, 5, 8, 12, 18, 26, 36, 50, 70)
+    return np.column_stack([np.concatenate([np.zeros(lag), values[: len(values) - lag]]) for lag in lags for values in both])

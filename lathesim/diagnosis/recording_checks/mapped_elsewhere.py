@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import DiscreteState, Law, Output
-from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.diagnosis.method.method import MOST_SHIFTED, STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.engine.assembly import FloatArray, Part, Place
 from lathesim.identification.replay.experiment import SETTLING, Experiment
@@ -178,7 +178,6 @@ def _motions(*channels: FloatArray) -> list[FloatArray]:
 def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: Method) -> str:
     """Return the sentence for a column that was written some whole rows late or early: a command is arithmetic, and follows from what its
     controller was given with that column moved, be it the command itself."""
-    furthest = int(method.recording_checks.shift_looked_for)
     wires = experiment.machine.assembly.sources
     for row, share in unexplained_share(experiment, values):
         command = experiment.machine.compare[row]
@@ -187,7 +186,7 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
         fed = dict.fromkeys(name for target in targets for name in (target, wires.get(target, "")) if name in experiment.record)
         if not method.command_floor < share:
             continue
-        shifts = [(name, rows) for name in (command, *fed) for rows in range(-furthest, furthest + 1) if rows]
+        shifts = [(name, rows) for name in (command, *fed) for rows in range(-MOST_SHIFTED, MOST_SHIFTED + 1) if rows]
         left = {one: dict(unexplained_share(_moved(experiment, *one), values))[row] for one in shifts}
         best = min(left, key=lambda one: left[one], default=None)
         if best is not None and left[best] < method.little * share:

@@ -24,7 +24,8 @@ def of_another_period(experiment: Experiment, values: Mapping[str, float], metho
         return told
     for row, share in unexplained_share(experiment, values) if experiment.machine.replay else ():
         name = experiment.machine.compare[row]
-        for factor in method.recording_checks.clock_factors if share > method.little else ():
+        # clocks of other devices, and seconds for milliseconds
+        for factor in (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3) if share > method.little else ():
             if _unexplained_at(experiment, factor, values, row) < method.little:
                 return (
                     f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "

@@ -75,7 +75,7 @@ def _values(study: Study, found: Found, moved: Gain, *, differ: bool) -> list[Ex
     rows = [_row(("other values, within their uncertainty", "", "values"), moved, method, kept=differ, why=why)]
     beyond: tuple[str, str, Kind] = ("other values, beyond their uncertainty", "", "values")
     if found.values is not None:
-        _, gained = over(study, found.values, found.baseline)
+        _, gained = over(found.values, found.baseline)
         rows.append(_row(beyond, gained, method, kept=True, why="no effect predicts better"))
     else:
         strains = deviations(found.baseline.fitted).max(initial=0.0) >= IMPLAUSIBLE
@@ -89,7 +89,7 @@ def _together(study: Study, found: Found) -> list[Explanation]:
     candidates = found.model.candidates
     if len(candidates) < 2:
         return []
-    _, gained = over(study, found.model, found.values or found.baseline)
+    _, gained = over(found.model, found.values or found.baseline)
     name = " + ".join(f"{one.name} at {one.place}" for one in candidates)
     return [_row((name, "", "effects"), gained, study.method, kept=True, why="all of these together")]
 

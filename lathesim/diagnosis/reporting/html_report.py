@@ -46,7 +46,6 @@ _WORDS = {
 }
 _IN_PART: dict[str, str] = {"no_mismatch": "Explained in part", "parameters_only": "Other values, in part"}
 """The words of the verdicts that find no physics missing, where a channel stays off."""
-_STRIP_BEGIN, _STRIP_LENGTH = 40.0, 640.0
 
 
 def report_html(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
@@ -165,10 +164,10 @@ def _strip(diagnosis: Diagnosis) -> dict[str, Any] | None:
     drawn = [item.time for item in diagnosis.evidence.traces] + [item.time for item in diagnosis.evidence.missing]
     begin = min([0.0, *[low for low, _ in windows]])
     end = max([high for _, high in windows] + [float(time[-1]) for time in drawn if len(time)])
-    scale = _STRIP_LENGTH / max(end - begin, 1e-9)
+    scale = 640.0 / max(end - begin, 1e-9)
 
     def at(time: float) -> float:
-        return round(_STRIP_BEGIN + (time - begin) * scale, 1)
+        return round(40.0 + (time - begin) * scale, 1)
 
     marks = [(at(low), round(max(1.5, (high - low) * scale), 1)) for low, high in windows]
     return {"windows": marks, "ticks": [(at(time), text) for time, text in _ticks(begin, end)]}

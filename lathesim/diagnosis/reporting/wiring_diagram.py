@@ -13,14 +13,11 @@ from dataclasses import dataclass
 Wires = Sequence[tuple[str, str]]
 
 WIDTH = 700.0
-_USED = 696.0
 _MOST_PARTS = 14
 _HEIGHT = 26.0
 _ROW = 46.0
 _GAP = 22.0
 _LETTER = 5.6
-_PADDING = 12.0
-_SWEEPS = 4
 _BEGINNINGS = ("interpolator", "recorded", "controller")
 
 
@@ -128,7 +125,7 @@ def _beginning(names: list[str], following: dict[str, list[str]]) -> str:
 
 def _untangled(layers: list[list[str]], pairs: Wires, low: set[str]) -> list[list[str]]:
     """Order each layer by the mean place of the neighbours of its parts, those ``low`` with a wire running back below the others."""
-    for _ in range(_SWEEPS):
+    for _ in range(4):
         place = {name: row - 0.5 * (len(layer) - 1) for layer in layers for row, name in enumerate(layer)}
         for layer in layers:
             mean = {}
@@ -141,9 +138,10 @@ def _untangled(layers: list[list[str]], pairs: Wires, low: set[str]) -> list[lis
 
 
 def _drawn(layers: list[list[str]], forward: Wires, closing: Wires, left_out: int) -> Diagram:
-    widest = [max(len(name) for name in layer) * _LETTER + _PADDING for layer in layers]
-    share = min(1.0, (_USED - _GAP * (len(layers) - 1)) / sum(widest))
-    gap = min(3.0 * _GAP, (_USED - share * sum(widest)) / max(1, len(layers) - 1))
+    widest = [max(len(name) for name in layer) * _LETTER + 12.0 for layer in layers]
+    used = WIDTH - 4.0
+    share = min(1.0, (used - _GAP * (len(layers) - 1)) / sum(widest))
+    gap = min(3.0 * _GAP, (used - share * sum(widest)) / max(1, len(layers) - 1))
     tallest = max(len(layer) for layer in layers)
     middle = 4.0 + 0.5 * _ROW * tallest
     boxes: dict[str, Box] = {}

@@ -20,7 +20,6 @@ from lathesim.identification.noise import NoiseModel, NoiseShapes, fit_noise_mod
 from lathesim.identification.records import Fitted, Free, known_beforehand
 from lathesim.identification.replay.simulator import Simulator
 
-_MOST_ROUNDS = 8
 ROUGH = 1e-4
 """A descent that decides between models ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
@@ -62,6 +61,11 @@ class Manner(TypedDict, total=False):
     slopes: Slopes
 
 
+_USUAL: Manner = {
+    "rounds": 3, "iterations": 12, "noise": None, "full_band": False, "tolerance": 1e-6, "settle": 0.0, "coloured": False, "slopes": "anew",
+}  # fmt: skip
+
+
 class Begun(NamedTuple):
     """Where a fit begins: what is free, and the constant values that are set. ``known`` gives slopes d channels / d value (channels,
     samples) that are taken as they are, by name: from a fit nearby."""
@@ -85,38 +89,25 @@ def fit_each(simulator: Simulator, begun: Sequence[Begun], **manner: Unpack[Mann
         """Return the residual (channels, samples) of all rows of free values."""
         return simulator.residuals(names, np.vstack([machines[place].rows(names, some) for place, some in zip(places, rows, strict=True)]))
 
-    return side_by_side([_fitting(machine, *one, **manner) for machine, one in zip(machines, begun, strict=True)], residuals)
+    return side_by_side([_fitting(machine, one, _USUAL | manner) for machine, one in zip(machines, begun, strict=True)], residuals)
 
 
-def _fitting(
-    machine: _FreeMachine,
-    free: Sequence[Free],
-    constant: Mapping[str, float] | None,
-    known: Mapping[str, FloatArray] | None,
-    *,
-    rounds: int = 3,
-    iterations: int = 12,
-    noise: Sequence[NoiseModel] | None = None,
-    full_band: bool = False,
-    tolerance: float = 1e-6,
-    settle: float = 0.0,
-    coloured: bool = False,
-    slopes: Slopes = "anew",
-) -> Asking[Fitted]:
+def _fitting(machine: _FreeMachine, begun: Begun, manner: Manner) -> Asking[Fitted]:
     """Ask for what :func:`fit` returns."""
-    problem = Problem(_unasked, free, {place: known[item.name] for place, item in enumerate(free) if known and item.name in known})
+    free, known, full_band, coloured = begun.free, begun.known or {}, manner["full_band"], manner["coloured"]
+    problem = Problem(_unasked, free, {place: known[item.name] for place, item in enumerate(free) if item.name in known})
     here = yield from problem.beginning(np.array([item.start for item in free], dtype=float))
-    models = tuple(noise) if noise is not None else machine.noise(here, coloured=coloured)
+    models = machine.noise(here, coloured=coloured) if manner["noise"] is None else tuple(manner["noise"])
     reached = -np.inf
-    for turn in range(rounds if settle <= 0.0 else _MOST_ROUNDS):
-        most = iterations if turn else max(3, iterations // 2)
-        here = yield from descending(Descent(problem, _Whitened(models, full_band), tolerance), here, most)
+    for turn in range(manner["rounds"] if manner["settle"] <= 0.0 else 8):
+        most = manner["iterations"] if turn else max(3, manner["iterations"] // 2)
+        here = yield from descending(Descent(problem, _Whitened(models, full_band), manner["tolerance"]), here, most)
         models = machine.noise(here, coloured=coloured)
         likelihood = log_likelihood(here.residual, models, full_band=full_band)
         before, reached = reached, likelihood - 0.5 * problem.penalty(here.values)
-        if turn + 1 >= rounds and reached - before < settle:
+        if turn + 1 >= manner["rounds"] and reached - before < manner["settle"]:
             break
-    jacobian = yield from _slopes_at(problem, here, slopes)
+    jacobian = yield from _slopes_at(problem, here, manner["slopes"])
     weighting = _Whitened(models, full_band)
     white, beforehand = weighting.white_slopes(jacobian, here.residual), known_beforehand(free)
     lengths = [2 * (len(model.power) if full_band else model.bins(full_band=False)) for model in models]
