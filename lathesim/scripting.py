@@ -120,7 +120,7 @@ def diagnose(
     files = [Path(file) for file in (recording, validate, before) if file is not None]
     case = load_case(loaded, files, registry, variant=variant)
     question = ask(loaded.title, case.machine, case.recordings, candidates, changed=before is not None)
-    return answered(replace(question, method=replace(question.method, ends=deadline)), progress)
+    return answered(replace(question, ends=deadline), progress)
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,4 +50,5 @@ def without(question: Question, steps: Collection[str]) -> Question:
 
 def _on_penalty_alone(method: Method, numbers: int) -> Method:
     """Return settings with which the gain in likelihood on ``numbers`` values decides alone."""
-    return replace(method, margin=0.0, per_parameter=0.5 * math.log(numbers), material=0.0, share_of_rest=0.0, largest_size=math.inf)
+    sizes = replace(method.sizes, largest=math.inf)
+    return replace(method, margin=0.0, per_parameter=0.5 * math.log(numbers), material=0.0, share_of_rest=0.0, sizes=sizes)

@@ -110,7 +110,7 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
     taken = removed_share(validation, before, reported_fit)
     laws = other_laws(question, found, experiment, validation)
     tied = bool(effects_found and effects_found[0].tied)
-    differ = is_clear(moved, method) and moved.share > method.least_share
+    differ = is_clear(moved, method) and moved.share > study.least_share
     rule = decided(bool(effects_found), doubted, tied=tied, values_differ=differ or bool(found.values_off), another_law=bool(laws))
     outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), rule.verdict in NAMING)
     effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **_read(counts)}))
@@ -223,7 +223,7 @@ def _formula_in_words(formula: Discovered) -> str:
 
 def _formula(outcome: _Outcome, verdict: Verdict, progress: Progress) -> Discovered | None:
     """Return a formula for what no effect of the catalogue explains, where there is one."""
-    if verdict != "unknown" or outcome.method.ends.is_over:
+    if verdict != "unknown" or outcome.prepared.question.ends.is_over:
         return None
     progress("looking for a formula")
     model, prepared = outcome.found.model, outcome.prepared

@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.plausible import own_residuals, with_possible_sizes
+from lathesim.diagnosis.explaining.plausible import own_residuals
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -56,8 +56,6 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     """
     began, progress = time.perf_counter(), tell or (lambda text: None)
     progress(f"{_STEPS[0]}: against the commands of the controllers")
-    if question.before is not None:
-        question = replace(question, method=question.method.beside_an_earlier_recording())
     prepared = prepare(question)
     if prepared.faults:
         return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
@@ -99,15 +97,16 @@ def _completed(answer: Diagnosis, prepared: PreparedQuestion, found: Found) -> D
     if answer.verdict in OF_VALUES and (off := stays_off(answer, question.method)):
         # a lesson that explains a part of a recording is no adequate one, though nothing predicts the rest
         answer = replace(answer, adequate=False, left=(*answer.left, *off))
-    return replace(answer, complete=found.complete and not question.method.ends.is_over)
+    return replace(answer, complete=found.complete and not question.ends.is_over)
 
 
 def _study(prepared: PreparedQuestion, progress: Progress) -> Study:
     """Return the recordings of a question as a search takes them; what judges itself asks more of each value."""
-    study = Study(prepared.experiment, prepared.validation, prepared.question.method, progress, prepared.before)
+    question = prepared.question
+    study = Study(prepared.experiment, prepared.validation, question.method, progress, prepared.before, question.ends)
     if study.judges_itself:
         study = replace(study, method=study.method.judged_by_itself(len(prepared.experiment.record)))
-    return with_possible_sizes(study)
+    return study
 
 
 def _with_signs(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:

@@ -258,7 +258,7 @@ def _own_value(plan: Plan, name: str) -> float:
 
 def direction_of(velocity: FloatArray, method: Method = STANDARD) -> FloatArray:
     """Return -1, 0 or +1 for each sample, 0 where a part stands still."""
-    still = np.abs(velocity) < method.standstill * float(np.max(np.abs(velocity), initial=0.0))
+    still = np.abs(velocity) < method.sizes.standstill * float(np.max(np.abs(velocity), initial=0.0))
     return np.where(still, 0.0, np.sign(velocity))
 
 

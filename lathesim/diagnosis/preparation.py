@@ -23,6 +23,7 @@ from lathesim.diagnosis.records.added_signal import UnrecordedInput
 from lathesim.diagnosis.records.found import ControllerValue, Found
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.execution import Deadline
 from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine, baseline_free, build_experiments
 from lathesim.identification.replay.loading import Recorded
@@ -44,6 +45,8 @@ class Question:
     effects: tuple[type[Effect], ...]
     method: Method = field(default_factory=Method)
     before: Recorded | None = None
+    ends: Deadline = field(default_factory=Deadline)
+    """Before it the answer stands, with what is known by then."""
 
 
 @dataclass(frozen=True)

@@ -160,7 +160,7 @@ def _doubted(study: Study, model: Model, made_of: Mapping[str, tuple[Lacking, Fl
     validation, found = study.validation, []
     for channel, (lacking, made) in made_of.items():
         row = study.estimation.machine.compare.index(channel)
-        gain, error = made.without_faint_lines(study.method.share_of_rest), made.standard_error
+        gain, error = made.without_faint_lines(study.share_of_rest), made.standard_error
         size = math.sqrt(max(made.before**2 - made.after**2, 0.0))
         least = least_size(study, model, row) if lacking.is_force else float(validation.sensed.seen_floors[row])
         clear = is_clear(Gain(gain, error), study.method) and size > least

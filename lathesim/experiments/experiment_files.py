@@ -135,7 +135,7 @@ def foretell(
             try:
                 case = load_case(lesson, [place], registry)
                 question = Question(lesson.title, case.machine, case.recordings[0], None, tuple(effects))  # type: ignore[arg-type]
-                told = diagnose(replace(question, method=replace(question.method, ends=Deadline.after(longest))))
+                told = diagnose(replace(question, ends=Deadline.after(longest)))
             except LatheSimError as error:
                 found.append(Foretold(rival.name, f"none: {error.fact}", (), False))
                 continue

@@ -16,7 +16,6 @@ import numpy as np
 
 from lathesim.component import Input, Output
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
-from lathesim.diagnosis.explaining.plausible import with_possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.isolation.answerable import Isolation, isolated
 from lathesim.diagnosis.isolation.apart import FittedRival
@@ -157,7 +156,7 @@ def looking_at(
     (experiment,) = without_one_sided(build_experiments(machine, [(lesson.name, record)], effects), method=STANDARD)
     tell("fitting the lesson to its own run")
     fitted = fit(experiment.sensed, [*baseline_free(machine), *experiment.start_states(experiment.sensed.plan)], rounds=3)
-    return Looking.at(with_possible_sizes(Study(experiment, experiment, STANDARD, tell)), fitted), notes
+    return Looking.at(Study(experiment, experiment, STANDARD, tell), fitted), notes
 
 
 def _recorded(prepared: Prepared, registry: Registry, means: Means, variant: str | None) -> tuple[RecordedMachine, Record, tuple[str, ...]]:

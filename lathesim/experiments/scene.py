@@ -61,7 +61,7 @@ def counts_of(assembly: Assembly) -> dict[str, tuple[float, float]]:
 
 def shown_lags(term: Term, sizes: FloatArray, plan: Plan) -> FloatArray:
     """Return sizes (..., parameters) with lags that are too short to show at none at all."""
-    least = STANDARD.least_lag * plan.assembly.sample_period
+    least = STANDARD.sizes.least_lag * plan.assembly.sample_period
     found = np.array(sizes, dtype=float)
     for place, name in enumerate(term.parameters):
         if Place.of(name).port in term.effect.neutral and plan.unit(name) == "s":

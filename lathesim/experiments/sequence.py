@@ -69,8 +69,7 @@ def diagnose_together(
             questions.append(replace(question, validation=judging))
             continue
         tell(f"together with {other.recording.name}")
-        method = replace(question.method, ends=question.method.ends.share(1.0 / left))
-        answers.append(diagnose(replace(question, validation=judging, method=method), tell))
+        answers.append(diagnose(replace(question, validation=judging, ends=question.ends.share(1.0 / left)), tell))
     if cluster is not None:
         tell(f"together with {len(questions)} recordings, on the cluster")
         answers = cluster.in_order(answered, None, questions)

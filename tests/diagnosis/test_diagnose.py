@@ -169,7 +169,7 @@ def test_when_the_time_is_over_nothing_is_begun_that_takes_long(monkeypatch: pyt
     begun: list[str] = []
     monkeypatch.setattr(answering, "discover", lambda *given, **more: begun.append("discover"))
     asked = question(recording(Hidden(law=outside), seed=1), recording(Hidden(law=outside), seed=2))
-    late = diagnose(replace(asked, method=replace(asked.method, ends=Deadline(0.0))))
+    late = diagnose(replace(asked, ends=Deadline(0.0)))
     assert not late.complete
     assert late.verdict == "unknown"
     assert begun == []

@@ -86,7 +86,7 @@ def frequency_points(experiment: Experiment, candidates: Sequence[Candidate], me
             continue
         column = candidate.parameters.index(resonance)
         usual_low, high = float(candidate.least[column]), min(float(candidate.usual[column]), fastest)
-        low = min(usual_low, max(slowest, usual_low / method.largest_size, float(candidate.low[column])))
+        low = min(usual_low, max(slowest, usual_low / method.sizes.largest, float(candidate.low[column])))
         if high > usual_low:
             # a small one and a large one of the other values; ten frequencies within the usual range
             usual = np.quantile(candidate.points, (0.3, 0.85), axis=0)

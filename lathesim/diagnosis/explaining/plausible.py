@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from lathesim.diagnosis.candidates.periodic_starts import BEYOND_TYPICAL, PERIODS, cycle_of
-from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.method import Method
 from lathesim.engine.assembly import FloatArray, Place
@@ -29,7 +27,7 @@ def is_usual(study: Study, candidate: Candidate, values: Mapping[str, float]) ->
     method, period = study.method, study.estimation.machine.assembly.sample_period
     duration = len(study.estimation.record) * period
     return (
-        of_usual_size(candidate, values, method)
+        of_usual_size(study, candidate, values)
         and is_of_a_clock(candidate, values, period, duration, method=method)
         and is_an_event(instants_of(candidate), values, duration)
         and resonates(candidate, values)
@@ -49,7 +47,7 @@ def runs_away(study: Study, model: Model) -> bool:
     moved = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
     with np.errstate(over="ignore"):
         off, before = (np.sqrt(np.mean(one**2, axis=1)) for one in (with_it, alone))
-    far = study.method.largest_size * np.maximum(before, moved)
+    far = study.method.sizes.largest * np.maximum(before, moved)
     return not bool(np.all(off <= np.where(before < study.method.larger_part * moved, moved, far)))
 
 
@@ -63,14 +61,10 @@ def own_residuals(study: Study, model: Model) -> list[FloatArray]:
     return own.residuals(names, np.array([[starts.get(name, own.given(name)) for name in names], [values[name] for name in names]]))
 
 
-def with_possible_sizes(study: Study) -> Study:
-    """Return the study whose limits know how large efforts could be on this machine."""
-    return replace(study, method=replace(study.method, possible=possible_sizes(study.estimation)))
-
-
-def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Method) -> bool:
+def of_usual_size(study: Study, candidate: Candidate, values: Mapping[str, float]) -> bool:
     """Return whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
-    if math.isinf(method.largest_size):
+    most = study.method.sizes.largest
+    if math.isinf(most):
         return True
     products = [(size, other) for size, others in candidate.effect.identification.products.items() for other in others]
     apart = {item for pair in products for item in pair}
@@ -79,36 +73,34 @@ def of_usual_size(candidate: Candidate, values: Mapping[str, float], method: Met
         if item in apart:
             continue
         if item in candidate.effect.neutral:
-            usual, size, most = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral), method.largest_size
+            usual, size = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral)
         else:
-            usual, size, most = float(points.max(initial=0.0)), abs(values[name]), method.largest_size
+            usual, size = float(points.max(initial=0.0)), abs(values[name])
             if item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
                 continue
-            if size < least / method.largest_size and not _may_be_small(candidate, item, method):
+            if size < least / most and not _may_be_small(study, candidate, item):
                 return False
-        if usual > 0.0 and size >= max(most * usual, method.possible.get(name, 0.0)):
+        if usual > 0.0 and size >= max(most * usual, study.possible.get(name, 0.0)):
             return False
-    return all(_is_usual_product(candidate, values, method, size, other) for size, other in products)
+    return all(_is_usual_product(candidate, values, most, size, other) for size, other in products)
 
 
-def _may_be_small(candidate: Candidate, item: str, method: Method) -> bool:
-    """Return whether a parameter is met as small as one likes: the damping of a spring, or the time of a change."""
-    return item == candidate.effect.identification.damping or _may_have_begun(candidate, method)
+def _may_be_small(study: Study, candidate: Candidate, item: str) -> bool:
+    """Return whether a parameter is met as small as one likes: the damping of a spring, or the time of a change.
+
+    Where a recording from before a change stands beside, an effect may be there at once, and how quickly it came does not show.
+    """
+    how = candidate.effect.identification
+    return item == how.damping or (study.earlier is not None and bool(how.history))
 
 
-def _may_have_begun(candidate: Candidate, method: Method) -> bool:
-    """Return whether an effect may have begun between a recording from before a change and this one: it is there at once then, and how
-    quickly it came does not show."""
-    return method.beside_earlier and bool(candidate.effect.identification.history)
-
-
-def _is_usual_product(candidate: Candidate, values: Mapping[str, float], method: Method, size: str, other: str) -> bool:
+def _is_usual_product(candidate: Candidate, values: Mapping[str, float], most: float, size: str, other: str) -> bool:
     """Return whether the product of two parameters is not far beyond what is met; each by itself may be anything."""
     names = [f"{candidate.part}.{item}" for item in (size, other)]
     if not set(names) <= set(candidate.parameters):
         return True
     usual = float(np.prod([candidate.usual[candidate.parameters.index(name)] for name in names]))
-    return abs(float(np.prod([values[name] for name in names]))) < method.largest_size * usual
+    return abs(float(np.prod([values[name] for name in names]))) < most * usual
 
 
 def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: float, duration: float, method: Method) -> bool:
@@ -119,7 +111,7 @@ def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: flo
         return True
     of_time = candidate.effect.declarations[lag].unit == "s"
     late = abs(values[f"{candidate.part}.{lag}"]) * (1.0 if of_time else duration)
-    return late > method.least_lag * period
+    return late > method.sizes.least_lag * period
 
 
 def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: float) -> bool:

@@ -27,7 +27,7 @@ def significant(trial: Tried, study: Study) -> bool:
     if not is_clear(trial.predicted, method, trial.parameters) or trial.fitted.nats < due(method, trial.parameters):
         return False
     of_recording = trial.candidate.effect.identification.size_of_recording
-    least = method.larger_part if of_recording else method.least_share
+    least = method.larger_part if of_recording else study.least_share
     return min(trial.predicted.share, trial.fitted.share) > least and moves(study, trial.before, trial.model)
 
 

@@ -43,7 +43,7 @@ def explains_the_motion(study: Study, model: Model) -> bool:
 def explain(study: Study) -> Found:
     """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then."""
     # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
-    ends = study.method.ends.share(0.65)
+    ends = study.ends.share(0.65)
     sensed = study.estimation.sensed
     fitted = fit(sensed, [*baseline_free(study.estimation.machine), *study.estimation.start_states(sensed.plan)], rounds=3)
     baseline = modelled(study, (), fitted)
@@ -148,7 +148,7 @@ def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Round
     What one effect leaves makes the gain of the other uncertain. The first explains a part of what is left in both recordings, though not
     surely; what looks alike is tried in its place.
     """
-    least = study.method.share_of_rest
+    least = study.share_of_rest
     near = [one for one in trials if min(one.fitted.share, one.predicted.share) > least and is_plausible(study, one.model)]
     near = [one for one in near if min(one.fitted.nats, one.predicted.nats) > due(study.method, one.parameters)]
     if not near or len(found.model.candidates) + 2 > _MOST_EFFECTS:
@@ -232,7 +232,7 @@ def _refined(study: Study, found: Found) -> Iterator[Found]:
         trials = _finer_forms(study, found.model, candidate)
         found = found.having_tried(trials)
         best = chosen(study, trials)
-        if best is not None and min(best.predicted.share, best.fitted.share) > study.method.share_of_rest:
+        if best is not None and min(best.predicted.share, best.fitted.share) > study.share_of_rest:
             found = _with_finer(study, found, candidate, best)
             yield found
 

@@ -183,7 +183,7 @@ def motion_lacks(experiment: Experiment, candidate: Candidate, method: Method = 
     facts = []
     if velocity is not None:
         speed = np.abs(velocity)
-        moving = speed > method.standstill * float(speed.max(initial=0.0))
+        moving = speed > method.sizes.standstill * float(speed.max(initial=0.0))
         if not moving.any():
             return [f"{host} does not move"]
         if one_way(experiment, host, method=method):

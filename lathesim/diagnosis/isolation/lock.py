@@ -26,7 +26,7 @@ def locked(study: Study, found: Found) -> tuple[Found, tuple[Unanswerable, ...]]
     A search fits the rivals that a linear estimate ranks first, from usual values. One that does the same with the period or the instant of
     the effect itself is fitted here; where it predicts as well, it is a tie.
     """
-    if not found.complete or study.earlier is not None or study.method.ends.is_over:
+    if not found.complete or study.earlier is not None or study.ends.is_over:
         return found, ()
     looking = Looking.at(replace(study, validation=study.estimation), found.model.fitted)
     there = {one.part for one in found.model.candidates}

@@ -229,7 +229,7 @@ class Looking:
         without = self._without(run)
         left = without.residual - self.fitted.residual
         gained = gain(self.fitted, without, full_band=is_full_band((candidate,)))
-        needed = method.least_share / (1.0 - method.least_share)
+        needed = self.study.least_share / (1.0 - self.study.least_share)
         share = gained.share / max(1.0 - gained.share, 1e-12) / needed if needed else math.inf
         enough = gained.nats / chance_level(gained, method, len(candidate.parameters))
         above = max(0.0, min(enough, share, self._moves(left)))
@@ -366,4 +366,4 @@ def _factors(shape: Shape, study: Study) -> tuple[float, float]:
     if shape.size == f"{shape.candidate.part}.{shape.candidate.effect.identification.whole_samples}":
         # a replay knows no shorter delay than a sample
         smallest = max(smallest, study.estimation.machine.assembly.sample_period / usual)
-    return smallest, max(study.method.largest_size, study.method.possible.get(shape.size, 0.0) / usual)
+    return smallest, max(study.method.sizes.largest, study.possible.get(shape.size, 0.0) / usual)

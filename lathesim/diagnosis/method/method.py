@@ -3,16 +3,57 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
-from lathesim.identification.execution import Deadline
 from lathesim.limit import Limit
 
 OTHER_VALUE = 4.0
 """Factor up to which another value of the lesson, or of a controller, is looked for, larger or smaller."""
 MOST_SHIFTED = 3
 """Samples by which a shifted channel is looked for."""
+
+
+@dataclass(frozen=True)
+class SizeLimits:
+    """Which sizes and instants an effect may have."""
+
+    largest: float = Limit(
+        30.0, "times the typical value", "an effect whose size, or whose shape, is further off than this is not that effect", "calibrated",
+        "sizes up to 23 times the typical one are judged by their gain on the same recordings, with right answers; the nearest that are "
+        "refused, 31, 32 and 39 times, belong to wrong names: bristles, an offset of a converter and Stribeck's law",
+    )  # fmt: skip
+    least_lag: float = Limit(
+        0.05, "samples", "a lag below this is how a simulation steps", "calibrated",
+        "on the recordings of others a lag by chance is 0.007 samples; the shortest one that is there, of an encoder beside a scale "
+        "in the exercise of lesson 22, is 0.093",
+    )  # fmt: skip
+    standstill: float = Limit(
+        0.02, "share of top speed", "a part slower than this stands still", "calibrated",
+        "spindles that turn one way show 0.14 % back at most by the noise of their sensors, on six recordings of the suite, seeds 4421 "
+        "and 4422; the slowest way back of 25 recordings with both directions is 44 %",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RecordingLimits:
+    """Whether a recording is at fault."""
+
+    unit_high: float = Limit(
+        2.5, "1", "a ratio of forces between this and its inverse is no mistaken unit", "derived",
+        "the geometric mean of 2, which a machine may have, and of pi, the smallest factor of a unit of forces and motions",
+    )  # fmt: skip
+    command_floor: float = Limit(
+        0.001, "share of command", "a fault of a command is looked for where more than this is unexplained", "derived",
+        "a command is arithmetic and follows to its last digit; a controller's memory from before the recording leaves less than this",
+    )  # fmt: skip
+    signal_jump: float = Limit(
+        0.25, "share of span", "a signal that nobody recorded jumps where it changes by more than this from one sample to the next",
+        "derived", "half of the way between two of three equal levels: the smallest step of a staircase of two steps still counts",
+    )  # fmt: skip
+    signal_samples: float = Limit(
+        5, "samples", "its levels last so long on average, a period of a sine at least", "derived",
+        "a sine about a constant has four values to fit: five samples are the fewest that can speak against it",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -65,57 +106,13 @@ class Method:
         "derived", "two standard deviations of 0.5 %, the declared error of a law; five times what integration leaves",
     )  # fmt: skip
 
-    # which sizes and instants an effect may have
-    largest_size: float = Limit(
-        30.0, "times the typical value", "an effect whose size, or whose shape, is further off than this is not that effect", "calibrated",
-        "sizes up to 23 times the typical one are judged by their gain on the same recordings, with right answers; the nearest that are "
-        "refused, 31, 32 and 39 times, belong to wrong names: bristles, an offset of a converter and Stribeck's law",
-    )  # fmt: skip
-    least_lag: float = Limit(
-        0.05, "samples", "a lag below this is how a simulation steps", "calibrated",
-        "on the recordings of others a lag by chance is 0.007 samples; the shortest one that is there, of an encoder beside a scale "
-        "in the exercise of lesson 22, is 0.093",
-    )  # fmt: skip
-    standstill: float = Limit(
-        0.02, "share of top speed", "a part slower than this stands still", "calibrated",
-        "spindles that turn one way show 0.14 % back at most by the noise of their sensors, on six recordings of the suite, seeds 4421 "
-        "and 4422; the slowest way back of 25 recordings with both directions is 44 %",
-    )  # fmt: skip
-
-    # whether a recording is at fault
     alike: float = Limit(
         math.sqrt(2.0), "1", "a size is clearly larger than another one above this ratio, and hardly larger below it", "derived",
         "the geometric mean of 1 and 2: a count, a unit or an error that is twice as large is another one",
     )  # fmt: skip
-    unit_high: float = Limit(
-        2.5, "1", "a ratio of forces between this and its inverse is no mistaken unit", "derived",
-        "the geometric mean of 2, which a machine may have, and of pi, the smallest factor of a unit of forces and motions",
-    )  # fmt: skip
-    command_floor: float = Limit(
-        0.001, "share of command", "a fault of a command is looked for where more than this is unexplained", "derived",
-        "a command is arithmetic and follows to its last digit; a controller's memory from before the recording leaves less than this",
-    )  # fmt: skip
-    signal_jump: float = Limit(
-        0.25, "share of span", "a signal that nobody recorded jumps where it changes by more than this from one sample to the next",
-        "derived", "half of the way between two of three equal levels: the smallest step of a staircase of two steps still counts",
-    )  # fmt: skip
-    signal_samples: float = Limit(
-        5, "samples", "its levels last so long on average, a period of a sine at least", "derived",
-        "a sine about a constant has four values to fit: five samples are the fewest that can speak against it",
-    )  # fmt: skip
 
-    # the search
-    ends: Deadline = Deadline()
-    """The deadline: the search ends before it, and the answer holds what is known so far."""
-    possible: Mapping[str, float] = field(default_factory=dict)
-    """How large parameters (free name -> size) could be on this machine, whatever is usual on others."""
-    beside_earlier: bool = False
-    """Whether a recording from before a change stands beside: what the lesson's errors look like, it shows."""
-
-    @property
-    def least_share(self) -> float:
-        """The share of the error that an effect must explain: any where an earlier recording shows the errors of the lesson."""
-        return 0.0 if self.beside_earlier else self.material
+    sizes: SizeLimits = SizeLimits()
+    recordings: RecordingLimits = RecordingLimits()
 
     @property
     def nearly_all(self) -> float:
@@ -128,10 +125,6 @@ class Method:
         Source: G. Schwarz, Estimating the dimension of a model, Annals of Statistics 6 (1978).
         """
         return replace(self, per_parameter=max(self.per_parameter, 0.5 * math.log(samples)))
-
-    def beside_an_earlier_recording(self) -> Method:
-        """Return the limits where a recording from before a change is held beside: what is new needs no share of the error."""
-        return replace(self, beside_earlier=True, share_of_rest=0.0)
 
 
 STANDARD = Method()

@@ -103,9 +103,9 @@ def shape_of(values: FloatArray, period: float, unit: str, method: Method = STAN
 
 def _steps(values: FloatArray, period: float, unit: str, method: Method) -> SignalShape:
     """Return the shape of a signal as levels between jumps; a share of 0 where there are nearly as many jumps as samples."""
-    edges = np.flatnonzero(np.abs(np.diff(values)) > method.signal_jump * float(np.ptp(values))) + 1
+    edges = np.flatnonzero(np.abs(np.diff(values)) > method.recordings.signal_jump * float(np.ptp(values))) + 1
     bounds = [0, *edges.tolist(), len(values)]
-    if not len(edges) or len(bounds) > len(values) / method.signal_samples:
+    if not len(edges) or len(bounds) > len(values) / method.recordings.signal_samples:
         return SignalShape("", (), 0.0)
     pairs = list(itertools.pairwise(bounds))
     levels = np.array([float(np.median(values[begin:end])) for begin, end in pairs])
@@ -138,7 +138,7 @@ def _span(values: FloatArray, unit: str, method: Method) -> str:
 
 def _sine(values: FloatArray, period: float, unit: str, method: Method) -> SignalShape:
     """Return a signal as one sine about a constant."""
-    if len(values) < 2 * method.signal_samples:
+    if len(values) < 2 * method.recordings.signal_samples:
         return SignalShape("", (), 0.0)
     time = np.asarray(np.arange(len(values)) * period, dtype=np.float64)
     resolution = 1.0 / (len(values) * period)
@@ -150,7 +150,7 @@ def _sine(values: FloatArray, period: float, unit: str, method: Method) -> Signa
         bounds=(max(start - resolution, 0.25 * resolution), start + resolution), method="bounded", options={"xatol": 1e-6 * resolution},
     )  # fmt: skip
     left, amplitude = _beside_sine(values, time, float(found.x))
-    if found.x * period * method.signal_samples > 1.0 or found.x < resolution:
+    if found.x * period * method.recordings.signal_samples > 1.0 or found.x < resolution:
         return SignalShape("", (), 0.0)
     return SignalShape(f"a sine of {shown_with_unit(amplitude, unit, 3)} at {found.x:.4g} Hz", (), _explained(values - values.mean(), left))
 
@@ -176,7 +176,7 @@ def unrecorded_inputs(
     for experiment in experiments if experiments[0].machine.replay and experiments[0].machine.decisions == 1 else ():
         for row, share in unexplained_share(experiment, values):
             command = experiment.machine.compare[row]
-            if share > method.command_floor and command not in laws:
+            if share > method.recordings.command_floor and command not in laws:
                 signal = np.nan_to_num(experiment.sensed.one(values)[row])
                 if not _goes_with_inputs(experiment, command, signal, method):
                     found.append(_described(experiment, command, signal, share, method))

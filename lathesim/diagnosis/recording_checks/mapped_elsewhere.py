@@ -184,7 +184,7 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
         controller = Place.of(command).part
         targets = [name for name in dict.fromkeys((*experiment.machine.drive, *wires)) if Place.of(name).part == controller]
         fed = dict.fromkeys(name for target in targets for name in (target, wires.get(target, "")) if name in experiment.record)
-        if not method.command_floor < share:
+        if not method.recordings.command_floor < share:
             continue
         shifts = [(name, rows) for name in (command, *fed) for rows in range(-MOST_SHIFTED, MOST_SHIFTED + 1) if rows]
         left = {one: dict(unexplained_share(_moved(experiment, *one), values))[row] for one in shifts}

@@ -28,7 +28,7 @@ def in_another_unit(experiment: Experiment, values: Mapping[str, float], method:
     (row,) = off
     factor, name = factors[row], experiment.machine.compare[row]
     beside = root_mean_square(recorded[row] - factor * simulated[row])
-    ordinary = is_within(abs(factor), method.unit_high)
+    ordinary = is_within(abs(factor), method.recordings.unit_high)
     unit = "" if ordinary else known_factor(factor, method.little)
     if not unit or not beside < method.little * root_mean_square(recorded[row]):
         return ""

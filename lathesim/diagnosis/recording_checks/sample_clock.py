@@ -44,12 +44,12 @@ def _beside_the_lesson(experiment: Experiment, values: Mapping[str, float], meth
     for controller, row in shown_commands(experiment):
         as_recorded, as_told = (_beyond_floor(experiment, factor, values, row) for factor in (1.0, 1.0 / clock))
         name = experiment.machine.compare[row]
-        if as_recorded > method.command_floor and as_told < method.little * as_recorded:
+        if as_recorded > method.recordings.command_floor and as_told < method.little * as_recorded:
             return (
                 f"{controller} decides {times} {abs(clock - 1.0):.2%} {how}. With the lesson's period {name} follows from what its "
                 f"controller was given, with the recorded one {as_recorded:.1%} of it does not."
             )
-        if as_told > method.command_floor and as_recorded < method.little * as_told:
+        if as_told > method.recordings.command_floor and as_recorded < method.little * as_told:
             return ""
     parts = experiment.machine.assembly.parts
     open_loop = not any(closes_a_loop(part) for part in parts)

@@ -130,16 +130,16 @@ def _why_not(study: Study, found: Found, one: Tried) -> str:
     if not is_clear(one.predicted, method, one.parameters):
         return "gains no more than chance may"
     if not significant(one, study):
-        return _too_small(one, method)
+        return _too_small(one, study)
     if not is_plausible(study, one.model):
         return "needs a size that machines do not have"
     return _why_another(study, found, one)
 
 
-def _too_small(one: Tried, method: Method) -> str:
+def _too_small(one: Tried, study: Study) -> str:
     """Return why a clear gain is too small a find: its share of what is left, else what it changes beside noise and errors of laws."""
     share = max(0.0, min(one.predicted.share, one.fitted.share))
-    least = method.larger_part if one.candidate.effect.identification.size_of_recording else method.least_share
+    least = study.method.larger_part if one.candidate.effect.identification.size_of_recording else study.least_share
     if share <= least:
         return f"explains {percent(share)} of what is left, less than {percent(least)}"
     return "changes readings less than their noise, or forces less than errors of laws"

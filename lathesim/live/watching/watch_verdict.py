@@ -180,7 +180,7 @@ def _away(
         case = load_case(loaded, [record, *beside.values()], away.registry)
         effects: list[Any] = list(away.registry.effects.values())
         question = ask(loaded.title, case.machine, case.recordings, effects, changed="before" in beside)
-        question = replace(question, method=replace(question.method, ends=Deadline.after(patience)))
+        question = replace(question, ends=Deadline.after(patience))
         (diagnosis,) = away.cluster.in_order(answered, None, [question], stop)
     except LatheSimError as error:
         return Verdict({}, str(error))

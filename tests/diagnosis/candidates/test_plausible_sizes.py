@@ -1,6 +1,8 @@
 """What is beyond belief on a small lathe is usual on a large machine: bounds are taken from what acts there."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,12 +39,17 @@ def test_a_friction_may_rise_over_the_whole_way() -> None:
     assert 0.0 < sizes["stribeck_velocity"] < 1.0
 
 
+def judging(possible: dict[str, float] | None = None) -> Any:
+    """Return a study of a machine on which parameters could be so large."""
+    return SimpleNamespace(method=Method(), possible=possible or {}, earlier=None)
+
+
 @pytest.mark.parametrize(("possible", "believed"), [(0.0, False), (1e5, True)], ids=["a small machine", "a large one"])
 def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool) -> None:
     (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2))
     candidate = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
     (level,) = candidate.parameters
-    assert of_usual_size(candidate, {level: 50_000.0}, Method(possible={level: possible})) == believed
+    assert of_usual_size(judging({level: possible}), candidate, {level: 50_000.0}) == believed
 
 
 @pytest.mark.parametrize(
@@ -56,7 +63,7 @@ def test_of_a_growth_and_a_rate_of_wear_only_the_product_is_judged(growth: float
         f"{candidate.part}.{name}": value
         for name, value in (("growth", growth), ("rate", rate), ("break_in", 1e-5), ("break_in_time", 30.0))
     }
-    assert of_usual_size(candidate, values, Method()) == usual
+    assert of_usual_size(judging(), candidate, values) == usual
 
 
 @pytest.mark.parametrize(("share", "away"), [(0.1, False), (4.0, True)], ids=["it brakes less one way", "it pushes one way"])

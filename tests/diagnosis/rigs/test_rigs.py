@@ -178,7 +178,7 @@ def test_margins_of_a_case_are_noted_without_a_change_of_its_answer(tmp_path: Pa
     folder = write_case(case_of("screw_tacho_1k", "outside", SEED, number=1), tmp_path)[-1]
     found = near([folder])
     assert any(one.below[True] or one.above[True] for one in found.values())
-    assert "| largest_size |" in "\n".join(table(found))
+    assert "| sizes.largest |" in "\n".join(table(found))
     told = json.loads((folder / "margins.json").read_text(encoding="utf-8"))["told"]
     assert in_words(told) == in_words(stored()["rig screw_tacho_1k outside"])
 
