@@ -19,7 +19,7 @@ from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
 from lathesim.engine.assembly import FloatArray, Place, of_part
 from lathesim.errors import LatheSimError, LessonError
-from lathesim.identification.estimation.fit import Problem, fit
+from lathesim.identification.estimation.fit import Descent, Problem, fit
 from lathesim.identification.position_loops import level_of
 from lathesim.identification.records import Free
 from lathesim.identification.replay.loading import uncertainties
@@ -370,7 +370,7 @@ def tuned(bench: Bench, lines: Sequence[InsertedRemedy], free: Mapping[str, tupl
     left = functools.partial(_left_with, bench, names, sound, np.sqrt(_cost(bench, names, [values], sound)[0]))
     fitted = [Free(name, value, step, *ends) for name, value, step, *ends in zip(names, values, steps, low, high, strict=True)]
     problem = Problem(left, fitted, steps=lambda values, before: steps)
-    found = fit(problem, fitted, values, iterations=_ROUNDS, tolerance=_WORTH, least=0.0).values
+    found = fit(Descent(problem, tolerance=_WORTH, least=0.0), values, _ROUNDS).values
     return dict(zip(names, map(float, found), strict=True))
 
 

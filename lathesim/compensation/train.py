@@ -12,7 +12,7 @@ import numpy as np
 from lathesim.compensation.training_question import AsScored, TrainingQuestion
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import LessonError, SimulationError, nearest
-from lathesim.identification.estimation.fit import fit
+from lathesim.identification.estimation.fit import Descent, fit
 
 ReportStep = Callable[[int, float], None]
 _SAME = 1e-7
@@ -80,8 +80,8 @@ def least_squares(question: TrainingQuestion, start: FloatArray, rounds: int, te
             way.append(cost)
         tell(turn, cost)
 
-    problem, scored = question.problem, AsScored(question.score)
-    found = fit(problem, problem.free, start, weighting=scored, iterations=rounds, tolerance=_SAME, least=0.0, bent=True, report=report)
+    how = Descent(question.problem, AsScored(question.score), tolerance=_SAME, least=0.0, bent=True)
+    found = fit(how, start, rounds, report)
     return Trained(found.values, found.cost, len(way), tuple(way))
 
 

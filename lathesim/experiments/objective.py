@@ -23,7 +23,7 @@ from lathesim.errors import LatheSimError
 from lathesim.experiments.free_values import FreeValue, values_of
 from lathesim.experiments.replica import Replica
 from lathesim.experiments.waypoints import Wandering, Waypoints, likely_wandering, whitened
-from lathesim.identification.estimation.fit import Problem, fit
+from lathesim.identification.estimation.fit import Descent, Problem, fit
 from lathesim.identification.records import Free
 from lathesim.units import same_dimension
 
@@ -287,7 +287,7 @@ def descend(
     ends = zip(low.tolist(), high.tolist(), strict=True)
     free = [Free(item.name, 0.0, item.spread, *both, item.spread) for item, both in zip(objective.free, ends, strict=True)]
     problem = Problem(left, free, steps=lambda values, before: np.full(len(values), STEP))
-    return fit(problem, free, start, iterations=most, tolerance=closeness, least=0.0, bent=True).values
+    return fit(Descent(problem, tolerance=closeness, least=0.0, bent=True), start, most).values
 
 
 METHODS: dict[str, Callable[[Objective, FloatArray, FloatArray, Effort, int, Tell], FloatArray]] = {

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from lathesim.engine.assembly import FloatArray, Place
 from lathesim.experiments.candidate_programs import Laid
 from lathesim.experiments.rivals import Rival
 from lathesim.experiments.scene import Scene
-from lathesim.identification.estimation.fit import Problem, Weighting, fit, fit_linear
+from lathesim.identification.estimation.fit import Descent, Problem, Weighting, fit, fit_linear
 from lathesim.identification.records import Candidate as Term
 from lathesim.identification.records import Free
 
@@ -191,8 +190,8 @@ class RefitDescent:
             return np.inf if cost < self.nested else cost - max(self.settled, _PROMISE * cost)
 
         free = [self._free(column, step) for column, step in first]
-        ends: dict[str, Any] = {"iterations": rounds, "tolerance": _WORTH_A_ROUND, "least": 0.0, "bent": True, "worth": worth}
-        found = fit(Problem(left, free, steps=steps), free, start[columns], weighting=_Held(), **ends)
+        how = Descent(Problem(left, free, steps=steps), _Held(), _WORTH_A_ROUND, least=0.0, worth=worth, bent=True)
+        found = fit(how, start[columns], rounds)
         return found.cost, whole(found.values[None])[0]
 
     def _free(self, column: int, step: float) -> Free:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import Finding
 from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, rate
-from lathesim.recordings.recording_thresholds import FROZEN, MOTION, ROUNDING
+from lathesim.recordings.recording_thresholds import CLIPPED, CLOCK, FROZEN, MOTION, ROUNDING
 
 _BEFORE = 10
 """Samples before a step in which a motion, differentiated, shows nothing of it yet."""
@@ -135,7 +135,7 @@ def _count(channel: RecordedChannel) -> float:
 
 def _moves(channel: RecordedChannel, begin: int, end: int) -> bool:
     inside = channel.values[begin:end]
-    return not channel.constant and float(np.ptp(inside)) > FROZEN.moves * channel.span + FROZEN.moves_noise * channel.roughness
+    return not channel.constant and float(np.ptp(inside)) > MOTION.moves * channel.span + MOTION.moves_noise * channel.roughness
 
 
 def _stops_on_its_way(channel: RecordedChannel, begin: int) -> bool:
@@ -178,7 +178,7 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
         if any(finding.channel == channel.name for finding in findings):
             continue
         inner = (channel.values > channel.values.min()) & (channel.values < channel.values.max())
-        if np.count_nonzero(inner) < FROZEN.inner:
+        if np.count_nonzero(inner) < CLIPPED.inner:
             continue
         slope, constant = np.polyfit(pair.expected[inner], channel.values[inner], 1)
         beyond = slope * pair.expected + constant
@@ -188,7 +188,7 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
             over = sign * (beyond - level)
             if (
                 np.count_nonzero(flat) >= _LONG
-                and np.median(over[flat]) > max(FROZEN.beyond * channel.span, FROZEN.spread * spread)
+                and np.median(over[flat]) > max(CLIPPED.beyond * channel.span, CLIPPED.spread * spread)
                 and _flat_runs(flat)
             ):
                 begin, end = (int(edge[np.argmax(stretches(flat)[1] - stretches(flat)[0])]) for edge in stretches(flat))
@@ -413,4 +413,4 @@ def _skew(pair: Pair, pieces: int = 6) -> float | None:
     slope, constant = np.polyfit(middles, shifts, 1)
     left = float(np.std(np.asarray(shifts) - (slope * np.asarray(middles) + constant)))
     grown = abs(slope) * len(pair.expected)
-    return float(slope) if grown > 1.0 and grown > FROZEN.skew * left else None
+    return float(slope) if grown > 1.0 and grown > CLOCK.skew * left else None

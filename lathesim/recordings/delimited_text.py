@@ -108,7 +108,7 @@ def _written(sample: Sequence[str]) -> tuple[str, bool, int]:
     if best >= READING.numeric:
         return found
     for comma in (False, True):
-        if _numeric_share([line.strip().strip('"') for line in sample], comma) > 0.5:
+        if _numeric_share([line.strip().strip('"') for line in sample], comma) > READING.column:
             return ";", comma, 1
     return "", False, 0
 

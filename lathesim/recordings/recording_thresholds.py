@@ -16,8 +16,12 @@ EQUAL = Limit(1e-9, "share", "two numbers of a file, or two units, that differ b
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """When two channels show one motion, and when one of them has a wrong scale or stands in the wrong column."""
+    """When a channel moves, when two show one motion, and when one of them has a wrong scale or stands in the wrong column."""
 
+    moves: float = 0.05
+    """Share of the span: a channel that moves does so by more."""
+    moves_noise: float = 6.0
+    """Noise levels: and by more than so many of these."""
     alike: Limit = calibrated(
         0.9, "correlation", "two channels that should show one motion and are as alike do", "no test is lost from 0.8 to 0.92, some at 0.95"
     )
@@ -70,10 +74,6 @@ class FrozenLimits:
     """Steps after: a channel that catches up by so large a step was frozen."""
     noise: float = 10.0
     """Noise levels: a step that is no noise is larger."""
-    moves: float = 0.05
-    """Share of the span: a channel that moves does so by more."""
-    moves_noise: float = 6.0
-    """Noise levels: and by more than so many of these."""
     resting: float = 0.2
     """Share of the samples: a channel that moves repeats its value in fewer."""
     jump: float = 5.0
@@ -86,14 +86,18 @@ class FrozenLimits:
     )
     least_noise: int = 100
     """Samples around a run from which its noise is known."""
+
+
+@dataclass(frozen=True)
+class ClippedLimits:
+    """When a channel was cut off at a level beyond which its partner goes on."""
+
     inner: int = 50
     """Samples between both ends from which a channel may be clipped."""
     beyond: float = 0.01
     """Share of the span: the partner of a clipped channel goes on by more."""
     spread: float = 2.0
     """Differences of the two: and by more than so many of these."""
-    skew: float = 10.0
-    """Scatter of the shifts: a shift that grows by more is the skew of a clock."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +140,10 @@ class JumpLimits:
 
 @dataclass(frozen=True)
 class ClockLimits:
-    """When the times of rows start anew, are rounded, or rows were written twice."""
+    """When the times of rows start anew, are rounded, or run at another speed, or rows were written twice."""
 
+    skew: float = 10.0
+    """Scatter of the shifts: a shift that grows by more is the skew of a clock."""
     back: float = 10.0
     """Usual steps: a clock that goes back by more starts anew; by less the rows are out of order."""
     restarts: int = 20
@@ -174,6 +180,8 @@ class ReadingLimits:
     numeric: Limit = calibrated(
         0.3, "share of the cells", "a table of numbers has more of them", "no test is lost from 0.15 to 0.375, some at 0.6"
     )
+    column: float = 0.5
+    """Share of the lines: a single column of numbers has more of them."""
     matrix: int = 64
     """Columns of a matrix that each get a name."""
     depth: int = 12
@@ -186,4 +194,5 @@ class ReadingLimits:
     """Names that a sentence lists."""
 
 
-MOTION, FROZEN, JUMPS, CLOCK, SPIKES, READING = MotionLimits(), FrozenLimits(), JumpLimits(), ClockLimits(), SpikeLimits(), ReadingLimits()
+MOTION, FROZEN, CLIPPED, JUMPS = MotionLimits(), FrozenLimits(), ClippedLimits(), JumpLimits()
+CLOCK, SPIKES, READING = ClockLimits(), SpikeLimits(), ReadingLimits()

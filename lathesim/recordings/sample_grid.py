@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import ENOUGH_SAMPLES, Finding, counted
-from lathesim.recordings.recording_thresholds import CLOCK, FROZEN
+from lathesim.recordings.recording_thresholds import CLOCK, MOTION
 from lathesim.units import in_unit
 
 
@@ -140,7 +140,7 @@ def with_gaps_bridged(grid: SampleGrid, moving: Collection[FloatArray], findings
     straight = np.ones(len(edges), dtype=bool)
     for column in moving:
         used = column[grid.rows]
-        moves = max(FROZEN.moves * float(np.nanmax(used) - np.nanmin(used)), FROZEN.moves_noise * row_noise(marks, used))
+        moves = max(MOTION.moves * float(np.nanmax(used) - np.nanmin(used)), MOTION.moves_noise * row_noise(marks, used))
         straight &= [not 0.5 * _missed(marks, used, int(before)) > moves for before in edges]
     bridged = edges[straight]
     samples = int(np.sum(np.round(np.diff(marks)[bridged]) - 1.0))

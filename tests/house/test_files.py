@@ -25,18 +25,18 @@ MOST_FILES = {
 """Modules of each folder with its own folders: numbers that only fall."""
 BARE = {"tui": 8}
 """Comparisons with a number that has no name, and with that neither a unit nor a reason, of folders that have any: they only fall."""
-HALVES = {"diagnosis": 3, "recordings": 1}
+HALVES: dict[str, int] = {}
 """Comparisons with a bare half of folders that have any; a flag is compared with ``ON``, anything else with a name: they only fall."""
 ON_TEXT = {"experiments": 9, "live": 17, "program": 12, "recordings": 14, "stability": 11}
 """Decisions of each folder on how a text begins or ends, or on a name; of these folders most read files: numbers that only fall."""
 FIELDS, ARGUMENTS, LENGTH = 12, 8, 60
 """Fields of a dataclass, arguments of a function that is no law of a part, and lines of a function: what a reader keeps in mind."""
 WIDE = {
-    "Candidate", "Diagnosis", "FoundEffect", "FrozenLimits", "Identification", "SignalMapping", "Simulator",
+    "Candidate", "Diagnosis", "FoundEffect", "Identification", "SignalMapping", "Simulator",
 }  # fmt: skip
 """Dataclasses with more fields, a set that only shrinks; authors of plug-ins write an ``Identification``, of few entries."""
 MANY_ARGUMENTS = {
-    "_outcome", "_over_a_sample", "fit", "limited_pid",
+    "_over_a_sample", "limited_pid",
 }  # fmt: skip
 """Functions with more arguments, a set that only shrinks. ``limited_pid`` and ``_over_a_sample`` are parts of laws, of floats alone."""
 REPEATED: set[str] = set()

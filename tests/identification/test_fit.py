@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.fit import Fit, Problem, Weighting, fit_linear
+from lathesim.identification.estimation.fit import Descent, Fit, Problem, Weighting, fit_linear
 from lathesim.identification.estimation.fit import fit as descend
 from lathesim.identification.estimation.least_squares import Begun, fit, fit_each
 from lathesim.identification.records import Free, with_start
@@ -28,7 +28,7 @@ class Decay:
 
 
 def test_values_come_back_from_afar() -> None:
-    found = descend(Decay(), FREE, np.array([0.3, 4.0]), least=0.0, iterations=30)
+    found = descend(Descent(Problem(Decay(), FREE), least=0.0), np.array([0.3, 4.0]), 30)
     assert found.values == pytest.approx(DECAY, rel=1e-4)
     assert found.cost < 1e-8
 
@@ -37,7 +37,7 @@ def test_the_start_and_its_jacobian_are_one_call() -> None:
     decay = Decay()
     start = Problem(decay, FREE).begin(np.array([1.9, 0.8]))
     assert decay.calls == [3]
-    descend(decay, FREE, start, least=0.0, iterations=1)
+    descend(Descent(Problem(decay, FREE), least=0.0), start, 1)
     assert decay.calls == [3, 2]
 
 
@@ -49,16 +49,17 @@ def test_slopes_that_predict_well_are_kept_by_the_next_fit() -> None:
         calls.append(len(rows))
         return [1.0 + 2.0 * TIME - height - slope * TIME for height, slope in rows]
 
-    first = descend(left, linear, np.zeros(2), least=1e-9, iterations=1)
+    how = Descent(Problem(left, linear), least=1e-9)
+    first = descend(how, np.zeros(2), 1)
     assert first.slopes is not None
-    again = descend(left, linear, first, least=1e-9)
+    again = descend(how, first)
     assert again.values == pytest.approx([1.0, 2.0], rel=1e-4)
     assert 2 not in calls[2:], "no further Jacobian"
 
 
 def test_a_value_stops_at_its_bound_and_the_others_go_where_they_fit_best() -> None:
     bounded = (FREE[0], Free("rate", 2.0, 1.0, 1.0, 5.0))
-    found = descend(Decay(), bounded, np.array([0.3, 4.0]), least=0.0, iterations=30)
+    found = descend(Descent(Problem(Decay(), bounded), least=0.0), np.array([0.3, 4.0]), 30)
     shape = np.exp(-TIME)
     assert found.values[1] == 1.0
     assert found.values[0] == pytest.approx(shape @ (DECAY[0] * np.exp(-DECAY[1] * TIME)) / (shape @ shape), rel=1e-4)
@@ -66,7 +67,7 @@ def test_a_value_stops_at_its_bound_and_the_others_go_where_they_fit_best() -> N
 
 def test_what_is_known_beforehand_is_weighed_against_the_residual() -> None:
     known = [Free("mean", 0.0, 1.0, uncertainty=0.5, given=3.0)]
-    found = descend(lambda rows: [np.ones(4) - row for row in rows], known, np.zeros(1), least=0.0)
+    found = descend(Descent(Problem(lambda rows: [np.ones(4) - row for row in rows], known), least=0.0), np.zeros(1))
     assert found.values[0] == pytest.approx((4.0 * 1.0 + 3.0 / 0.25) / (4.0 + 1.0 / 0.25), rel=1e-4)
 
 
@@ -83,9 +84,8 @@ def test_weights_of_the_residual_decide() -> None:
         def white_slopes(self, slopes: FloatArray, residual: FloatArray) -> FloatArray:
             return slopes[:, :1].T
 
-    found = descend(
-        lambda rows: [np.array([1.0, 5.0]) - row for row in rows], [Free("mean", 0.0, 1.0)], np.zeros(1), weighting=First(), least=0.0
-    )
+    problem = Problem(lambda rows: [np.array([1.0, 5.0]) - row for row in rows], [Free("mean", 0.0, 1.0)])
+    found = descend(Descent(problem, First(), least=0.0), np.zeros(1))
     assert found.values[0] == pytest.approx(1.0, abs=1e-6)
 
 
@@ -95,20 +95,20 @@ def test_a_lost_run_is_never_the_best_step() -> None:
     def left(rows: FloatArray) -> list[FloatArray]:
         return [np.array([2.0 - row[0] if row[0] < 1.5 else np.nan]) for row in rows]
 
-    found = descend(left, [Free("x", 0.0, 1.0)], np.zeros(1), least=0.0, iterations=20)
+    found = descend(Descent(Problem(left, [Free("x", 0.0, 1.0)]), least=0.0), np.zeros(1), 20)
     assert 0.0 < found.values[0] < 1.5
     assert np.isfinite(found.cost)
 
 
 def test_from_a_lost_run_there_is_no_step() -> None:
-    found = descend(lambda rows: [np.full(3, np.nan) for _ in rows], FREE, np.array([1.0, 1.0]))
+    found = descend(Descent(Problem(lambda rows: [np.full(3, np.nan) for _ in rows], FREE)), np.array([1.0, 1.0]))
     assert found.values == pytest.approx([1.0, 1.0])
     assert np.isnan(found.cost)
 
 
 def test_a_descent_ends_where_slopes_promise_too_little() -> None:
     decay = Decay()
-    found = descend(decay, FREE, np.array([0.3, 4.0]), worth=lambda cost: 2.0 * cost)
+    found = descend(Descent(Problem(decay, FREE), worth=lambda cost: 2.0 * cost), np.array([0.3, 4.0]))
     assert (decay.calls, found.values.tolist()) == ([3], [0.3, 4.0])
 
 
@@ -116,7 +116,7 @@ def test_known_slopes_need_no_runs() -> None:
     decay = Decay()
     slope = np.exp(-TIME)
     problem = Problem(lambda rows: decay(np.column_stack([rows, np.full(len(rows), 1.0)])), FREE[:1], {0: slope})
-    assert isinstance(descend(problem, FREE[:1], np.array([0.0]), least=0.0), Fit)
+    assert isinstance(descend(Descent(problem, least=0.0), np.array([0.0])), Fit)
     assert all(count <= 2 for count in decay.calls)
     assert decay.calls[0] == 1
 

@@ -47,7 +47,7 @@ class Colour:
         white = columns if len(self.filter) == 1 else lfilter(self.filter, 1.0, columns, axis=0)
         white = np.asarray(white / np.sqrt(self.inflation))
         if not counted.all():
-            usable = np.convolve(~counted, np.ones(len(self.filter)))[: len(counted)] < 0.5
+            usable = np.convolve(~counted, np.ones(len(self.filter)))[: len(counted)] == 0.0
             white[~usable] = 0.0
         white[: len(self.filter) - 1] = 0.0
         self._relieve(white)

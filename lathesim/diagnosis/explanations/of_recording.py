@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import savgol_filter
 
+from lathesim.component import ON
 from lathesim.diagnosis.explanations.conditions import Conditions, Motion
 from lathesim.diagnosis.explanations.flexible import Flexible, flexible
 from lathesim.diagnosis.explanations.lacking_force import Lacking, lacking, quiet_every
@@ -37,8 +38,8 @@ def conditions_of(experiment: Experiment, *, simulated: bool = False) -> Conditi
             unit = experiment.sensed.plan.unit(f"{part.name}.{ports.get('displacement', ports.get('reference'))}")
             motions.append(Motion(part.name, unit, place, *_steady(speed, period)))
         in_cut = experiment.doing.get(f"{part.name}.{ports.get('in_cut', '')}")
-        if in_cut is not None and 0.0 < float(np.mean(in_cut > 0.5)) < 1.0:
-            others[f"cut of {part.name}"] = (in_cut > 0.5).astype(np.float64)
+        if in_cut is not None and 0.0 < float(np.mean(in_cut > ON)) < 1.0:
+            others[f"cut of {part.name}"] = (in_cut > ON).astype(np.float64)
     return Conditions(time, tuple(motions), others)
 
 

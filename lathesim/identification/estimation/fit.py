@@ -13,7 +13,7 @@ section 10.3 (Levenberg-Marquardt). Left out: second derivatives of the residual
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -175,33 +175,16 @@ class Problem:
         return np.array(slopes)
 
 
-def fit(
-    residual: Residual | Problem,
-    free: Sequence[Free],
-    start: FloatArray | Fit,
-    *,
-    weighting: Weighting | None = None,
-    iterations: int = 12,
-    tolerance: float = 1e-6,
-    least: float = _LEAST_GAIN,
-    worth: Callable[[float], float] | None = None,
-    bent: bool = False,
-    report: Callable[[int, float], None] | None = None,
-) -> Fit:
-    """Return where the descent from ``start`` ends: values inside their bounds, or an earlier fit to go on from with its slopes.
-
-    ``residual`` is a :class:`Problem` with ``free`` where slopes are taken in a way of its own. Without a ``weighting`` every number of
-    the residual counts alike. A descent ends after ``iterations`` steps, or when one gains less than ``least`` and a share ``tolerance``
-    of the cost. ``worth`` gives, from the cost, the gain that slopes must predict for it to go on; the same by default. ``bent`` is for
-    a residual that is far from linear: slopes are taken anew at each step, and more dampings tried at once. ``report`` is called with the
-    number of each iteration and the cost before it.
-    """
-    problem = residual if isinstance(residual, Problem) else Problem(residual, free)
-    how = Descent(problem, weighting or Weighting(), tolerance, least, worth, bent)
-    return problem.answered(descending(how, start, iterations, report))
+Report = Callable[[int, float], None]
+"""What is called with the number of each iteration and the cost before it."""
 
 
-def descending(how: Descent, start: FloatArray | Fit, iterations: int, report: Callable[[int, float], None] | None = None) -> Asking[Fit]:
+def fit(how: Descent, start: FloatArray | Fit, iterations: int = 12, report: Report | None = None) -> Fit:
+    """Return where a descent from ``start`` ends, values or an earlier fit to go on from with its slopes, after so many steps at most."""
+    return how.problem.answered(descending(how, start, iterations, report))
+
+
+def descending(how: Descent, start: FloatArray | Fit, iterations: int, report: Report | None = None) -> Asking[Fit]:
     """Ask for what :func:`fit` returns."""
     problem = how.problem
     here = start if isinstance(start, Fit) else (yield from problem.beginning(start))
@@ -255,11 +238,15 @@ class _Linearised:
 
 @dataclass(frozen=True)
 class Descent:
-    """A problem with how its residual counts and when its descent ends; see :func:`fit`."""
+    """A problem, how its residual counts, and when its descent ends: at a step that gains less than ``least`` and a share ``tolerance``.
+
+    ``worth`` gives, from the cost, the gain that slopes must predict for it to go on; the same by default. ``bent`` is for a residual that
+    is far from linear: slopes are taken anew at each step, and more dampings tried at once.
+    """
 
     problem: Problem
-    weighting: Weighting
-    tolerance: float
+    weighting: Weighting = field(default_factory=Weighting)
+    tolerance: float = 1e-6
     least: float = _LEAST_GAIN
     worth: Callable[[float], float] | None = None
     bent: bool = False

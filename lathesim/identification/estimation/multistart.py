@@ -135,9 +135,7 @@ def fit_parameters(
     if better.cost < best.cost * (1.0 - _SAME):
         best = problem.polish(better.values)
         ends = [problem.follow(end.values, best) for end in ends]
-    errors, covariance, blurred = problem.certainty(best)
-    agreeing = sum(problem.agree(best, end, errors) for end in ends)
-    return _outcome(problem, best.values, errors, covariance, blurred, before, agreeing, starts, time.perf_counter() - began)
+    return _outcome(problem, best, ends, before, starts, began)
 
 
 def _starting_points(problem: _Problem, starts: int, seed: int) -> list[FloatArray]:
@@ -341,21 +339,14 @@ class _Problem:
         return bool(np.all(near[firm]))
 
 
-def _outcome(
-    problem: _Problem,
-    best: FloatArray,
-    errors: FloatArray,
-    covariance: FloatArray,
-    blurred: list[list[str]],
-    before: FloatArray,
-    agreeing: int,
-    starts: int,
-    wall_time: float,
-) -> ParameterFit:
+def _outcome(problem: _Problem, best: _End, ends: Sequence[_End], before: FloatArray, starts: int, began: float) -> ParameterFit:
+    """Return the values of the best end, how sure they are, and how far off each channel is before and after."""
+    errors, covariance, blurred = problem.certainty(best)
+    agreeing = sum(problem.agree(best, end, errors) for end in ends)
     named, misfit = {name for names in blurred for name in names}, problem.misfit
     parameters = tuple(
         FittedParameter(
-            item.name, misfit.plan.unit(item.name), float(best[place]), float(errors[place]), item.given, item.name not in named
+            item.name, misfit.plan.unit(item.name), float(best.values[place]), float(errors[place]), item.given, item.name not in named
         )
         for place, item in enumerate(problem.free)
     )
@@ -367,13 +358,13 @@ def _outcome(
             names = (problem.free[second].name, problem.free[first].name)
             if abs(rho) > CORRELATED and named.isdisjoint(names):
                 pairs.append((*names, rho))
-    after = problem.rms(best)
+    after = problem.rms(best.values)
     channels = tuple(
         ChannelMisfit(name, misfit.plan.unit(channel), float(floor), float(old * floor), float(new * floor))
         for name, channel, floor, old, new in zip(misfit.compare, misfit.channels, misfit.floors, before, after, strict=True)
     )
     sentences = tuple(dict.fromkeys(_undetermined(names) for names in blurred))
-    return ParameterFit(parameters, tuple(pairs), sentences, channels, starts, agreeing, problem.runs, wall_time)
+    return ParameterFit(parameters, tuple(pairs), sentences, channels, starts, agreeing, problem.runs, time.perf_counter() - began)
 
 
 def _undetermined(names: list[str]) -> str:
