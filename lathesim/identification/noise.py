@@ -31,6 +31,9 @@ from scipy.signal.windows import tukey
 from lathesim.engine.assembly import FloatArray
 
 _SHARE_IN_BAND = 0.99
+_FEWEST = 12
+"""Frequencies of the motion that count at least: the real and the imaginary part of each, one number for each of 24 blocks of a recording.
+A slow stroke has its power in fewer, and a friction that stops it shows in the others."""
 _OF_COUNTS = sum(math.comb(4, k) ** 2 for k in range(5)) / sum(math.comb(5, k) ** 2 for k in range(6))
 """Power of the noise of counts that were differenced, over that which the fourth differences of them make of it: the sum of the squares of
 the binomial coefficients of four over that of five."""
@@ -221,13 +224,13 @@ def _differencing(frequency: FloatArray | float) -> FloatArray:
 
 
 def _band(motion: FloatArray, differences: int) -> int:
-    """Return the number of frequencies that hold 99 % of the power of the differenced motion."""
+    """Return the number of frequencies that hold 99 % of the power of the differenced motion, or the fewest that count."""
     if not differences:
         return 1 << 62
     power = np.abs(spectrum(np.nan_to_num(motion), differences)) ** 2
     power[0] = 0.0
     total = float(power.sum())
-    return int(np.searchsorted(np.cumsum(power), _SHARE_IN_BAND * total)) + 1 if total > 0.0 else 1 << 62
+    return max(int(np.searchsorted(np.cumsum(power), _SHARE_IN_BAND * total)) + 1, _FEWEST) if total > 0.0 else 1 << 62
 
 
 def _gains(impulse_responses: FloatArray, frequency: FloatArray, period: float) -> list[FloatArray]:

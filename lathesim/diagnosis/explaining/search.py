@@ -256,8 +256,8 @@ def _with_finer(study: Study, found: Found, candidate: Candidate, best: Tried) -
 
 
 def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
-    """Return the search with a finer form of an effect that predicts as well as a further effect would and has no more values; as it was
-    where there is none.
+    """Return the search with a finer form of an effect that predicts as well as a further effect would and has no more values, or is the
+    shape of a wave where that effect is a second wave; as it was where there is none.
 
     Otherwise several effects stand in the end for what one is, as two late sensors do for a slow loop.
     """
@@ -265,10 +265,16 @@ def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
         trials = _finer_forms(study, found.model, candidate)
         found = found.having_tried(trials)
         best = chosen(study, trials)
-        few = best is not None and best.parameters <= candidate.counted + added.parameters
-        if best is not None and few and as_good(best.model, added, study):
+        if best is None or not as_good(best.model, added, study):
+            continue
+        if best.parameters <= candidate.counted + added.parameters or _repeats_there_too(added.candidate, candidate):
             return _with_finer(study, found, candidate, best)
     return found
+
+
+def _repeats_there_too(added: Candidate, candidate: Candidate) -> bool:
+    """Return whether two effects repeat on one wire: the second may be the shape of the wave of the first."""
+    return added.at == candidate.at and bool(added.effect.identification.periodic and candidate.effect.identification.periodic)
 
 
 def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate) -> Tried:

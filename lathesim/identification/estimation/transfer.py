@@ -9,7 +9,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import ROUGH, fit
-from lathesim.identification.records import QUARTER_TURNS, Candidate, Fitted, Free, instants_of, jump_at, with_start
+from lathesim.identification.records import QUARTER_TURNS, Candidate, Fitted, Free, instants_of, is_full_band, jump_at, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal import strongest_jumps
 
@@ -48,13 +48,14 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
         # known to the sample now: a descent would only move them off it
         constant |= {item.name: item.start for item in free if item.name in instants}
         free = [item for item in free if item.name not in instants]
-    judged = fit(experiment.sensed, free, constant, rounds=2, iterations=6, tolerance=ROUGH, slopes="kept")
+    wide = is_full_band(candidates)
+    judged = fit(experiment.sensed, free, constant, rounds=2, iterations=6, full_band=wide, tolerance=ROUGH, slopes="kept")
     motion = {name for name in experiment.simulated_motion_of(candidates) if name in constant}
     if not motion:
         return judged
     # in which of its two ways a replay is sensed belongs to a recording: where a table hardly rests, the recorded motion tells more
     recorded = {name: value for name, value in constant.items() if name not in motion}
-    other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, tolerance=ROUGH, slopes="kept")
+    other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, full_band=wide, tolerance=ROUGH, slopes="kept")
     return max((judged, other), key=lambda fitted: fitted.score)
 
 
