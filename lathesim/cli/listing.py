@@ -12,7 +12,7 @@ import click
 from lathesim.cli.options import (
     ChosenLesson,
     OutputPath,
-    grouped,
+    of_lesson,
     open_registry,
     plugins_option,
     program_option,
@@ -227,8 +227,7 @@ def _kind(item: Mapping[str, Any]) -> str:
 @set_option
 @click.option("--source", "form", flag_value="source", help="The Python module the machine is fused into.")
 @click.option("--mermaid", "form", flag_value="mermaid", help="A Mermaid graph of parts and wires.")
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_lesson
 def wiring(chosen: ChosenLesson, form: str | None) -> None:
     """Show what feeds each input of each part of LESSON's machine, in the order in which the parts are updated."""
     plan = chosen.prepared.plan

@@ -189,6 +189,24 @@ class ChosenLesson:
         return prepare(self.loaded, self.registry, variant, self.overrides, program=self.program_file)
 
 
+def _choosing(*options: Callable[[Callable[..., Any]], Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return what hands a command the lesson it chooses, by the last options of its help."""
+
+    def decorated(command: Callable[..., Any]) -> Callable[..., Any]:
+        call = grouped(chosen=ChosenLesson)(command)
+        for declare in (plugins_option, *reversed(options)):
+            call = declare(call)
+        return call
+
+    return decorated
+
+
+of_lesson = _choosing()
+of_variant = _choosing(variant_option)
+of_case = _choosing(variant_option, set_option)
+of_program = _choosing(variant_option, program_option, set_option)
+
+
 def read_settings(settings: tuple[str, ...]) -> dict[str, str | float]:
     """Return ``part.name`` -> quantity for the options ``--set part.name=quantity``."""
     found: dict[str, str | float] = {}

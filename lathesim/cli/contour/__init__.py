@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from lathesim.cli import commands_of
 from lathesim.hookspecs import CommandEntry, hookimpl
 
-HEADING = "Contour control and remedies"
+_COMMANDS = {
+    "Contour control and remedies": (
+        ("remedy", "remedy_command:remedy", "Go from a diagnosis to its compensation, with a promise."),
+        ("learn", "learning_commands:learn", "Learn from lap to lap what makes a lesson's part better."),
+        ("train", "learning_commands:train", "Find the weights of a neural regulator."),
+        ("circle", "circle:circle", "Run the circular test of ISO 230-4 on a lesson."),
+    ),
+}
 
 
 @hookimpl
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
-    return [
-        CommandEntry("remedy", f"{__name__}.remedy_command:remedy", "Go from a diagnosis to its compensation, with a promise.", HEADING),
-        CommandEntry("learn", f"{__name__}.learning_commands:learn", "Learn from lap to lap what makes a lesson's part better.", HEADING),
-        CommandEntry("train", f"{__name__}.learning_commands:train", "Find the weights of a neural regulator.", HEADING),
-        CommandEntry("circle", f"{__name__}.circle:circle", "Run the circular test of ISO 230-4 on a lesson.", HEADING),
-    ]
+    return commands_of(__name__, _COMMANDS)

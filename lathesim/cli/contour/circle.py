@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import ChosenLesson, grouped, json_option, plugins_option, save_option, set_option, variant_option
+from lathesim.cli.options import ChosenLesson, json_option, of_case, save_option
 from lathesim.cli.progress import working
 from lathesim.cli.writing import CommandResult, write
 
@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 @save_option("Draw both directions, magnified.")
 @click.option("--no-contributions", is_flag=True, help="Do not leave out one effect after the other.")
 @json_option("lathesim-circle/1")
-@variant_option
-@set_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_case
 def circle(chosen: ChosenLesson, save: Path | None, no_contributions: bool, as_json: bool) -> int:
     """Run the circle of LESSON in both directions and report its roundness, and the share of each effect of the lesson.
 

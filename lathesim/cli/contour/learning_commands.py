@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, option, plugins_option, set_option, variant_option
+from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, of_case, of_lesson, option
 from lathesim.cli.progress import working
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
@@ -46,10 +46,7 @@ class LearnOptions:
 )
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Write the lesson with what was learned.")
 @json_option("lathesim-learning/1")
-@variant_option
-@set_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_case
 def learn(chosen: ChosenLesson, method: LearnOptions, laps: int, recording: Path | None, out: Path | None, as_json: bool) -> int:
     """Run LESSON lap after lap, each with a correction that the errors of the lap before improve.
 
@@ -177,8 +174,7 @@ class TrainOptions:
 )
 @grouped(search=TrainOptions)
 @json_option("lathesim-training/1")
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_lesson
 def train(chosen: ChosenLesson, out: Path, variants: tuple[str, ...], judges: tuple[str, ...], search: TrainOptions, as_json: bool) -> int:
     """Find the weights of LESSON's neural regulator and write them as a table that the lesson can name under 'tables:'.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, plugins_option, variant_option
+from lathesim.cli.options import ChosenLesson, OutputPath, json_option, of_variant
 from lathesim.cli.progress import working
 from lathesim.cli.writing import CommandResult, Heading, table, write
 
@@ -45,9 +45,7 @@ _SIZES = (
 @json_option("lathesim-remedy/1", "the answer")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Draw what is uncertain in the same way again.")
 @click.option("--without-margin", is_flag=True, help="Size at the estimates, without the margin against overcompensation.")
-@variant_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_variant
 def remedy(
     chosen: ChosenLesson, diagnosis: Path, form: str, control: str | None, out: Path, as_json: bool, seed: int, without_margin: bool
 ) -> int:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from lathesim.cli import commands_of
 from lathesim.hookspecs import CommandEntry, ScreenEntry, hookimpl
 
-HEADING = "Recordings against the simulation"
+_COMMANDS = {
+    "Recordings against the simulation": (
+        ("look", "look_command:look", "Show what a recording holds, and propose a lesson for it."),
+        ("compare", "compare_and_fit:compare", "Compare a recording with the simulation of a lesson."),
+        ("diagnose", "diagnose_command:diagnose", "Name the physics that a simulation left out."),
+        ("conceal", "conceal_commands:conceal", "Make a recording with an effect hidden in it."),
+        ("reveal", "conceal_commands:reveal", "Open the sealed answer of a concealed recording."),
+        ("fit", "compare_and_fit:fit", "Fit parameters of a lesson to a recording."),
+    ),
+}
 
 
 @hookimpl
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
-    return [
-        CommandEntry("look", f"{__name__}.look_command:look", "Show what a recording holds, and propose a lesson for it.", HEADING),
-        CommandEntry("compare", f"{__name__}.compare_and_fit:compare", "Compare a recording with the simulation of a lesson.", HEADING),
-        CommandEntry("diagnose", f"{__name__}.diagnose_command:diagnose", "Name the physics that a simulation left out.", HEADING),
-        CommandEntry("conceal", f"{__name__}.conceal_commands:conceal", "Make a recording with an effect hidden in it.", HEADING),
-        CommandEntry("reveal", f"{__name__}.conceal_commands:reveal", "Open the sealed answer of a concealed recording.", HEADING),
-        CommandEntry("fit", f"{__name__}.compare_and_fit:fit", "Fit parameters of a lesson to a recording.", HEADING),
-    ]
+    return commands_of(__name__, _COMMANDS)
 
 
 @hookimpl

@@ -12,17 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import (
-    ChosenLesson,
-    OutputPath,
-    grouped,
-    json_option,
-    option,
-    plugins_option,
-    read_names,
-    set_option,
-    variant_option,
-)
+from lathesim.cli.options import ChosenLesson, OutputPath, grouped, json_option, of_case, of_lesson, option, read_names, variant_option
 from lathesim.cli.writing import CommandResult, write
 from lathesim.whole_file import make_folder, write_text
 
@@ -41,8 +31,7 @@ if TYPE_CHECKING:
 @json_option("lathesim-compare/1")
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where the figure goes [default: lathesim_runs/LESSON/].")
 @click.option("--no-plots", is_flag=True, help="Draw no figure.")
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_lesson
 def compare(chosen: ChosenLesson, recording: Path, as_json: bool, out: Path | None, no_plots: bool) -> int:
     """Hold RECORDING against the simulation of LESSON.
 
@@ -113,10 +102,7 @@ class FitOptions:
 @click.argument("recording", type=click.Path(path_type=Path))
 @grouped(wish=FitOptions)
 @json_option("lathesim-fit/1")
-@variant_option
-@set_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_case
 def fit(chosen: ChosenLesson, recording: Path, wish: FitOptions, as_json: bool) -> int:
     """Fit parameters of LESSON to RECORDING by least squares, with standard errors, and say what the recording does not determine.
 

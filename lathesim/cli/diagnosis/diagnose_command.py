@@ -8,17 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import (
-    STOPPED,
-    ChosenLesson,
-    OutputPath,
-    cluster_at,
-    cluster_option,
-    grouped,
-    option,
-    plugins_option,
-    variant_option,
-)
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, cluster_at, cluster_option, grouped, of_variant, option
 from lathesim.cli.progress import interruptible, steps, terminated_as_interrupted
 from lathesim.whole_file import check_output, write_text
 
@@ -106,9 +96,7 @@ class ReportOptions:
     type=click.Choice(("replay", "baseline", "null", "held-out")),
     help="Leave a step of the method out, to see what it is good for: the answer gets worse, and says so.",
 )
-@variant_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_variant
 def diagnose(
     chosen: ChosenLesson, files: RecordingOptions, search: SearchOptions, report: ReportOptions, out: Path | None, design: bool
 ) -> int:

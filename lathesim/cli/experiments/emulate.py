@@ -15,8 +15,8 @@ from lathesim.cli.options import (
     cluster_option,
     grouped,
     json_option,
+    of_lesson,
     option,
-    plugins_option,
     read_names,
 )
 from lathesim.cli.progress import interruptible
@@ -55,8 +55,7 @@ class EmulateOptions:
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where lesson and report go.")
 @json_option("lathesim-emulation/1")
 @cluster_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_lesson
 def emulate(
     chosen: ChosenLesson, learning: EmulateOptions, recordings: tuple[str, ...], validate: tuple[str, ...], out: Path, as_json: bool,
     cluster: str | None,

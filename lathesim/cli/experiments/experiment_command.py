@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, option, plugins_option, read_names, variant_option
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, of_variant, option, read_names
 from lathesim.cli.progress import interruptible
 from lathesim.cli.writing import CommandResult, write
 
@@ -67,9 +67,7 @@ class MeansOptions:
 )
 @click.option("--out", type=OutputPath(folder=True), required=True, metavar="DIR", help="Where program and lesson go.")
 @click.option("--json", "as_json", is_flag=True, help="Print the prediction (schema lathesim-experiment/1) and nothing else.")
-@variant_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_variant
 def experiment(
     chosen: ChosenLesson,
     aim: AimOptions,

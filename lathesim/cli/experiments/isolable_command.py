@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import ChosenLesson, grouped, json_option, option, plugins_option, read_names, save_option, variant_option
+from lathesim.cli.options import ChosenLesson, grouped, json_option, of_variant, option, read_names, save_option
 from lathesim.cli.progress import steps
 from lathesim.cli.writing import CommandResult, write
 
@@ -29,9 +29,7 @@ class RecordingMeans:
 @grouped(means=RecordingMeans)
 @json_option("lathesim-isolation/1")
 @save_option("Draw the matrix.")
-@variant_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_variant
 def isolable(chosen: ChosenLesson, means: RecordingMeans, as_json: bool, save: Path | None) -> int:
     """Show which effects a recording of LESSON would reveal from which size on, and which it could not tell apart.
 

@@ -6,18 +6,14 @@ from pathlib import Path
 
 import click
 
-from lathesim.cli.options import ChosenLesson, OutputPath, grouped, plugins_option, program_option, set_option, variant_option
+from lathesim.cli.options import ChosenLesson, OutputPath, of_program
 
 
 @click.command()
 @click.argument("lesson")
 @click.option("--out", type=OutputPath(makes_folder=True), required=True, metavar="F.fmu", help="Where the FMU goes.")
 @click.option("--part", metavar="NAME", help="Export this part of the machine alone.")
-@variant_option
-@program_option
-@set_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_program
 def fmu(chosen: ChosenLesson, out: Path, part: str | None) -> int:
     """Write the machine of LESSON as an FMU: FMI 3.0, co-simulation, a library for this kind of system.
 

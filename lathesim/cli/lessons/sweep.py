@@ -9,19 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import (
-    STOPPED,
-    ChosenLesson,
-    OutputPath,
-    cluster_address,
-    cluster_at,
-    grouped,
-    option,
-    plugins_option,
-    program_option,
-    set_option,
-    variant_option,
-)
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, cluster_address, cluster_at, grouped, of_program, option
 from lathesim.cli.progress import count_bar
 
 if TYPE_CHECKING:
@@ -49,11 +37,7 @@ class SweepOptions:
 @click.command()
 @click.argument("lesson")
 @grouped(wish=SweepOptions)
-@variant_option
-@program_option
-@set_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_program
 def sweep(chosen: ChosenLesson, wish: SweepOptions) -> int:
     """Run LESSON over all combinations of the --vary ranges and write one row a run.
 

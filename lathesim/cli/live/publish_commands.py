@@ -16,10 +16,10 @@ from lathesim.cli.options import (
     grouped,
     host_option,
     json_option,
+    of_case,
     open_registry,
     option,
     plugins_option,
-    set_option,
     variant_option,
 )
 from lathesim.cli.progress import time_bar
@@ -59,10 +59,7 @@ class FaultOptions:
 @click.option("--laps", type=click.IntRange(0), default=0, help="End after so many runs [default: Ctrl-C ends it].")
 @grouped(made=FaultOptions)
 @host_option
-@variant_option
-@set_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_case
 def publish(chosen: ChosenLesson, servers: ServerOptions, made: FaultOptions, play: Path | None, rate: str | None, laps: int) -> int:
     """Publish what LESSON's machine does, again and again, as a machine on the shop floor would.
 

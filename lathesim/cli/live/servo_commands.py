@@ -18,12 +18,10 @@ from lathesim.cli.options import (
     grouped,
     host_option,
     json_option,
+    of_case,
     option,
-    plugins_option,
     read_axes,
-    set_option,
-    variant_option,
-)  # fmt: skip
+)
 from lathesim.cli.progress import time_bar
 from lathesim.cli.writing import CommandResult, write
 
@@ -53,10 +51,7 @@ class BufferOptions:
 @click.option("--out", type=OutputPath(), metavar="R.h5", help="Keep what the machine did.")
 @click.option("--once", is_flag=True, help="End after the first stream.")
 @axis_option
-@variant_option
-@set_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_case
 def machine(
     chosen: ChosenLesson, port: int, host: str, buffer: BufferOptions, out: Path | None, once: bool, axis_texts: tuple[str, ...]
 ) -> int:

@@ -9,17 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lathesim.cli.options import (
-    STOPPED,
-    ChosenLesson,
-    OutputPath,
-    cluster_at,
-    cluster_option,
-    grouped,
-    option,
-    plugins_option,
-    variant_option,
-)
+from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, cluster_at, cluster_option, grouped, of_variant, option
 
 if TYPE_CHECKING:
     from lathesim.lessons.simulate import Prepared
@@ -47,9 +37,7 @@ class TwinOptions:
 @click.argument("lesson")
 @click.argument("source", metavar="SOURCE")
 @grouped(showing=TwinOptions)
-@variant_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_variant
 def twin(chosen: ChosenLesson, source: str, showing: TwinOptions) -> int:
     """Run LESSON's simulation beside a machine and show both: reference, executed, simulated, and their difference magnified.
 
@@ -147,9 +135,7 @@ class WatchOptions:
 @click.option("--json-lines", is_flag=True, help="Write each event as a line of JSON (schema lathesim-watch/1) and nothing else.")
 @click.option("--out", type=OutputPath(folder=True), metavar="DIR", help="Where windows and answers go.")
 @cluster_option
-@variant_option
-@plugins_option
-@grouped(chosen=ChosenLesson)
+@of_variant
 def watch(
     chosen: ChosenLesson, sources: tuple[str, ...], map_file: Path | None, watching: WatchOptions, json_lines: bool, out: Path | None,
     cluster: str | None,

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from lathesim.cli import commands_of
 from lathesim.hookspecs import CommandEntry, hookimpl
 
-HEADING = "Speed"
+_COMMANDS = {
+    "Speed": (
+        ("bench", "speed_commands:bench", "Measure how fast this machine simulates."),
+        ("warm", "speed_commands:warm", "Compile what the lessons need, ahead of the first run."),
+    ),
+}
 
 
 @hookimpl
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
-    return [
-        CommandEntry("bench", f"{__name__}.speed_commands:bench", "Measure how fast this machine simulates.", HEADING),
-        CommandEntry("warm", f"{__name__}.speed_commands:warm", "Compile what the lessons need, ahead of the first run.", HEADING),
-    ]
+    return commands_of(__name__, _COMMANDS)

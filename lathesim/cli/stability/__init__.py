@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from lathesim.cli import commands_of
 from lathesim.hookspecs import CommandEntry, ScreenEntry, hookimpl
 
-HEADING = "Chatter"
+_COMMANDS = {
+    "Chatter": (
+        ("lobes", "lobes_command:lobes", "Show up to which chip width a cut is stable, over the speed."),
+        ("tap", "tool_point_commands:tap", "Hit a tool point with a hammer: its frequency response."),
+        ("modes", "tool_point_commands:modes", "Find the modes in a frequency response."),
+        ("couple", "tool_point_commands:couple", "Show the receptance of the tip of parts put together."),
+        ("cuts", "cuts_command:cuts", "Learn a stability map from cuts, and propose the next one."),
+        ("chatter", "chatter_command:chatter", "Name what makes a recorded cut vibrate."),
+    ),
+}
 
 
 @hookimpl
 def register_commands() -> list[CommandEntry]:
     """Return the commands of this room."""
-    return [
-        CommandEntry("lobes", f"{__name__}.lobes_command:lobes", "Show up to which chip width a cut is stable, over the speed.", HEADING),
-        CommandEntry("tap", f"{__name__}.tool_point_commands:tap", "Hit a tool point with a hammer: its frequency response.", HEADING),
-        CommandEntry("modes", f"{__name__}.tool_point_commands:modes", "Find the modes in a frequency response.", HEADING),
-        CommandEntry("couple", f"{__name__}.tool_point_commands:couple", "Show the receptance of the tip of parts put together.", HEADING),
-        CommandEntry("cuts", f"{__name__}.cuts_command:cuts", "Learn a stability map from cuts, and propose the next one.", HEADING),
-        CommandEntry("chatter", f"{__name__}.chatter_command:chatter", "Name what makes a recorded cut vibrate.", HEADING),
-    ]
+    return commands_of(__name__, _COMMANDS)
 
 
 @hookimpl
