@@ -12,7 +12,7 @@ import lathesim as ls
 from lathesim.classroom.notebook import notebook_text
 from lathesim.errors import LatheSimError, LessonError, RecordError
 from lathesim.record import Channel, Record
-from tests.cli.command import ROOT, call, python
+from tests.cli.command import ROOT, done, python
 from tests.cli.test_readme import block, blocks
 from tests.exercises.test_notebook import checked, run_cells
 
@@ -63,7 +63,7 @@ def test_the_example_of_the_readme_runs_in_a_notebook(tmp_path: Path, monkeypatc
 
 
 def test_a_run_is_that_of_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call(capsys, "run", "15", "--out", tmp_path / "run.h5", "--no-plots").code == 0
+    done(capsys, "run", "15", "--out", tmp_path / "run.h5", "--no-plots")
     (written,) = tmp_path.glob("run*.h5")
     kept = ls.load(written)
     record = ls.lesson("15").run(variant=str(kept.meta["variant"]) or None)

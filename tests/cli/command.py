@@ -30,6 +30,20 @@ def call(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Said:
     return Said(code, written.out, written.err)
 
 
+def done(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Said:
+    """Call ``lathesim`` in this process for what it can do."""
+    said = call(capsys, *arguments)
+    assert said.code == 0, said.err
+    return said
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Said:
+    """Call ``lathesim`` in this process for what it refuses, as the input is at fault."""
+    said = call(capsys, *arguments)
+    assert said.code == 1, said.err
+    return said
+
+
 def python(text: str, **options: object) -> subprocess.CompletedProcess[str]:
     """Run a few lines of Python in a new process."""
     return subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=environment(), check=False, **options)  # type: ignore[call-overload, no-any-return]

@@ -16,7 +16,7 @@ from tests.benchmarks import lanes, scale, servo_axis, table1
 from tests.benchmarks.lanes import LaneFigure
 from tests.benchmarks.many_axes import axes_plan
 from tests.benchmarks.scale import Hour, Series
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 
 
 @pytest.fixture
@@ -30,8 +30,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("short")
 def test_json_has_the_rows_of_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "bench", "--json", "--quick")
-    assert said.code == 0
+    said = done(capsys, "bench", "--json", "--quick")
     found = json.loads(said.out)
     assert found["schema"] == "lathesim-bench/1"
     assert all(set(row) == {"name", "median_s", "ratio_to_compiled"} for row in found["rows"])
@@ -42,8 +41,7 @@ def test_json_has_the_rows_of_the_schema(capsys: pytest.CaptureFixture[str]) -> 
 
 @pytest.mark.usefixtures("short")
 def test_the_table_is_markdown_with_ratios_and_agreement(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "bench", "--quick")
-    assert said.code == 0
+    said = done(capsys, "bench", "--quick")
     assert "| compiled | 6 ms | 1 |" in said.out
     assert "| by hand | 5 ms | 0.833 | 3669 | none |" in said.out
     assert "| another | 3 s | 500 | 6.11 | 0.0002 counts |" in said.out
@@ -54,9 +52,7 @@ def test_the_table_is_markdown_with_ratios_and_agreement(capsys: pytest.CaptureF
 def test_a_peer_that_disagrees_is_told_and_leaves_with_one(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(bench_rows, "work_rows", lambda *_, **__: ([Row("compiled", 0.006), Row("other", 1.0, 2.5)], []))
     monkeypatch.setattr(bench_rows, "start_rows", lambda *_: [])
-    said = call(capsys, "bench")
-    assert said.code == 1
-    assert "other differs from the engine by 2.5 encoder counts." in said.err
+    assert "other differs from the engine by 2.5 encoder counts." in refused(capsys, "bench").err
 
 
 def test_without_the_checkout_only_own_rows_are_measured(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,9 +64,7 @@ def test_without_the_checkout_only_own_rows_are_measured(monkeypatch: pytest.Mon
 
 def test_further_measurements_are_of_the_checkout(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(bench_rows, "checkout", lambda: None)
-    said = call(capsys, "bench", "--lanes")
-    assert said.code == 1
-    assert said.err.startswith("--lanes is measured from a checkout, with its folder tests/benchmarks.")
+    assert refused(capsys, "bench", "--lanes").err.startswith("--lanes is measured from a checkout, with its folder tests/benchmarks.")
 
 
 def test_scale_draws_and_tells_slopes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -80,8 +74,7 @@ def test_scale_draws_and_tells_slopes(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(scale, "thread_gain", lambda *_: 1.9)
     monkeypatch.setattr(scale, "hour", lambda *_: Hour(2.5, 2.0, 1.4, 160.0, 179.0))
     monkeypatch.setattr(scale, "batch_memory", lambda *_: {100: 119.0, 10000: 119.0})
-    said = call(capsys, "bench", "--scale", "--save", tmp_path / "scale.png")
-    assert said.code == 0
+    said = done(capsys, "bench", "--scale", "--save", tmp_path / "scale.png")
     assert (tmp_path / "scale.png").stat().st_size > 5000
     assert "1 to 5000 runs: 5000 times the cost; slope on a log plot 1.000, 1.000 from 10 on (1 is in proportion)" in said.out
     assert "5000 runs take 5.00 times as long as 1000" in said.out
@@ -93,8 +86,7 @@ def test_scale_draws_and_tells_slopes(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_table1_tells_what_is_off_its_limit(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(table1, "REFERENCE", {"I": (18.48, 0.684, 0.150)})
-    said = call(capsys, "bench", "--table1", "--quick")
-    assert said.code == 1
+    said = refused(capsys, "bench", "--table1", "--quick")
     assert "| I | cycle_time | 18.48 s | 18.48 s | " in said.out
     assert "I: contour_error_squared_integral is -" in said.err
     assert "% off, more than 6 %." in said.err
@@ -109,8 +101,7 @@ def test_the_axes_of_the_scale_all_do_the_same() -> None:
 def test_lanes_hold_each_ratio_against_its_bar(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     figures = [LaneFigure("servo axis", 8.0, 7.0, True, 0.004, 0.0005), LaneFigure("Jacobian", 2.5, 2.0, False)]
     monkeypatch.setattr(lanes, "lane_figures", lambda *_, **__: (figures, ["C: gcc is not installed"]))
-    said = call(capsys, "bench", "--lanes")
-    assert said.code == 1
+    said = refused(capsys, "bench", "--lanes")
     assert "| servo axis | 4 ms | 0.5 ms | 8 | at least 7 | kept |" in said.out
     assert "| Jacobian |  |  | 2.5 | at most 2 | MISSED |" in said.out
     assert "Left out: C: gcc is not installed." in said.out

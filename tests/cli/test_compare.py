@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 from tests.diagnosis.small_case import write_lesson
 
 
@@ -21,8 +21,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_compare_tells_how_far_off_where_and_on_what_it_depends(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "compare", case / "lesson.yaml", case / "recording.csv", "--out", tmp_path)
-    assert said.code == 0, said.err
+    said = done(capsys, "compare", case / "lesson.yaml", case / "recording.csv", "--out", tmp_path)
     assert said.out.splitlines()[0].split() == ["channel", "error,", "rms", "noise", "error", "/", "noise", "worst"]
     assert "The mismatch sits in x_axis. Values are as the lesson has them" in said.out
     assert "x_encoder <- x_axis <- x_drive <- x_dac" in said.out
@@ -49,6 +48,5 @@ def test_what_cannot_be_compared_leaves_with_one(recording: str, sentence: str, 
 
 
 def test_a_lesson_without_mapping_is_asked_for_one(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "compare", "01_contour_error", case / "recording.csv")
-    assert said.code == 1
+    said = refused(capsys, "compare", "01_contour_error", case / "recording.csv")
     assert "the lesson does not say what the columns of a recording mean. Add recordings:" in said.err

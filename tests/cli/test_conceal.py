@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 from tests.diagnosis.small_case import write_lesson
 
 
@@ -17,24 +17,21 @@ def lesson(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def case(lesson: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
     folder = tmp_path / "case"
-    said = call(capsys, "conceal", lesson, "--effect", "CoulombFriction:level=20 N@x_axis", "--out", folder, "--seed", "4", "--validate")
-    assert said.code == 0, said.err
+    done(capsys, "conceal", lesson, "--effect", "CoulombFriction:level=20 N@x_axis", "--out", folder, "--seed", "4", "--validate")
     return folder
 
 
 def test_conceal_writes_the_case_and_tells_the_teacher(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sorted(path.name for path in case.iterdir()) == ["lesson.yaml", "recording.csv", "seal.json", "small.nc", "validate.csv"]
     assert (case.parent / "case_answer.json").is_file()
-    said = call(capsys, "reveal", case, case.parent / "case_answer.json")
-    assert said.code == 0
+    said = done(capsys, "reveal", case, case.parent / "case_answer.json")
     assert said.out.startswith("The answer is the one that was sealed.\n\nHidden:\n  CoulombFriction at x_axis (reversal): level = 20 N\n")
     assert "x_axis.mass is " in said.out
 
 
 def test_a_class_lesson_runs_and_is_in_order(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call(capsys, "check", case / "lesson.yaml").code == 0
-    said = call(capsys, "run", case / "lesson.yaml", "--plain", "--no-plots", "--out", tmp_path / "run.h5")
-    assert said.code == 0, said.err
+    done(capsys, "check", case / "lesson.yaml")
+    done(capsys, "run", case / "lesson.yaml", "--plain", "--no-plots", "--out", tmp_path / "run.h5")
 
 
 def test_reveal_grades_a_diagnosis(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -45,8 +42,7 @@ def test_reveal_grades_a_diagnosis(case: Path, capsys: pytest.CaptureFixture[str
     guess = case.parent / "guess.json"
     guess.write_text(json.dumps({"schema": "lathesim-diagnosis/1", "verdict": "named", "effects": [effect]}), encoding="utf-8")
     answer = case.parent / "case_answer.json"
-    said = call(capsys, "reveal", case, answer, "--guess", guess)
-    assert said.code == 0
+    said = done(capsys, "reveal", case, answer, "--guess", guess)
     assert "Right: CoulombFriction at x_axis." in said.out
     assert "level: 21.4 N for 20 N, off by 7.0%, not within 5 %, its interval holds the truth" in said.out
     told = json.loads(call(capsys, "reveal", case / "seal.json", answer, "--guess", guess, "--within", "10", "--json").out)
@@ -73,14 +69,12 @@ def test_a_changed_recording_is_told(case: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_a_case_is_not_written_twice(case: Path, lesson: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "conceal", lesson, "--effect", "none", "--out", case)
-    assert said.code == 1
+    said = refused(capsys, "conceal", lesson, "--effect", "none", "--out", case)
     assert "there is a sealed case here already. Choose another place, or take it away." in said.err
 
 
 def test_nothing_can_be_hidden(lesson: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "conceal", lesson, "--effect", "none", "--out", tmp_path / "none", "--answer", tmp_path / "kept.json")
-    assert said.code == 0, said.err
+    said = done(capsys, "conceal", lesson, "--effect", "none", "--out", tmp_path / "none", "--answer", tmp_path / "kept.json")
     assert said.out.startswith("Hidden:\n  nothing\n")
     assert json.loads((tmp_path / "kept.json").read_text())["effects"] == []
 
@@ -116,8 +110,7 @@ def test_a_recorded_drive_moves_a_lesson_that_has_none(case: Path, tmp_path: Pat
     (case / "lesson.yaml").write_text(text, encoding="utf-8")
     still = call(capsys, "conceal", case / "lesson.yaml", "--effect", "none", "--out", tmp_path / "a")
     assert (still.code, "--drive FILE" in still.err) == (1, True)
-    said = call(capsys, "conceal", case / "lesson.yaml", "--effect", "none", "--out", tmp_path / "a", "--drive", case / "recording.csv")
-    assert said.code == 0, said.err
+    done(capsys, "conceal", case / "lesson.yaml", "--effect", "none", "--out", tmp_path / "a", "--drive", case / "recording.csv")
     first, second = ((folder / "recording.csv").read_text().splitlines() for folder in (case, tmp_path / "a"))
     assert [line.split(",")[1] for line in second[1:400]] == [line.split(",")[1] for line in first[1:400]]
 
@@ -125,8 +118,7 @@ def test_a_recorded_drive_moves_a_lesson_that_has_none(case: Path, tmp_path: Pat
 @pytest.mark.slow
 def test_the_shipped_lesson_conceals_at_random(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ("--random", "--validate", "--seed", "5")
-    said = call(capsys, "conceal", "22_what_is_wrong_with_this_machine", "--out", tmp_path / "case", *arguments)
-    assert said.code == 0, said.err
+    said = done(capsys, "conceal", "22_what_is_wrong_with_this_machine", "--out", tmp_path / "case", *arguments)
     assert "The answer, to be kept: " in said.out
     first, second = ((tmp_path / "case" / name).read_text() for name in ("recording.csv", "validate.csv"))
     assert first.count("\n") == second.count("\n") == 17002

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 ASSEMBLY = """assembly: A cylinder on a prism
 model: {model}
@@ -24,8 +24,7 @@ def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def tip(capsys: pytest.CaptureFixture[str], model: str, joint: str = "") -> complex:
     Path("tool.yaml").write_text(ASSEMBLY.format(model=model, joint=joint), encoding="utf-8")
-    said = call(capsys, "couple", "tool.yaml", "--frequency", "2000", "--json")
-    assert said.code == 0, said.err
+    said = done(capsys, "couple", "tool.yaml", "--frequency", "2000", "--json")
     (row,) = json.loads(said.out)["rows"]
     return complex(*row["receptance"][0][0])
 

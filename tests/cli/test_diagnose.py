@@ -17,7 +17,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from lathesim.shipped import shipped_folder
-from tests.cli.command import Said, call
+from tests.cli.command import Said, call, done
 from tests.diagnosis.pushed_table import LESSON, POSITION, Hidden, write_case
 from tests.diagnosis.small_case import write_lesson
 
@@ -134,9 +134,8 @@ def test_the_lesson_it_writes_runs_where_it_stands(
     assert "machine: ../machine_own.yaml" in file.read_text(encoding="utf-8")
     for folder in (answered[1], tmp_path):
         monkeypatch.chdir(folder)
-        assert call(capsys, "check", file).code == 0
-        said = call(capsys, "run", file, "--no-plots", "--out", tmp_path / "run.h5")
-        assert said.code == 0, said.err
+        done(capsys, "check", file)
+        done(capsys, "run", file, "--no-plots", "--out", tmp_path / "run.h5")
 
 
 def test_a_sound_machine_needs_no_new_lesson(sound: tuple[Path, Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -251,7 +250,7 @@ def test_a_friction_that_a_controller_hides_is_named(tmp_path: Path, capsys: pyt
     """In closed loop the position hardly shows it; the command does."""
     lesson = write_lesson(tmp_path, duration="2.6 s")
     hide = ("--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "4")
-    assert call(capsys, "conceal", lesson, "--out", tmp_path / "case", *hide).code == 0
+    done(capsys, "conceal", lesson, "--out", tmp_path / "case", *hide)
     files = tmp_path / "case" / "lesson.yaml", tmp_path / "case" / "recording.csv"
     answer = told(call(capsys, "diagnose", *files, *ONLY[:4], "--json", "-", "--no-report"))
     assert answer["verdict"] == "named"

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 from tests.diagnosis.driven_axis import MASS, VISCOUS, write_recording
 
 Capture = pytest.CaptureFixture[str]
@@ -13,8 +13,7 @@ Capture = pytest.CaptureFixture[str]
 
 def test_a_table_with_errors_and_the_starts_that_agree(capsys: Capture, tmp_path: Path) -> None:
     lesson, recording = write_recording(tmp_path)
-    said = call(capsys, "fit", lesson, recording, "--free", "x_axis.mass,x_axis.viscous", "--starts", "2")
-    assert said.code == 0, said.err
+    said = done(capsys, "fit", lesson, recording, "--free", "x_axis.mass,x_axis.viscous", "--starts", "2")
     lines = said.out.splitlines()
     assert lines[0].split() == ["parameter", "value", "standard", "error", "unit", "given"]
     cells = {line.split()[0]: line.split() for line in lines[2:4]}
@@ -40,7 +39,7 @@ def test_the_lesson_is_written_with_the_fitted_values(capsys: Capture, tmp_path:
     out = tmp_path / "fitted.yaml"
     said = call(capsys, "fit", lesson, recording, "--free", "x_axis.mass,x_axis.viscous", "--starts", "1", "--out", out)
     assert said.out.splitlines()[-1] == f"The lesson with these values is {out}"
-    assert call(capsys, "check", out).code == 0
+    done(capsys, "check", out)
     again = call(capsys, "fit", out, recording, "--free", "x_axis.mass", "--starts", "1", "--json")
     assert json.loads(again.out)["parameters"]["x_axis.mass"]["given"] == pytest.approx(MASS, rel=1e-3)
 
@@ -68,9 +67,7 @@ REFUSED = {
 @pytest.mark.parametrize("kind", REFUSED)
 def test_what_is_refused(kind: str, capsys: Capture, tmp_path: Path) -> None:
     arguments, sentence = REFUSED[kind]
-    said = call(capsys, "fit", *write_recording(tmp_path), *arguments)
-    assert said.code == 1
-    assert said.err.endswith(sentence)
+    assert refused(capsys, "fit", *write_recording(tmp_path), *arguments).err.endswith(sentence)
 
 
 def test_usage_without_free(capsys: Capture, tmp_path: Path) -> None:

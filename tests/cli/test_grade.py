@@ -10,7 +10,7 @@ import pytest
 
 from lathesim.record import Channel, Record
 from lathesim.record_writer import save
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 LESSON = """\
 lesson: A table that is pushed
@@ -176,7 +176,6 @@ def test_what_is_refused(arguments: list[str], code: int, sentence: str, capsys:
 def test_a_run_of_a_shipped_lesson_is_graded(capsys: pytest.CaptureFixture[str]) -> None:
     Path("short.nc").write_text("G90 G94 G71\nG00 X17 Z14\nM03 S1000 G01 Z20 F60\nM30\n", encoding="utf-8")
     call(capsys, "run", "01_contour_error", "--variant", "II", "--plain", "--no-plots", "--program", "short.nc", "--out", "run.h5")
-    said = call(capsys, "grade", "01_contour_error", "run.h5")
-    assert said.code == 0
+    said = done(capsys, "grade", "01_contour_error", "run.h5")
     assert "Another part program: short.nc." in said.out
     assert "\n1 of 1 goals met: met.\n" in said.out

@@ -6,12 +6,11 @@ import sys
 import pytest
 
 from lathesim.manual.chapters import GROUPS, TOPICS, chapter
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 
 def test_the_list_names_every_chapter_with_its_title(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "help")
-    assert said.code == 0
+    said = done(capsys, "help")
     parts = [part.splitlines() for part in said.out.split("\n\n")[: len(GROUPS)]]
     listed = {part[0].removesuffix(":"): tuple(line.split()[0] for line in part[1:]) for part in parts}
     assert listed == GROUPS

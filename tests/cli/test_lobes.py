@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 LESSON = "18_stability_lobes"
 TEXT = (
@@ -18,8 +18,7 @@ TEXT = (
 def test_both_methods_give_the_same_map(capsys: pytest.CaptureFixture[str]) -> None:
     maps = []
     for method in ("frequency", "collocation"):
-        said = call(capsys, "lobes", LESSON, "--method", method, "--speed", "2000..6000:5", "--json")
-        assert said.code == 0
+        said = done(capsys, "lobes", LESSON, "--method", method, "--speed", "2000..6000:5", "--json")
         maps.append([row["width_m"] for row in json.loads(said.out)["rows"]])
     assert maps[0] == pytest.approx(maps[1], rel=1e-5)
     assert maps[0][0] == pytest.approx(1.2291e-3, rel=1e-4)
@@ -29,8 +28,7 @@ def test_the_table_names_the_width_that_is_always_stable(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    said = call(capsys, "lobes", LESSON, "--speed", "500..8000:11", "--save", "lobes.png")
-    assert said.code == 0
+    said = done(capsys, "lobes", LESSON, "--speed", "500..8000:11", "--save", "lobes.png")
     assert "Stable at every speed below 0.9150 mm; that is met at 8652, 3748, 2392" in said.out
     assert Path("lobes.png").stat().st_size > 10_000
 

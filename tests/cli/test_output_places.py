@@ -16,7 +16,7 @@ from lathesim.cli.options import OutputPath
 from lathesim.errors import WriteError
 from lathesim.manual.chapters import chapter
 from lathesim.whole_file import WholeFiles, write_text
-from tests.cli.command import call, environment
+from tests.cli.command import call, done, environment, refused
 from tests.diagnosis.small_case import write_lesson
 
 Capture = pytest.CaptureFixture[str]
@@ -66,8 +66,7 @@ def test_what_is_no_place_for_a_file_is_refused_and_stays(kind: str, tmp_path: P
 
 def test_a_command_refuses_it_with_one_sentence(capsys: Capture, tmp_path: Path) -> None:
     (tmp_path / "r.h5").symlink_to("/dev/null")
-    said = call(capsys, "run", "01_contour_error", "--variant", "I", "--out", tmp_path / "r.h5")
-    assert said.code == 1
+    said = refused(capsys, "run", "01_contour_error", "--variant", "I", "--out", tmp_path / "r.h5")
     assert said.err == f"{tmp_path}/r.h5: this is a link, and it is not replaced. Give the name of a file.\n"
 
 
@@ -89,7 +88,7 @@ def test_a_diagnosis_looks_first_and_tells_before_it_writes(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     lesson = write_lesson(elsewhere, duration="0.3 s")
-    assert call(capsys, "conceal", lesson, "--effect", "none", "--seed", "1", "--out", "case").code == 0
+    done(capsys, "conceal", lesson, "--effect", "none", "--seed", "1", "--out", "case")
     (tmp_path / "report.html").mkdir()
     searched = []
 

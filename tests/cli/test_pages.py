@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.cli.main import run_command_line
 from lathesim.lessons.schema import CourseUnit
-from tests.cli.command import ROOT, call
+from tests.cli.command import ROOT, call, done, refused
 
 Capture = pytest.CaptureFixture[str]
 
@@ -19,8 +19,7 @@ def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_lessons_names_unit_minutes_level_title_and_variants(capsys: Capture) -> None:
-    said = call(capsys, "lessons")
-    assert said.code == 0
+    said = done(capsys, "lessons")
     lines = said.out.splitlines()
     assert lines[:2] == [
         "basics",
@@ -30,8 +29,7 @@ def test_lessons_names_unit_minutes_level_title_and_variants(capsys: Capture) ->
 
 
 def test_a_former_name_of_a_lesson_is_as_good_and_the_new_one_is_said(capsys: Capture) -> None:
-    said = call(capsys, "wiring", "05_integral_windup")
-    assert said.code == 0
+    said = done(capsys, "wiring", "05_integral_windup")
     assert said.err == "The lesson '05_integral_windup' is now called '03_integral_windup'.\n"
     Path("lesson_configs").mkdir()
     Path("lesson_configs/05_integral_windup.yaml").write_text(
@@ -43,15 +41,13 @@ def test_a_former_name_of_a_lesson_is_as_good_and_the_new_one_is_said(capsys: Ca
 def test_lessons_tells_a_lesson_at_fault_and_goes_on(capsys: Capture) -> None:
     Path("lesson_configs").mkdir()
     Path("lesson_configs/00_mine.yaml").write_text("lesson: Mine\nmachin: two_axis_lathe\n", encoding="utf-8")
-    said = call(capsys, "lessons")
-    assert said.code == 1
+    said = refused(capsys, "lessons")
     assert said.err == "lesson_configs/00_mine.yaml:2:1: there is no key 'machin' here. Did you mean 'machine'?\n"
     assert said.out.startswith("basics\n  01_contour_error ")
 
 
 def test_components_lists_every_stock_part_in_one_line_each(capsys: Capture) -> None:
-    said = call(capsys, "components")
-    assert said.code == 0
+    said = done(capsys, "components")
     names = [line.split()[0] for line in said.out.splitlines()]
     assert names == sorted(names)
     assert {"EmpiricalAxis", "PositionController", "ConstantVelocityInterpolator"} <= set(names)
@@ -155,8 +151,7 @@ def test_schema_is_json_schema_for_the_files_that_ship(kind: str, capsys: Captur
 
 def test_check_says_in_one_line_each_what_a_file_is(capsys: Capture) -> None:
     files = ["lesson_configs/01_contour_error.yaml", "lesson_configs/machines/two_axis_lathe.yaml", "part_programs/straight_turning.nc"]
-    said = call(capsys, "check", *(ROOT / file for file in files))
-    assert said.code == 0
+    said = done(capsys, "check", *(ROOT / file for file in files))
     told = [line.partition(": ")[2] for line in said.out.splitlines()]
     assert len(told) == len(files)
     assert told[0] == "a lesson on the machine two_axis_lathe, 6 variants."
@@ -167,8 +162,7 @@ def test_check_says_in_one_line_each_what_a_file_is(capsys: Capture) -> None:
 def test_check_names_the_line_of_a_law_that_a_batch_computes_one_run_after_the_other(capsys: Capture) -> None:
     text, line = (ROOT / "plugins/sandoval_force.py").read_text(encoding="utf-8"), "        speed = cutting_speed / METRE_PER_MINUTE\n"
     Path("part.py").write_text(text.replace(line, f"{line}        while speed > 1e9:\n            speed -= 1.0\n"), encoding="utf-8")
-    said = call(capsys, "check", "part.py")
-    assert said.code == 0, said.err
+    said = done(capsys, "check", "part.py")
     number = text[: text.index(line)].count("\n") + 2
     told = said.out.splitlines()[1]
     assert told.startswith("  SandovalForce: a batch computes it one run after the other, because of ")
@@ -176,8 +170,7 @@ def test_check_names_the_line_of_a_law_that_a_batch_computes_one_run_after_the_o
 
 
 def test_check_takes_a_machine_whose_tables_only_a_lesson_gives(capsys: Capture) -> None:
-    said = call(capsys, "check", ROOT / "lesson_configs/machines/coordinated_plant.yaml")
-    assert said.code == 0, said.err
+    said = done(capsys, "check", ROOT / "lesson_configs/machines/coordinated_plant.yaml")
     assert "a machine template with 4 parts.\n" in said.out
 
 
@@ -187,8 +180,7 @@ def test_check_tells_every_file_at_fault(capsys: Capture) -> None:
     Path("machine.yaml").write_text(
         "machine: M\nsample_period: 5 ms\nstep: 1 ms\nparts: {table: {component: ForceAxis}}\nwires: {table.force: 1 m}\n", encoding="utf-8"
     )
-    said = call(capsys, "check", "turn.nc", "part.py", "machine.yaml", "none.nc", ROOT / "lesson_configs/01_contour_error.yaml")
-    assert said.code == 1
+    said = refused(capsys, "check", "turn.nc", "part.py", "machine.yaml", "none.nc", ROOT / "lesson_configs/01_contour_error.yaml")
     lines = [line for line in said.err.splitlines() if line != "part.py: a plug-in is code and is run now."]
     assert lines[0].startswith("turn.nc:2: ")
     assert lines[1] == "part.py:1: the plug-in cannot be imported: ModuleNotFoundError: No module named 'nothing_here'"
@@ -224,9 +216,7 @@ HEAD = "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\n"
 def test_check_looks_at_what_no_case_of_a_lesson_shows(text: str, fault: str, capsys: Capture) -> None:
     head = HEAD.replace("program: one_pass.nc", "seed: 1") if text.startswith("program") else HEAD
     Path("mine.yaml").write_text(f"{head}{text}\n", encoding="utf-8")
-    said = call(capsys, "check", "mine.yaml")
-    assert said.code == 1
-    assert said.err.startswith(f"mine.yaml:{fault}")
+    assert refused(capsys, "check", "mine.yaml").err.startswith(f"mine.yaml:{fault}")
 
 
 def test_check_takes_an_overridden_value_of_a_part_that_every_case_replaces(capsys: Capture) -> None:
@@ -241,12 +231,11 @@ def test_check_takes_an_overridden_value_of_a_part_that_every_case_replaces(caps
         f"set: {{process_controller.reference: 400 N}}\nvariants: {{torque: {{{torque}}}}}\n"
     )
     Path("mine.yaml").write_text(HEAD + text, encoding="utf-8")
-    said = call(capsys, "check", "mine.yaml")
-    assert said.code == 0, said.err
+    done(capsys, "check", "mine.yaml")
 
 
 def test_init_copies_everything_and_never_overwrites(capsys: Capture) -> None:
-    assert call(capsys, "init", "work").code == 0
+    done(capsys, "init", "work")
     lesson = Path("work/lesson_configs/01_contour_error.yaml")
     assert lesson.read_bytes() == (ROOT / "lesson_configs/01_contour_error.yaml").read_bytes()
     assert Path("work/lesson_configs/machines/two_axis_lathe.yaml").is_file()
@@ -270,7 +259,7 @@ def test_init_copies_solutions_for_a_teacher_only(capsys: Capture, monkeypatch: 
     student, staff = ({str(path.relative_to(top)) for path in Path(top).rglob("*") if path.is_file()} for top in ("student", "staff"))
     assert staff - student == solutions
     monkeypatch.chdir("student")
-    assert call(capsys, "check", "lesson_configs/25_which_program_next.yaml", "lesson_configs/26_two_suspects_one_run.yaml").code == 0
+    done(capsys, "check", "lesson_configs/25_which_program_next.yaml", "lesson_configs/26_two_suspects_one_run.yaml")
 
 
 PLUGIN = """\

@@ -6,7 +6,7 @@ import pytest
 
 from lathesim.record_writer import save
 from tests.analysis.small_record import shoulder
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 
 Capture = pytest.CaptureFixture[str]
 
@@ -32,7 +32,7 @@ def test_channels_and_whole_parts(capsys: Capture, run: Path) -> None:
 
 
 def test_one_page_with_save(capsys: Capture, run: Path) -> None:
-    assert call(capsys, "plot", run, "--save", run.with_name("page.pdf")).code == 0
+    done(capsys, "plot", run, "--save", run.with_name("page.pdf"))
     assert run.with_name("page.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -49,6 +49,4 @@ def test_what_cannot_be_plotted(arguments: list[str], sentence: str, capsys: Cap
 
 
 def test_a_record_that_is_not_there(capsys: Capture, run: Path) -> None:
-    said = call(capsys, "plot", run.with_name("rnu.h5"))
-    assert said.code == 1
-    assert "Did you mean 'run.h5'?" in said.err
+    assert "Did you mean 'run.h5'?" in refused(capsys, "plot", run.with_name("rnu.h5")).err

@@ -25,7 +25,7 @@ from lathesim.motion.axis_limits import limits_from
 from lathesim.motion.kinematics import chain_from
 from lathesim.plugins import load_registry
 from lathesim.stability.assembly_file import load_assembly
-from tests.cli.command import ROOT, call, environment
+from tests.cli.command import ROOT, call, done, environment
 
 README = "\n".join([(ROOT / "README.md").read_text(encoding="utf-8"), *(chapter.text for chapter in chapters())])
 SETUP = [
@@ -84,12 +84,11 @@ def test_the_part_and_the_lesson_of_the_readme_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert call(capsys, "init", "work").code == 0
+    done(capsys, "init", "work")
     monkeypatch.chdir(tmp_path / "work")
     Path("plugins/my_force.py").write_text(block("python", "class MyForce"), encoding="utf-8")
     Path("mine.yaml").write_text(block("yaml", "A force of my own"), encoding="utf-8")
-    said = call(capsys, "check", "plugins/my_force.py", "mine.yaml")
-    assert said.code == 0, said.err
+    done(capsys, "check", "plugins/my_force.py", "mine.yaml")
     assert "\ncutting_force: MyForce\n" in call(capsys, "wiring", "mine.yaml").out
     assert " met\n" in call(capsys, "run", "mine.yaml", "--plain", "--no-plots").out
 
@@ -104,7 +103,7 @@ def test_a_lesson_that_a_recording_is_held_against_passes_the_check(text: str, t
     (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
     for name in re.findall(r"^program: (\S+)", text, re.MULTILINE):  # the page shows it beside the lesson
         (tmp_path / name).write_text("G21 G90 G94 G18\nG01 X1.0 F100\nM02\n", encoding="utf-8")
-    assert call(capsys, "check", tmp_path / "mine.yaml").code == 0
+    done(capsys, "check", tmp_path / "mine.yaml")
 
 
 @pytest.mark.parametrize("text", [text for text in LESSONS if text not in OF_RECORDINGS], ids=lambda text: text.splitlines()[0])
@@ -155,8 +154,7 @@ def test_a_fragment_of_yaml_that_a_page_shows_fits_where_it_belongs(text: str, t
     if key in READERS:
         assert READERS[key](file)
     else:
-        said = call(capsys, "check", file)
-        assert said.code == 0, said.err
+        done(capsys, "check", file)
 
 
 def test_a_lesson_changed_in_the_workspace_is_the_one_that_its_name_runs(

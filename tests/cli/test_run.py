@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.record import load
-from tests.cli.command import call, environment
+from tests.cli.command import call, done, environment, refused
 
 ONE = ("run", "01_contour_error", "--variant", "I", "--plain")
 
@@ -58,7 +58,7 @@ def test_json_of_one_case(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_the_record_tells_how_to_run_it_again(capsys: pytest.CaptureFixture[str]) -> None:
-    assert call(capsys, *ONE, "--no-plots", "--set", "x_controller.proportional=0.3 V/mm", "--seed", "11", "--out", "own.h5").code == 0
+    done(capsys, *ONE, "--no-plots", "--set", "x_controller.proportional=0.3 V/mm", "--seed", "11", "--out", "own.h5")
     record = load("own.h5")
     assert record.meta["lesson_name"] == "01_contour_error"
     assert "variants:" in str(record.meta["lesson"])
@@ -71,8 +71,7 @@ def test_the_record_tells_how_to_run_it_again(capsys: pytest.CaptureFixture[str]
 
 
 def test_a_case_is_told_with_published_values_goal_and_plots(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, *ONE)
-    assert said.code == 0
+    said = done(capsys, *ONE)
     lines = {line.partition("  ")[0]: line.split("  ")[1:] for line in said.out.splitlines()}
     assert [cell.strip() for cell in lines["cycle time"] if cell] == ["18.48 s", "18.48 s"]
     assert "max contour error  at most 0.2 mm  0.68508 mm  missed by 0.485 mm (243 %)" in said.out
@@ -84,8 +83,7 @@ def test_a_case_is_told_with_published_values_goal_and_plots(capsys: pytest.Capt
 
 def test_without_a_variant_all_run_and_a_table_compares_them(capsys: pytest.CaptureFixture[str]) -> None:
     write_short_program()
-    said = call(capsys, "run", "01_contour_error", "--plain", "--no-plots", "--program", "short.nc")
-    assert said.code == 0
+    said = done(capsys, "run", "01_contour_error", "--plain", "--no-plots", "--program", "short.nc")
     table = said.out.splitlines()
     assert " ".join(table[0].split()) == (
         "case cycle time published max contour error published contour error squared integral published goals"
@@ -174,8 +172,7 @@ def test_a_program_that_cuts_is_not_told_to_cut_nothing(capsys: pytest.CaptureFi
     ],
 )
 def test_wrong_input_gets_one_message_and_leaves_with_one(arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, *arguments)
-    assert said.code == 1
+    said = refused(capsys, *arguments)
     assert said.err.rstrip("\n").endswith(sentence)
     assert said.err.count("\n") == 1
     assert said.out == ""
@@ -183,16 +180,12 @@ def test_wrong_input_gets_one_message_and_leaves_with_one(arguments: list[str], 
 
 def test_a_wrong_program_names_file_and_line(capsys: pytest.CaptureFixture[str]) -> None:
     Path("wrong.nc").write_text("G90 G94 G71\nG01 X10 Z10\n", encoding="utf-8")
-    said = call(capsys, *ONE, "--program", "wrong.nc")
-    assert said.code == 1
-    assert said.err.startswith("wrong.nc:2: ")
+    assert refused(capsys, *ONE, "--program", "wrong.nc").err.startswith("wrong.nc:2: ")
 
 
 def test_an_output_folder_that_cannot_be_made_is_refused_before_the_run(capsys: pytest.CaptureFixture[str]) -> None:
     Path("taken").write_text("a file", encoding="utf-8")
-    said = call(capsys, *ONE, "--out", "taken/run.h5")
-    assert said.code == 1
-    assert said.err == "taken: 'taken' is no folder. Choose another place.\n"
+    assert refused(capsys, *ONE, "--out", "taken/run.h5").err == "taken: 'taken' is no folder. Choose another place.\n"
 
 
 def test_a_full_disk_is_told(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -251,8 +244,7 @@ def test_a_case_that_breaks_down_is_reported_and_the_others_go_on(capsys: pytest
     variants = "variants:\n  calm: {}\n  wild: {set: {burst.rate: 1 1/(m*s)}}\n  last: {}\n"
     Path("burst.yaml").write_text(f"lesson: Burst\nmachine: bursting\nduration: 2 s\n{variants}", encoding="utf-8")
     call_it = ("run", "burst.yaml", "--plugins", "plugins", "--plain", "--no-plots")
-    said = call(capsys, *call_it)
-    assert said.code == 1
+    said = refused(capsys, *call_it)
     assert said.err.startswith("burst_wild: burst.travel stopped being a number at t = 1.")
     assert said.err.endswith("The data up to then are kept. See lathesim_runs/burst/burst_wild.h5.\n")
     assert [line.split()[:2] for line in said.out.splitlines()[2:5]] == [["calm", "2"], ["wild", "broke"], ["last", "2"]]
@@ -262,7 +254,7 @@ def test_a_case_that_breaks_down_is_reported_and_the_others_go_on(capsys: pytest
     Path("burst.yaml").write_text(
         Path("burst.yaml").read_text(encoding="utf-8").replace("wild: {", "wild: {breaks_down: true, "), encoding="utf-8"
     )
-    assert call(capsys, *call_it).code == 0
+    done(capsys, *call_it)
 
 
 def test_stopped_in_the_middle_the_record_is_kept(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from lathesim.diagnosis.comparison.compare import compare, load_recording
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
 from lathesim.record import load
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 SLIDE = """\
 lesson: A slide that a recorded reference leads
@@ -69,7 +69,7 @@ def test_the_json_names_the_recording_and_what_was_found_in_it(capsys: pytest.Ca
 
 def test_what_is_set_from_outside_counts(capsys: pytest.CaptureFixture[str]) -> None:
     asked = ("run", "slide.yaml", "--recording", "push.csv", "--plain", "--no-plots", "--out", "slide.h5")
-    assert call(capsys, *asked, "--set", "x_axis.travel=28 mm").code == 0
+    done(capsys, *asked, "--set", "x_axis.travel=28 mm")
     assert load("slide.h5")["x_encoder.position"][0] == pytest.approx(0.028, abs=1e-5)
 
 
@@ -77,8 +77,7 @@ def test_an_effect_that_was_found_runs_with_its_recording(capsys: pytest.Capture
     Path("explained.yaml").write_text(SLIDE + "insert: [{effect: CoulombFriction, at: x_axis, level: 20 N}]\n", encoding="utf-8")
     places = []
     for lesson in ("slide", "explained"):
-        said = call(capsys, "run", f"{lesson}.yaml", "--recording", "push.csv", "--plain", "--no-plots", "--out", f"{lesson}.h5")
-        assert said.code == 0, said.err
+        done(capsys, "run", f"{lesson}.yaml", "--recording", "push.csv", "--plain", "--no-plots", "--out", f"{lesson}.h5")
         places.append(load(f"{lesson}.h5")["x_axis.position"])
     assert 1e-6 < np.max(np.abs(places[1] - places[0])) < 1e-3
 

@@ -10,14 +10,14 @@ from lathesim.cli.listing import REFERENCE
 from lathesim.cli.main import stock_commands
 from lathesim.manual.chapters import TOPICS
 from lathesim.plugins import load_registry
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 
 def test_the_site_holds_the_manual_and_all_there_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert call(capsys, "help", "--site", "site").code == 0
+    done(capsys, "help", "--site", "site")
     site = tmp_path / "site"
     pages = {path.stem: path.read_text(encoding="utf-8") for path in site.glob("*.html")}
     assert set(pages) == {*TOPICS, *REFERENCE, "index"}

@@ -12,7 +12,7 @@ import pytest
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.response_files import write_response
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 
 Capture = pytest.CaptureFixture[str]
 MODES = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7)), (0.5, 0.5))
@@ -34,8 +34,7 @@ def lesson(text: str) -> str:
 
 
 def said_json(capsys: Capture, *arguments: str) -> Any:
-    said = call(capsys, *arguments, "--json")
-    assert said.code == 0, said.err
+    said = done(capsys, *arguments, "--json")
     return json.loads(said.out)
 
 
@@ -131,9 +130,7 @@ def test_milling_with_what_it_does_not_take_is_refused(capsys: Capture) -> None:
     text = "  modes: [{frequency: 922 Hz, damping: 1.1 %, stiffness: 1e6 N/m}]\n  milling: {teeth: 2, tangential: 6e8 Pa, normal: 2e8 Pa}\n"
     for key, word in (("process_damping: 1e5 N/m", "process damping"), ("interrupted: 0.5", "slotted bar")):
         lesson(f"{text}  {key}\n")
-        said = call(capsys, "lobes", "mine.yaml", "--speed", "5000..5000:1")
-        assert said.code == 1
-        assert f"milling takes no {word}." in said.err
+        assert f"milling takes no {word}." in refused(capsys, "lobes", "mine.yaml", "--speed", "5000..5000:1").err
 
 
 def test_the_three_methods_agree_on_an_interrupted_cut(capsys: Capture) -> None:
@@ -200,8 +197,7 @@ def test_uncertain_joints_give_a_band(capsys: Capture) -> None:
     ],
 )
 def test_an_assembly_that_cannot_be_is_told_in_a_sentence(first: str, second: str, told: str, capsys: Capture) -> None:
-    said = call(capsys, "couple", assembly("free", first, second))
-    assert said.code == 1
+    said = refused(capsys, "couple", assembly("free", first, second))
     assert told in said.err
     assert said.err.count("\n") == 1
 
@@ -219,8 +215,7 @@ def test_an_assembly_that_cannot_be_is_told_in_a_sentence(first: str, second: st
     ],
 )
 def test_a_tool_point_that_cannot_be_is_told_in_a_sentence(text: str, told: str, capsys: Capture) -> None:
-    said = call(capsys, "lobes", lesson(text), "--speed", "1000..2000:2")
-    assert said.code == 1
+    said = refused(capsys, "lobes", lesson(text), "--speed", "1000..2000:2")
     assert told in said.err
     assert said.err.count("\n") == 1
 
@@ -228,8 +223,7 @@ def test_a_tool_point_that_cannot_be_is_told_in_a_sentence(text: str, told: str,
 def test_a_step_too_long_for_the_mode_names_the_largest_good_one(capsys: Capture) -> None:
     text = "lesson: L\nmachine: turning_with_chatter\nduration: 0.1 s\nsample_period: 5 ms\nstep: 5 ms\nwires: {cut.width: 1 mm}\n"
     Path("coarse.yaml").write_text(text, encoding="utf-8")
-    said = call(capsys, "run", "coarse.yaml", "--no-plots")
-    assert said.code == 1
+    said = refused(capsys, "run", "coarse.yaml", "--no-plots")
     assert "The step of 5000 us is too long" in said.err
     assert "Use" in said.err
 

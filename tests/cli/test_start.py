@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.cli.main import stock_commands
-from tests.cli.command import call, python
+from tests.cli.command import call, done, python
 
 HEAVY = ["scipy", "matplotlib", "numba", "textual", "numpy", "pint", "pydantic", "yaml", "h5py", "rich"]
 LOADED = f"import json, sys, time\n{{}}\nprint(json.dumps([sorted(set({HEAVY}) & set(sys.modules)), time.process_time()]), file=sys.stderr)"
@@ -34,8 +34,7 @@ def test_a_run_without_plots_loads_no_more_than_it_needs() -> None:
 
 
 def test_help_lists_the_commands_that_are_there(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "--help")
-    assert said.code == 0
+    said = done(capsys, "--help")
     for name in stock_commands():
         assert f"\n  {name} " in said.out
     assert "Exit codes: 0 done" in said.out
@@ -43,8 +42,7 @@ def test_help_lists_the_commands_that_are_there(capsys: pytest.CaptureFixture[st
 
 @pytest.mark.parametrize("name", stock_commands())
 def test_every_command_has_a_help_of_its_own(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, name, "--help")
-    assert said.code == 0
+    said = done(capsys, name, "--help")
     assert said.out.startswith(f"Usage: lathesim {name}")
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from lathesim.lessons.sweep_runs import Member
 from lathesim.lessons.sweep_table import SweepTable
-from tests.cli.command import call, environment
+from tests.cli.command import call, done, environment, refused
 
 LESSON = """\
 lesson: A table under position control
@@ -65,8 +65,7 @@ def rows(path: str | Path = "s.csv") -> list[str]:
 
 
 def test_a_sweep_over_one_parameter(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, *SWEEP, "controller.proportional=0.1..0.5:9", "--out", "s.csv")
-    assert said.code == 0
+    said = done(capsys, *SWEEP, "controller.proportional=0.1..0.5:9", "--out", "s.csv")
     assert said.err.splitlines()[0] == "controller.proportional is varied in V/mm, the unit in which the lesson gives it."
     lines = Path("s.csv").read_text().splitlines()
     assert lines[0] == "# lathesim-sweep/1"
@@ -84,12 +83,11 @@ def test_a_sweep_over_one_parameter(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_two_parameters_lists_ratios_and_joined_names(capsys: pytest.CaptureFixture[str]) -> None:
     vary = ("controller.proportional=0.1..0.4 V/mm:3log", "--vary", "table.gain=10, 20 mm/(s*V)")
-    assert call(capsys, *SWEEP, *vary, "--out", "s.csv").code == 0
+    done(capsys, *SWEEP, *vary, "--out", "s.csv")
     cells = [line.split(",") for line in rows()]
     assert [(float(cell[1]), float(cell[2])) for cell in cells] == [(0.1, 10), (0.1, 20), (0.2, 10), (0.2, 20), (0.4, 10), (0.4, 20)]
     assert Path("s.png").is_file()
-    joined = call(capsys, *SWEEP, "controller.smallest_voltage+controller.largest_voltage=1 V, 2 V", "--out", "j.csv", "--no-plot")
-    assert joined.code == 0
+    done(capsys, *SWEEP, "controller.smallest_voltage+controller.largest_voltage=1 V, 2 V", "--out", "j.csv", "--no-plot")
     assert "run,controller.smallest_voltage+controller.largest_voltage [V],settled [m],status" in Path("j.csv").read_text()
 
 
@@ -105,18 +103,16 @@ def test_the_sweep_gives_what_single_runs_give(capsys: pytest.CaptureFixture[str
 
 def test_a_group_keeps_apart_what_is_refused_what_ends_and_what_does_not(capsys: pytest.CaptureFixture[str]) -> None:
     vary = ("table.time_constant=0.01 ms, 20 ms, 24 ms", "--vary", "controller.proportional=0.1..0.5 V/mm:20", "--threads")
-    assert call(capsys, *SWEEP, *vary, "1", "--out", "s.csv", "--no-plot").code == 0
+    done(capsys, *SWEEP, *vary, "1", "--out", "s.csv", "--no-plot")
     assert [row.partition(",")[0] for row in rows()] == [str(number) for number in range(60)]
     assert all(",,refused: " in row for row in rows()[:20])
     assert all(row.endswith(",complete") for row in rows()[20:])
-    one = call(capsys, *SWEEP, "controller.proportional=0.5 V/mm", "--set", "table.time_constant=24 ms", "--out", "one.csv", "--no-plot")
-    assert one.code == 0
+    done(capsys, *SWEEP, "controller.proportional=0.5 V/mm", "--set", "table.time_constant=24 ms", "--out", "one.csv", "--no-plot")
     assert rows("one.csv")[0].split(",")[2:] == rows()[59].split(",")[3:]
 
 
 def test_a_run_that_breaks_down_has_the_reason_in_its_row(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, *SWEEP, "table.time_constant=0.01 ms, 20 ms", "--out", "s.csv", "--no-plot")
-    assert said.code == 0
+    said = done(capsys, *SWEEP, "table.time_constant=0.01 ms, 20 ms", "--out", "s.csv", "--no-plot")
     first, second = rows()
     assert first.startswith("0,0.01,,refused: ")
     assert second.endswith(",complete")
@@ -127,7 +123,7 @@ def test_a_sweep_goes_on_where_it_was_stopped_and_makes_nothing_twice(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     arguments = (*SWEEP, "controller.proportional=0.1..0.5 V/mm:12", "--threads", "2", "--no-plot", "--out")
-    assert call(capsys, *arguments, "whole.csv").code == 0
+    done(capsys, *arguments, "whole.csv")
     made: list[int] = []
     add = SweepTable.add
 
@@ -145,8 +141,7 @@ def test_a_sweep_goes_on_where_it_was_stopped_and_makes_nothing_twice(
         file.write("11,0.5,3.1")  # a row that was cut off while it was written
     again: list[int] = []
     monkeypatch.setattr(SweepTable, "add", lambda self, member: (again.append(member.number), add(self, member))[1])
-    said = call(capsys, *arguments, "s.csv")
-    assert said.code == 0
+    said = done(capsys, *arguments, "s.csv")
     assert sorted(again) == sorted(set(range(12)) - set(made))
     assert Path("s.csv").read_bytes() == Path("whole.csv").read_bytes()
     assert call(capsys, *arguments, "s.csv").out.startswith("12 runs, 0 of them made now;")
@@ -164,8 +159,7 @@ def test_a_killed_sweep_ends_with_the_same_table(capsys: pytest.CaptureFixture[s
     process.wait()
     left = len(rows())
     assert 20 <= left < 1000
-    said = call(capsys, *arguments, "s.csv")
-    assert said.code == 0
+    said = done(capsys, *arguments, "s.csv")
     assert Path("s.csv").read_bytes() == Path("warm.csv").read_bytes()
     assert int(said.out.split(" of them")[0].split(", ")[1]) in (1000 - left, 1000 - left + 1)
 
@@ -187,8 +181,7 @@ def test_a_killed_sweep_ends_with_the_same_table(capsys: pytest.CaptureFixture[s
     ],
 )
 def test_what_is_refused(vary: str, sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, *SWEEP, vary, "--out", "s.csv")
-    assert said.code == 1
+    said = refused(capsys, *SWEEP, vary, "--out", "s.csv")
     assert said.err.startswith(f"--vary {vary}: ")
     assert sentence in said.err
     assert not Path("s.csv").exists()
@@ -224,7 +217,7 @@ def test_what_else_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_cluster_gives_the_same_table(capsys: pytest.CaptureFixture[str]) -> None:
     distributed = pytest.importorskip("distributed")
     arguments = (*SWEEP, "controller.proportional=0.1..0.5 V/mm:40", "--no-plot", "--out")
-    assert call(capsys, *arguments, "here.csv").code == 0
+    done(capsys, *arguments, "here.csv")
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with distributed.LocalCluster(**options) as cluster:
         address = cluster.scheduler_address.replace("tcp://", "dask://")
@@ -237,8 +230,7 @@ def test_a_cluster_gives_the_same_table(capsys: pytest.CaptureFixture[str]) -> N
 @pytest.mark.filterwarnings("default")
 def test_a_cluster_that_does_not_answer(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
-    said = call(capsys, *SWEEP, "table.gain=10,20 mm/(s*V)", "--executor", "dask://127.0.0.1:9")
-    assert said.code == 1
+    said = refused(capsys, *SWEEP, "table.gain=10,20 mm/(s*V)", "--executor", "dask://127.0.0.1:9")
     assert said.err.endswith("no Dask scheduler answers at 127.0.0.1:9. Start one with: dask scheduler\n")
 
 
@@ -247,5 +239,5 @@ def test_two_hundred_runs_of_the_first_lesson_take_less_than_ten_seconds(capsys:
     arguments = ("sweep", "01_contour_error", "--metric", "max_contour_error", "--no-plot", "--vary")
     call(capsys, *arguments, "x_controller.proportional=0.2,0.3 V/mm", "--out", "warm.csv")
     begun = time.perf_counter()
-    assert call(capsys, *arguments, "x_controller.proportional=0.1..0.5 V/mm:200", "--out", "s.csv").code == 0
+    done(capsys, *arguments, "x_controller.proportional=0.1..0.5 V/mm:200", "--out", "s.csv")
     assert time.perf_counter() - begun < 10.0

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call, environment
+from tests.cli.command import done, environment, refused
 
 LESSON = """\
 lesson: One axis
@@ -60,9 +60,8 @@ def test_after_it_a_run_is_compiled_whatever_the_values(
     lesson: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert call(capsys, "warm", lesson).code == 0
-    said = call(capsys, "run", lesson, "--variant", "quick", "--set", "axis.gain=20 mm/(s*V)", "--json", "--no-plots")
-    assert said.code == 0
+    done(capsys, "warm", lesson)
+    said = done(capsys, "run", lesson, "--variant", "quick", "--set", "axis.gain=20 mm/(s*V)", "--json", "--no-plots")
     assert json.loads(said.out)["engine"] == "compiled"
     assert said.err == ""
 
@@ -72,8 +71,7 @@ def test_a_lesson_at_fault_is_left_out_and_the_others_are_compiled(
 ) -> None:
     broken = tmp_path / "broken.yaml"
     broken.write_text(LESSON.replace("machine: machine", "machine: no_such_machine"))
-    said = call(capsys, "warm", broken, lesson)
-    assert said.code == 1
+    said = refused(capsys, "warm", broken, lesson)
     assert "broken.yaml: left out. " in said.err
     assert "there is no machine template 'no_such_machine'" in said.err
     assert "one_axis quick: the same machine as one_axis slow." in said.out

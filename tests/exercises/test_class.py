@@ -26,7 +26,7 @@ from lathesim.record import Record
 from lathesim.record_writer import save
 from lathesim.shipped import shipped_files
 from lathesim.units import quantity
-from tests.cli.command import call
+from tests.cli.command import call, done
 from tests.diagnosis.small_case import write_lesson
 
 LESSON = "01_contour_error"
@@ -321,8 +321,7 @@ def test_a_class_of_detectives(tmp_path: Path, capsys: pytest.CaptureFixture[str
     lesson = write_lesson(tmp_path, "0.5 s")
     Path("list.csv").write_text("id\na\nb\nc\n", encoding="utf-8")
     new = ("class", "new", str(lesson), "--students", "list.csv", "--out", "class", "--effect", "CoulombFriction@x_axis", "--seed", "3")
-    said = call(capsys, *new)
-    assert said.code == 0, said.err
+    said = done(capsys, *new)
     assert said.out.startswith(f"3 machines, 3 of them made now, in {Path('class/students')}\nDifficulty: the hidden effect moves")
     truths = {name: json.loads(Path(f"class/teacher/{name}.json").read_text()) for name in "abc"}
     assert all(abs(truth["difficulty"] / 100.0 - 1.0) <= HIDDEN.within for truth in truths.values())
@@ -334,8 +333,7 @@ def test_a_class_of_detectives(tmp_path: Path, capsys: pytest.CaptureFixture[str
     guess = {"schema": "lathesim-diagnosis/1", "verdict": "named", "effects": [{**truths["a"]["effects"][0], "parameters": sizes}]}
     for name in "ab":
         Path(f"class/students/{name}/mine.json").write_text(json.dumps(guess), encoding="utf-8")
-    said = call(capsys, "class", "grade", "class")
-    assert said.code == 0, said.err
+    said = done(capsys, "class", "grade", "class")
     assert "2 of 3 students handed something in.\nNothing from: c\na: The same diagnosis as that of b.\n" in said.out
     assert Path("class/grades/grades.csv").read_text().splitlines()[1].startswith("a,,,,yes,no record,0,0,0,0,right,100.0,")
 

@@ -13,7 +13,7 @@ from lathesim.classroom.teacher_notes import teacher_notes
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.shipped import shipped_files
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 QUICK = ["18_stability_lobes", "25_which_program_next"]
 
@@ -72,7 +72,7 @@ def test_a_lesson_of_ones_own_is_found_from_the_folder_of_the_notebook(
     lesson.parent.mkdir()
     choice = "questions: [{ask: Which?, choices: [one, two], answer: two}, {ask: How long?, within: 1 mm, answer: 4 mm}]"
     lesson.write_text(f"lesson: Mine\nmachine: turning_with_chatter\n{choice}\n", encoding="utf-8")
-    assert call(capsys, "notebook", lesson, "--out", tmp_path / "books" / "mine.ipynb").code == 0
+    done(capsys, "notebook", lesson, "--out", tmp_path / "books" / "mine.ipynb")
     monkeypatch.chdir(tmp_path / "books")
     cells = checked(Path("mine.ipynb"))
     (first,) = (cell["source"][-1] for cell in cells if "import lathesim as ls\n" in cell["source"])

@@ -13,7 +13,7 @@ from lathesim.experiments.waypoints import read_waypoints
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry, load_registry
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 
 LESSON = "27_a_controller_that_tells_nothing"
 CHANGED = {"x_element_1.gain": 0.03, "x_controller.loop_gain": 24.0, "x_element_3.frequency": 50.0}
@@ -73,12 +73,12 @@ def test_way_points_beside_a_recorded_reference_are_read(registry: Registry, tmp
 def test_emulated_machine_follows_a_program_that_was_not_fitted(
     capsys: pytest.CaptureFixture[str], waypoints: Path, tmp_path: Path
 ) -> None:
-    done = call(
+    said = call(
         capsys,
         "emulate", LESSON, waypoints / "three_speeds.csv", "--validate", waypoints / "staircase.csv", "--out", tmp_path / "e",
         "--json",
     )  # fmt: skip
-    assert done.code == 0, done.err
+    assert said.code == 0, said.err
     told = json.loads((tmp_path / "e" / "emulation.json").read_text())
     assert told["schema"] == "lathesim-emulation/1"
     assert told["recordings"][0]["rms_m"] < 16e-6 < told["recordings"][0]["rms_given_m"]
@@ -88,7 +88,7 @@ def test_emulated_machine_follows_a_program_that_was_not_fitted(
     hidden = " ".join(item["sentence"] for item in told["directions"]["hidden"])
     for gain in ("x_speed_controller.gain", "x_power_controller.gain", "x_controller.loop_gain"):
         assert f"Only the products of {gain} with each of" in hidden
-    assert call(capsys, "check", str(tmp_path / "e" / "lesson.yaml")).code == 0
+    done(capsys, "check", str(tmp_path / "e" / "lesson.yaml"))
 
 
 @pytest.mark.parametrize(
@@ -100,16 +100,13 @@ def test_emulated_machine_follows_a_program_that_was_not_fitted(
 )
 def test_recordings_that_tell_nothing_are_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path, rows: str, message: str) -> None:
     (tmp_path / "r.csv").write_text(f"time,x,y\n{rows}")
-    done = call(capsys, "emulate", LESSON, str(tmp_path / "r.csv"), "--out", str(tmp_path / "e"))
-    assert done.code == 1
-    assert message in done.err
+    assert message in refused(capsys, "emulate", LESSON, str(tmp_path / "r.csv"), "--out", str(tmp_path / "e")).err
     assert not (tmp_path / "e").exists()
 
 
 def test_unknown_program_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    done = call(capsys, "emulate", LESSON, f"stairs={tmp_path / 'r.csv'}", "--out", str(tmp_path / "e"))
-    assert done.code == 1
-    assert "'stairs' is neither a variant of the lesson nor a part program." in done.err
+    said = refused(capsys, "emulate", LESSON, f"stairs={tmp_path / 'r.csv'}", "--out", str(tmp_path / "e"))
+    assert "'stairs' is neither a variant of the lesson nor a part program." in said.err
 
 
 @pytest.mark.slow
@@ -119,8 +116,8 @@ def test_clock_that_runs_apart_is_told(capsys: pytest.CaptureFixture[str], short
     np.savetxt(tmp_path / "fast.csv", rows, delimiter=",", header="time,x,y", comments="", fmt="%.5f")
     few = ("--method", "genetic", "--population", "8", "--generations", "1", "--free", "x_controller.loop_gain", "--keep-structure")
     assert "its clock runs" not in call(capsys, "emulate", LESSON, short, *few, "--out", tmp_path / "e").err
-    done = call(capsys, "emulate", LESSON, tmp_path / "fast.csv", *few, "--out", tmp_path / "e")
-    assert "fast.csv: its clock runs 2 % fast against the program as simulated, 181 ms after 9.09 s. Correct its time column" in done.err
+    said = call(capsys, "emulate", LESSON, tmp_path / "fast.csv", *few, "--out", tmp_path / "e")
+    assert "fast.csv: its clock runs 2 % fast against the program as simulated, 181 ms after 9.09 s. Correct its time column" in said.err
     told = json.loads((tmp_path / "e" / "emulation.json").read_text())
     assert [sentence.partition(":")[0] for sentence in told["clocks"]] == [str(told["recordings"][0]["name"]) + ".csv"]
     assert "its clock runs 2 % fast" in (tmp_path / "e" / "report.html").read_text()
@@ -135,8 +132,7 @@ def test_the_workers_of_a_cluster_learn_the_same(capsys: pytest.CaptureFixture[s
     told = []
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
         for name, where in (("here", ()), ("there", ("--cluster", cluster.scheduler_address))):
-            done = call(capsys, "emulate", LESSON, *files, *free, "--out", tmp_path / name, *where)
-            assert done.code == 0, done.err
+            done(capsys, "emulate", LESSON, *files, *free, "--out", tmp_path / name, *where)
             told.append(json.loads((tmp_path / name / "emulation.json").read_text()))
     assert [{**data, "wall_time_s": 0.0} for data in told[1:]] == [{**told[0], "wall_time_s": 0.0}]
 
@@ -156,15 +152,15 @@ def test_stopped_emulation_keeps_the_best_machine_so_far(
     monkeypatch.setattr(Objective, "costs", interrupted_in_the_third)
     # A shell starts its background jobs with Ctrl-C ignored, and children inherit that.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    done = call(
+    said = call(
         capsys,
         "emulate", LESSON, short, "--method", "genetic", "--population", "8", "--free", "x_controller.loop_gain,x_element_1.gain",
         "--out", tmp_path / "e",
     )  # fmt: skip
     signal.signal(signal.SIGINT, before)
-    assert done.code == 130, done.err
+    assert said.code == 130, said.err
     assert len(populations) == 3
-    assert "Stopped: this is the best machine so far." in done.out
+    assert "Stopped: this is the best machine so far." in said.out
     told = json.loads((tmp_path / "e" / "emulation.json").read_text())
     assert told["stopped"]
     assert told["recordings"][0]["rms_m"] <= told["recordings"][0]["rms_given_m"]

@@ -13,7 +13,7 @@ from lathesim.experiments.design_experiment import DesignWish
 from lathesim.experiments.sequence import joined
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import load_registry
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 from tests.diagnosis.pushed_table import Hidden, write_case
 
 LESSON = "22_what_is_wrong_with_this_machine"
@@ -33,8 +33,7 @@ N60 M30
 @pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_further_recordings_judge_the_new_one(times: int, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
-    said = call(capsys, "diagnose", lesson, new, *("--with", lesson, before) * times, *ONLY, "--json", "-", "--no-report")
-    assert said.code == 0, said.err
+    said = done(capsys, "diagnose", lesson, new, *("--with", lesson, before) * times, *ONLY, "--json", "-", "--no-report")
     told = json.loads(said.out)
     assert told["verdict"] == "named"
     assert [(item["effect"], item["at"]) for item in told["effects"]] == [("CoulombFriction", "x_axis")]
@@ -53,8 +52,7 @@ def test_recordings_of_different_machines_are_not_joined(capsys: pytest.CaptureF
     lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
     other = tmp_path / "other.yaml"
     other.write_text(lesson.read_text(encoding="utf-8").replace("x_axis.mass: 40 kg", "x_axis.mass: 55 kg"), encoding="utf-8")
-    said = call(capsys, "diagnose", lesson, new, "--with", other, before, *ONLY, "--no-report")
-    assert said.code == 1
+    said = refused(capsys, "diagnose", lesson, new, "--with", other, before, *ONLY, "--no-report")
     assert "the recordings are of different machines: x_axis.mass is" in said.err
 
 
@@ -118,14 +116,13 @@ def test_tie_of_a_one_way_run_is_split_by_the_designed_program(
     text = text.replace("../part_programs/axis_exercise.nc", "one_way.nc").replace("duration: 17 s", "duration: 5 s")
     Path("one_way.yaml").write_text(text, encoding="utf-8")
     hidden = ("--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "5")
-    assert call(capsys, "conceal", "one_way.yaml", *hidden, "--out", "first").code == 0
-    said = call(capsys, "diagnose", "first/lesson.yaml", "first/recording.csv", "--design", "--out", "answer", "--json", "tied.json")
-    assert said.code == 0, said.err
+    done(capsys, "conceal", "one_way.yaml", *hidden, "--out", "first")
+    done(capsys, "diagnose", "first/lesson.yaml", "first/recording.csv", "--design", "--out", "answer", "--json", "tied.json")
     told = json.loads(Path("tied.json").read_text(encoding="utf-8"))
     assert told["verdict"] == "tied"
     assert told["effects"][0]["separating_experiment"] == "answer/next/program.nc"
-    assert call(capsys, "program", "answer/next/program.nc").code == 0
-    assert call(capsys, "conceal", "answer/next/lesson.yaml", *hidden, "--out", "second").code == 0
+    done(capsys, "program", "answer/next/program.nc")
+    done(capsys, "conceal", "answer/next/lesson.yaml", *hidden, "--out", "second")
     joined = call(
         capsys,
         "diagnose", "second/lesson.yaml", "second/recording.csv", "--with", "first/lesson.yaml", "first/recording.csv", "--no-report",

@@ -12,7 +12,7 @@ from lathesim.experiments.room import DesignedMove, room_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 from tests.experiments.separation.alike import written_lesson
 
 LESSON = "22_what_is_wrong_with_this_machine"
@@ -37,13 +37,12 @@ def test_program_tells_play_from_friction(capsys: pytest.CaptureFixture[str], tm
     assert (tmp_path / "next" / "experiment.png").stat().st_size > 10_000
     moves = json.loads(call(capsys, "program", tmp_path / "next" / "program.nc", "--json").out)["moves"]
     assert len(moves) > 10
-    assert call(capsys, "check", tmp_path / "next" / "lesson.yaml").code == 0
+    done(capsys, "check", tmp_path / "next" / "lesson.yaml")
 
 
 def test_the_same_thing_twice_cannot_be_told_apart(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     rivals = "ForceOffset@x_axis,ForceOffset@x_axis"
-    said = call(capsys, "experiment", LESSON, "--between", rivals, "--out", tmp_path / "next")
-    assert said.code == 1
+    said = refused(capsys, "experiment", LESSON, "--between", rivals, "--out", tmp_path / "next")
     assert said.err == "--between: two rivals are the same: ForceOffset@x_axis. Name another effect, or another part.\n"
     assert not (tmp_path / "next").exists()
 
@@ -63,16 +62,13 @@ def test_the_same_thing_twice_cannot_be_told_apart(capsys: pytest.CaptureFixture
     ],
 )
 def test_wishes_that_cannot_be_met(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: list[str | Path], message: str) -> None:
-    said = call(capsys, "experiment", LESSON, *arguments, "--out", tmp_path / "next")
-    assert said.code == 1
-    assert message in said.err
+    assert message in refused(capsys, "experiment", LESSON, *arguments, "--out", tmp_path / "next").err
     assert not (tmp_path / "next").exists()
 
 
 def test_effect_at_a_sensor_that_is_not_recorded(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     lesson = written_lesson(tmp_path, ("x_scale.position",))
-    said = call(capsys, "experiment", lesson, "--between", "TorsionalWindUp@x_scale,Backlash@x_scale", "--out", tmp_path / "next")
-    assert said.code == 1
+    said = refused(capsys, "experiment", lesson, "--between", "TorsionalWindUp@x_scale,Backlash@x_scale", "--out", tmp_path / "next")
     assert "nothing that is recorded reads 'x_scale', so TorsionalWindUp shows nowhere. Record x_scale.position too." in said.err
 
 
@@ -93,9 +89,7 @@ def test_effect_at_a_sensor_that_is_not_recorded(capsys: pytest.CaptureFixture[s
 )
 def test_files_that_are_no_tied_diagnosis(capsys: pytest.CaptureFixture[str], tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "d.json").write_text(text)
-    said = call(capsys, "experiment", LESSON, tmp_path / "d.json", "--out", tmp_path / "next")
-    assert said.code == 1
-    assert message in said.err
+    assert message in refused(capsys, "experiment", LESSON, tmp_path / "d.json", "--out", tmp_path / "next").err
 
 
 def test_machine_that_no_program_moves(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -104,8 +98,7 @@ def test_machine_that_no_program_moves(capsys: pytest.CaptureFixture[str], tmp_p
         "lesson: Still\nmachine: voltage_axis\nduration: 1 s\nrecordings:\n  time: {column: t, unit: s}\n"
         "  compare: {x_encoder.position: {column: x, unit: m}}\n"
     )
-    said = call(capsys, "experiment", lesson, "--between", "CoulombFriction@x_axis,nothing", "--out", tmp_path / "next")
-    assert said.code == 1
+    said = refused(capsys, "experiment", lesson, "--between", "CoulombFriction@x_axis,nothing", "--out", tmp_path / "next")
     assert "no part program moves this machine: nothing follows the reference of an interpolator." in said.err
 
 

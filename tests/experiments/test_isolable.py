@@ -11,7 +11,7 @@ from lathesim.diagnosis.isolation.answerable import isolated
 from lathesim.experiments.isolable import Means, looking_at
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
-from tests.cli.command import call
+from tests.cli.command import call, done, refused
 from tests.diagnosis.small_case import write_lesson
 
 ONE_SPEED = "(One way at one speed)\nG21 G90 G94 G18\nG01 X1000.0 F3000\nM02\n"
@@ -48,8 +48,7 @@ def test_one_way_at_one_speed_answers_little_and_says_why(
     one_speed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
     effects = only("CoulombFriction", "AsymmetricFriction")
-    said = call(capsys, "isolable", one_speed, *effects, "--json", "--save", tmp_path / "matrix.png")
-    assert said.code == 0, said.err
+    said = done(capsys, "isolable", one_speed, *effects, "--json", "--save", tmp_path / "matrix.png")
     told = json.loads(said.out)
     assert told["schema"] == "lathesim-isolation/1"
     assert told["sensors"] == ["x_encoder.position", "x_controller.voltage"]
@@ -67,15 +66,13 @@ def test_one_way_at_one_speed_answers_little_and_says_why(
 
 
 def test_a_sensor_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "isolable", write_lesson(tmp_path), "--sensors", "x_encoder.positon")
-    assert said.code == 1
+    said = refused(capsys, "isolable", write_lesson(tmp_path), "--sensors", "x_encoder.positon")
     assert said.err == "--sensors: the machine has no output 'x_encoder.positon'. Did you mean 'x_encoder.position'?\n"
 
 
 def test_the_sensor_and_the_program_that_tell_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     effects, sensors = only("ForceOffset", "ConverterOffset"), ("--sensors", "x_encoder.position")
-    said = call(capsys, "isolable", write_lesson(tmp_path), *effects, *sensors, "--json")
-    assert said.code == 0, said.err
+    said = done(capsys, "isolable", write_lesson(tmp_path), *effects, *sensors, "--json")
     told = json.loads(said.out)
     ((channel, pairs),) = [(one["channel"], one["tells"]) for one in told["sensors_that_tell"]]
     assert channel == "x_drive.current"
@@ -90,6 +87,5 @@ def test_a_lesson_that_a_recording_drives_asks_for_one(tmp_path: Path, capsys: p
     text = path.read_text(encoding="utf-8").replace("program: small.nc\n", "").replace("duration: 2.2 s\n", "")
     text = re.sub(r"(?m)^(add|wires):.*\n(  exercise.*\n)?", "", text)
     path.write_text(text, encoding="utf-8")
-    said = call(capsys, "isolable", path)
-    assert said.code == 1
+    said = refused(capsys, "isolable", path)
     assert said.err.startswith("small: nothing says how this machine is moved: a recording drives it, and none is given.")

@@ -10,7 +10,7 @@ from lathesim.experiments.guard_theory import (
     simulate_loops,
     watermark_within,
 )
-from tests.cli.command import call
+from tests.cli.command import refused
 
 LOOP = WatermarkedLoop()
 
@@ -55,6 +55,5 @@ def test_delays_at_one_false_alarm_in_ten_thousand_samples() -> None:
 
 
 def test_an_unstable_loop_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "watermark", "--feedback", "2.5")
-    assert said.code == 1
+    said = refused(capsys, "watermark", "--feedback", "2.5")
     assert said.err == "--feedback: the loop is unstable: a - b L is -1.6. Choose a feedback with which it lies between -1 and 1.\n"

@@ -57,9 +57,13 @@ class Runs:
         """Return for each goal ``+`` where it is met and ``-`` where it is missed."""
         return "".join("+" if goal.met else "-" for goal in self.goals(variant))
 
-    def check_golden(self, channel: str, golden: Golden, times: Sequence[float], variant: str = "") -> None:
-        """Hold a channel against its golden values."""
+    def check_goals(self, stated: Mapping[str, str]) -> None:
+        """Hold every case against which of its goals are stated to be met."""
+        assert {variant: self.goals_met(variant) for variant in self.lesson.variants or ("",)} == stated
+
+    def check_golden(self, golden: Golden, times: Sequence[float], variant: str = "") -> None:
+        """Hold the channels of a case against their golden values."""
         record = self.record(variant)
-        tolerance, values = golden[channel]
         samples = [round(time / record.sample_period) for time in times]
-        assert record[channel][samples] == pytest.approx(values, abs=tolerance)
+        for channel, (tolerance, values) in golden.items():
+            assert record[channel][samples] == pytest.approx(values, abs=tolerance), channel

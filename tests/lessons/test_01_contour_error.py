@@ -13,7 +13,7 @@ import pytest
 from lathesim.analysis.metric import measure
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.units import quantity
 
@@ -41,11 +41,6 @@ GOLDEN = {
     "surface_finish.roughness": (5e-9, (0.0, 5.625e-7, 5.625e-7, 1.2651e-6, 1.2644e-6, 1.2644e-6, 0.0)),
 }
 """Case I: channel -> tolerance and values at the times of ``AT`` [SI]. The tolerance of a voltage is one level of the converter."""
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 @pytest.fixture(scope="module")

@@ -31,18 +31,9 @@ def runs() -> Runs:
     return Runs("04_noise_and_derivative")
 
 
-def test_every_case_has_its_goals_stated(runs: Runs) -> None:
-    assert (runs.lesson.variants or ("",)) == tuple(GOALS)
-
-
-@pytest.mark.parametrize("variant", GOALS)
-def test_the_goals_are_met_and_missed_as_stated(variant: str, runs: Runs) -> None:
-    assert runs.goals_met(variant) == GOALS[variant]
-
-
-@pytest.mark.parametrize("channel", GOLDEN)
-def test_the_golden_channels(channel: str, runs: Runs) -> None:
-    runs.check_golden(channel, GOLDEN, AT, "PD")
+def test_the_goals_and_the_golden_channels_are_as_stated(runs: Runs) -> None:
+    runs.check_goals(GOALS)
+    runs.check_golden(GOLDEN, AT, "PD")
 
 
 def test_the_derivative_damps_the_corners(runs: Runs) -> None:

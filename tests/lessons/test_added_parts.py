@@ -7,7 +7,7 @@ import pytest
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 
 MACHINE = """\
 machine: A table that is pushed
@@ -19,11 +19,6 @@ parts:
 wires: {table.force: 1 N, sensor.measured: table.position}
 """
 LESSON = "lesson: L\nmachine: pushed\nduration: 0.1 s\n"
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def lesson(folder: Path, more: str) -> Path:

@@ -15,17 +15,12 @@ from lathesim.lessons.kept_run import run_and_keep
 from lathesim.lessons.lesson import Lesson, lesson_from_text, load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.lessons.sweep_runs import Members
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record import Channel, FloatArray, Record
 from tests.lessons.small_machine import write_lesson
 
 HINT = "Raise the gain."
 HEAD = "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\nengine: plain\n"
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def lesson(text: str) -> Lesson:

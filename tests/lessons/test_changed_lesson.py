@@ -9,15 +9,10 @@ import yaml
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.simulate import prepare, simulate
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from tests.diagnosis.small_case import write_lesson
 
 FRICTION = {"effect": "CoulombFriction", "at": "x_axis", "level": "20 N"}
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.questions import answers_file, is_right, keep_answer, read_answers, seal
 from lathesim.lessons.schema import LessonQuestion
 from lathesim.lessons.simulate import simulate
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record_writer import save
 
 NUMBER = LessonQuestion(ask="How large?", within="0.02 mm", answer="0.685 mm")
@@ -27,11 +27,6 @@ questions:
   - {ask: How large?, within: 0.02 mm, answer: 0.685 mm}
   - {ask: Which?, choices: [the first, the second], answer: the second}
 """
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 @pytest.mark.parametrize("sealed", [False, True])

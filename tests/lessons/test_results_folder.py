@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.lessons.lesson import load_lesson, results_folder
-from tests.cli.command import call
+from tests.cli.command import done, refused
 
 LESSON = "lesson: L\nmachine: two_axis_lathe\nprogram: one_pass.nc\nduration: 0.1 s\n"
 
@@ -49,11 +49,11 @@ def test_each_further_file_and_each_variant_has_a_folder_of_its_own() -> None:
 def test_the_run_of_one_case_leaves_that_of_another_alone(capsys: pytest.CaptureFixture[str]) -> None:
     written("case_1/lesson.yaml")
     written("case_2/lesson.yaml")
-    assert call(capsys, "run", "case_1/lesson.yaml", "--no-plots").code == 0
+    done(capsys, "run", "case_1/lesson.yaml", "--no-plots")
     first = Path("lathesim_runs/case_1/lesson/lesson.h5")
     kept = first.read_bytes()
-    assert call(capsys, "run", "case_2/lesson.yaml", "--no-plots").code == 0
-    assert call(capsys, "run", "case_1/lesson.yaml", "--no-plots", "--program", "two_steps.nc").code == 0
+    done(capsys, "run", "case_2/lesson.yaml", "--no-plots")
+    done(capsys, "run", "case_1/lesson.yaml", "--no-plots", "--program", "two_steps.nc")
     assert first.read_bytes() == kept
     assert len(list(Path("lathesim_runs").rglob("*.h5"))) == 3
 
@@ -64,7 +64,6 @@ def test_the_run_of_one_case_leaves_that_of_another_alone(capsys: pytest.Capture
 def test_the_lesson_that_was_read_is_never_replaced(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     written("case_1/lesson.yaml")
     name, *further = command
-    said = call(capsys, name, "case_1/lesson.yaml", *further, "--out", "case_1")
-    assert said.code == 1
+    said = refused(capsys, name, "case_1/lesson.yaml", *further, "--out", "case_1")
     assert said.err.startswith("case_1/lesson.yaml: the new lesson.yaml would replace the lesson that was read")
     assert Path("case_1/lesson.yaml").read_text(encoding="utf-8") == LESSON

@@ -9,7 +9,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.program_path import run_warnings
 from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.lessons.simulate import Prepared, prepare
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 
 MACHINE = """\
 machine: A table that is pushed
@@ -23,11 +23,6 @@ parts:
 wires: {table.force: 1 N, encoder.measured: table.position, scale.measured: table.position, meter.measured: 0 N}
 """
 SPRING = "insert: [{effect: AxialResonance, at: table, name: spring, table_share: 0.5}]\n"
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def prepared(folder: Path, registry: Registry, more: str, variant: str | None = None) -> Prepared:

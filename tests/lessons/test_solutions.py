@@ -13,12 +13,12 @@ from lathesim.lessons.grading import MISSED, REACHED, grade_file, judge_run, yar
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.questions import is_right
 from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.shipped import shipped_files
 from lathesim.stability.lesson_settings import cut_of
 from lathesim.stability.lobes import stability_map
 from lathesim.units import quantity
-from tests.cli.command import call
+from tests.cli.command import call, done
 
 
 def _asked(name: str) -> list[str]:
@@ -31,11 +31,6 @@ SOLUTIONS = [name for name, notes in NOTES.items() if notes.solution is not None
 """Lessons with a run that meets their goals. Lesson 14 has a test of its own; 9 and 30 need files that other commands write."""
 PLAIN = (8, 13, 22, 23, 24, 29, 31)
 """Lessons whose machines no other test compiles, and of which two plain runs take less time than the compiler."""
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def test_every_lesson_has_a_goal_with_a_hint_and_a_question() -> None:
@@ -108,7 +103,7 @@ def test_a_buffer_that_is_full_enough_meets_the_goals_and_an_emptier_one_does_no
     rows = [f"{0.005 * step:.3f},{15.0 - 15.0 * math.cos(0.0025 * math.pi * step):.6f}" for step in range(1601)]
     (in_folder / "waves.csv").write_text("\n".join(["t [s],x [mm]", *rows, ""]), encoding="utf-8")
     (in_folder / "limits.yaml").write_text("axes: {x: {velocity: 60 mm/s, acceleration: 500 mm/s^2, jerk: 10 m/s^3}}\n", encoding="utf-8")
-    assert call(capsys, "retime", "waves.csv", "--limits", "limits.yaml", "--jerk", "--out", "s.h5").code == 0
+    done(capsys, "retime", "waves.csv", "--limits", "limits.yaml", "--jerk", "--out", "s.h5")
     found = []
     for fill in ("20", "100"):
         call(capsys, "stream", "s.h5", "sim:30_how_full_must_a_buffer_be", "--away", "15", "--fill", fill, "--out", f"{fill}.h5")
@@ -118,6 +113,6 @@ def test_a_buffer_that_is_full_enough_meets_the_goals_and_an_emptier_one_does_no
 
 @pytest.mark.slow
 def test_five_laps_meet_the_goal(in_folder: Path, registry: Registry, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call(capsys, "learn", "09_learning", "--variant", "fine", "--laps", "5", "--out", "learned").code == 0
-    assert call(capsys, "run", "learned/lesson.yaml", "--no-plots", "--out", "run.h5").code == 0
+    done(capsys, "learn", "09_learning", "--variant", "fine", "--laps", "5", "--out", "learned")
+    done(capsys, "run", "learned/lesson.yaml", "--no-plots", "--out", "run.h5")
     assert graded("09_learning", "run.h5", registry) == REACHED

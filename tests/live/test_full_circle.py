@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.record import load
-from tests.cli.command import call
+from tests.cli.command import call, done
 from tests.live.servo import LESSON, free_port
 from tests.live.test_stopping import interrupted, running, says
 
@@ -29,12 +29,12 @@ def recorded(folder: Path, url: str, how: list[object]) -> None:
 def test_what_is_published_gets_the_verdict_of_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("asyncua", reason="OPC UA needs the extra live: python -m pip install 'lathesim[live]'")
     case, port = tmp_path / "case", free_port()
-    assert call(capsys, "conceal", LESSON, "--effect", EFFECT, "--seed", 3, "--out", case).code == 0
+    done(capsys, "conceal", LESSON, "--effect", EFFECT, "--seed", 3, "--out", case)
     recorded(case, f"opc.tcp://127.0.0.1:{port}", ["--opcua", port])
     answers = []
     for lesson, file in (("lesson.yaml", "recording.csv"), ("r_lesson.yaml", "r.h5")):
         answer = tmp_path / f"{file}.json"
-        assert call(capsys, "diagnose", case / lesson, case / file, "--no-report", "--json", answer, "--out", tmp_path / file).code == 0
+        done(capsys, "diagnose", case / lesson, case / file, "--no-report", "--json", answer, "--out", tmp_path / file)
         answers.append(json.loads(answer.read_text(encoding="utf-8")))
     from_file, from_network = answers
     assert from_network["verdict"] == from_file["verdict"] == "named"
@@ -51,7 +51,7 @@ def test_what_is_published_at_10_hz_is_too_slow_for_its_controller_and_not_at_fa
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     case, port = tmp_path / "case", free_port()
-    assert call(capsys, "conceal", LESSON, "--effect", EFFECT, "--seed", 3, "--out", case).code == 0
+    done(capsys, "conceal", LESSON, "--effect", EFFECT, "--seed", 3, "--out", case)
     recorded(case, f"http://127.0.0.1:{port}", ["--mtconnect", port, "--rate", "10 Hz"])
     said = call(capsys, "diagnose", case / "r_lesson.yaml", case / "r.h5", "--out", tmp_path / "out")
     assert "too slow for this question" in said.out

@@ -13,7 +13,7 @@ from lathesim.lessons.simulate import prepare
 from lathesim.live.stepped_machine import SteppedMachine, axes_of
 from lathesim.plugins import load_registry
 from lathesim.record import load
-from tests.cli.command import call
+from tests.cli.command import call, done
 from tests.live.campaign.machines import step
 from tests.live.servo import LESSON
 from tests.live.streams import stream, written
@@ -33,8 +33,7 @@ def test_each_axis_of_a_lathe_follows_its_own_set_points() -> None:
 
 def test_a_twin_shows_and_keeps_reference_executed_and_simulated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recording = written(stream(8.0, 1, friction=step(8.0, 4.0, 0.0, 20.0)), tmp_path / "r.h5")
-    said = call(capsys, "twin", LESSON, recording, "--fast", "--every", "1 s", "--out", tmp_path / "twin.h5")
-    assert said.code == 0, said.err
+    said = done(capsys, "twin", LESSON, recording, "--fast", "--every", "1 s", "--out", tmp_path / "twin.h5")
     lines = [line for line in said.out.splitlines() if line.startswith("t =")]
     assert len(lines) >= 7
     assert all("reference" in line and "executed" in line and "simulated" in line for line in lines)

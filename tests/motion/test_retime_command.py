@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lathesim.record import load
-from tests.cli.command import call
+from tests.cli.command import call, refused
 
 LIMITS = """\
 axes:
@@ -109,7 +109,5 @@ def test_poses_keep_the_feed_at_the_tool(folder: Path, capsys: pytest.CaptureFix
 def test_what_cannot_be_timed_is_told(folder: Path, capsys: pytest.CaptureFixture[str], csv: str, limits: str, sentence: str) -> None:
     (folder / "line.csv").write_text(csv, encoding="utf-8")
     (folder / "limits.yaml").write_text(limits, encoding="utf-8")
-    said = call(capsys, "retime", folder / "line.csv", "--limits", folder / "limits.yaml", "--out", folder / "s.h5")
-    assert said.code == 1
-    assert sentence in said.err
+    assert sentence in refused(capsys, "retime", folder / "line.csv", "--limits", folder / "limits.yaml", "--out", folder / "s.h5").err
     assert not (folder / "s.h5").exists()

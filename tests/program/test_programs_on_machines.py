@@ -10,7 +10,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.program_path import program_of, program_warnings, raw_stock, run_warnings
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
-from tests.cli.command import call
+from tests.cli.command import done
 
 PROGRAM = (
     "T0101\nG99 G97 S500 M03\nG00 X60. Z5.\nG42 X30. Z2.\nG01 X36. Z-10. F0.1\nX60.\nG40 G00 X80. Z10.\nX30.\nZ-20.\nG01 X28.\nX60.\nM30\n"
@@ -54,8 +54,7 @@ def test_what_may_go_wrong_on_the_machine_is_told_before_it_cuts(tmp_path: Path)
 def test_a_run_tells_it_and_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     short = "G98 G97 S500 M03\nG00 X38. Z5.\nZ-2.\nG01 X36. F900.\nX60.\nM30\n"
-    said = call(capsys, "run", str(lesson(tmp_path, program=short)), "--no-plots", "--plain")
-    assert said.code == 0
+    said = done(capsys, "run", str(lesson(tmp_path, program=short)), "--no-plots", "--plain")
     assert "turn.nc:3: The rapid goes into the stock" in said.err
 
 

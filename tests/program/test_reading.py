@@ -12,7 +12,7 @@ from lathesim.program.moves import Program
 from lathesim.program.program_checks import checked
 from lathesim.program.program_file import detect_dialect, load_program
 from lathesim.program.words import read_program, read_program_file
-from tests.cli.command import call
+from tests.cli.command import call, done
 from tests.shared_data import SHARED, needs_shared
 
 FOUND = SHARED / "found_3" / "programs"
@@ -106,8 +106,7 @@ def test_a_program_without_units_is_told(capsys: pytest.CaptureFixture[str]) -> 
 
 @needs_shared
 def test_check_says_the_dialect_and_what_is_taken_too(capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "check", str(FOUND / "no_units.nc"))
-    assert said.code == 0
+    said = done(capsys, "check", str(FOUND / "no_units.nc"))
     assert "a part program with 2 path segments, read in the dialect 'fanuc'." in said.out
     assert "no_units.nc:7: No G20 or G21 stands before the first move, so millimetres are assumed." in said.out
 

@@ -15,7 +15,7 @@ from lathesim.program.program_checks import Bar, checked, meets_stock
 from lathesim.program.program_file import detect_dialect, load_program
 from lathesim.program.words import read_program
 from lathesim.shipped import shipped_folder
-from tests.cli.command import call
+from tests.cli.command import call, done
 from tests.shared_data import SHARED, needs_shared
 
 GCODE = SHARED / "gcode"
@@ -70,8 +70,7 @@ def test_the_command_finds_the_dialect_explains_checks_and_draws(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("shaft.nc").write_text("O1\nG21 T0101\nG50 S2000\nG96 S150 M03\nG00 X42. Z2.\nG01 Z-20. F0.2\nM30\n", encoding="utf-8")
-    said = call(capsys, "program", "shaft.nc", "--explain", "--plot", "shaft.png")
-    assert said.code == 0
+    said = done(capsys, "program", "shaft.nc", "--explain", "--plot", "shaft.png")
     assert "Read in the dialect 'fanuc'" in said.err
     assert "Rapid to X 42 mm (diameter), Z 2 mm." in said.out
     assert Path("shaft.png").stat().st_size > 5000
