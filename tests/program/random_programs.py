@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 DIALECTS = ("paper", "linuxcnc", "fanuc", "fanuc-b")
 
@@ -13,12 +13,6 @@ def program(dialect: str, seed: int) -> str:
     return {"paper": _Paper, "linuxcnc": _LinuxCnc, "fanuc": _SystemA, "fanuc-b": _SystemB}[dialect](
         random.Random(f"{dialect} {seed}")
     ).text()
-
-
-def threads(dialect: str, seed: int) -> str:
-    """Return the text of a random program of threads and thread cycles only."""
-    writer = {"linuxcnc": _LinuxCnc, "fanuc": _SystemA, "fanuc-b": _SystemB}[dialect](random.Random(f"{dialect} {seed}"))
-    return writer.text((writer.threads, writer.threading_cycle, *([writer.thread_passes] if isinstance(writer, _SystemA) else [])))
 
 
 class _Writer:
@@ -32,10 +26,10 @@ class _Writer:
     def __init__(self, chance: random.Random) -> None:
         self.chance, self.lines, self.is_inch, self.next_number = chance, [], False, 10
 
-    def text(self, parts: Sequence[Callable[[], None]] = ()) -> str:
-        """Return a program of these parts, or of some that the dialect has."""
+    def text(self) -> str:
+        """Return a program of some of the parts that the dialect has."""
         self.head()
-        for part in parts or [self.chance.choice(self.parts()) for _ in range(self.chance.randint(3, 6))]:
+        for part in [self.chance.choice(self.parts()) for _ in range(self.chance.randint(3, 6))]:
             part()
         self.lines.append("M30")
         return "\n".join(self.lines) + "\n"

@@ -88,40 +88,6 @@ def test_linuxcnc_roughs_down_to_a_contour_at_a_distance_and_finishes_it() -> No
     assert min(nearest) == pytest.approx(0.2e-3, abs=5e-5)
 
 
-@pytest.mark.parametrize(
-    ("text", "bottom", "step", "aside", "across"),
-    [
-        ("G00 X0 Z2.\nG74 R0.5\nG74 Z-15. Q3000 F0.08\n", -15.0, 3.0, 0.0, False),
-        ("G00 X40. Z2.\nG74 R1.\nG74 X30. Z-6. P2000 Q2500 F0.1\n", -6.0, 2.5, 2.0, False),
-        ("G00 X0 Z2.\nG74 Z-10. K4. F0.1\n", -10.0, 4.0, 0.0, False),
-        ("G00 X42. Z-10.\nG75 R0.5\nG75 X30. Z-16.5 P1500 Q2000 F0.1\n", 15.0, 1.5, 2.0, True),
-        ("G00 X42. Z-10.\nG75 X30. Z-16. I2. K3. F0.1\n", 15.0, 2.0, 3.0, True),
-        ("G00 X20. Z-10.\nG75 R0.5\nG75 U10. W-4. P1000 Q2000 F0.1\n", 15.0, 1.0, 2.0, True),
-    ],
-)
-def test_pecking_and_grooving(text: str, bottom: float, step: float, aside: float, across: bool) -> None:
-    program = run(text)
-    moves = [move for move in program.moves if move.mode.cycle in ("G74", "G75")]
-    assert keeps.pecking(moves, bottom=1e-3 * bottom, step=1e-3 * step, aside=1e-3 * aside, across=across) == []
-
-
-@pytest.mark.parametrize(
-    ("text", "root", "height", "first", "smallest", "allowance", "angle"),
-    [
-        ("G00 X22. Z5.\nG76 P010060 Q50 R0.05\nG76 X18.16 Z-17. P920 Q300 F1.5\n", 9.08, 0.92, 0.3, 0.05, 0.05, 60),
-        ("G00 X22. Z5.\nG76 P030000 Q100 R0.02\nG76 X18.16 Z-17. P920 Q200 F1.5\n", 9.08, 0.92, 0.2, 0.1, 0.02, 0),
-        ("G00 X16. Z5.\nG76 P010055 Q80 R0.03\nG76 X20. Z-17. P920 Q400 F1.5\n", 10.0, 0.92, 0.4, 0.08, 0.03, 55),
-        ("G00 X22. Z5.\nG76 X18.16 Z-17. K0.92 D0.4 A60 F1.5\n", 9.08, 0.92, 0.4, 0.0, 0.0, 60),
-        ("G00 X22. Z5.\nG76 X18.16 Z-17. K0.92 D400 A60 P1 F1.5\n", 9.08, 0.92, 0.4, 0.0, 0.0, 60),
-    ],
-)
-def test_threading(text: str, root: float, height: float, first: float, smallest: float, allowance: float, angle: float) -> None:
-    moves = of_cycle(run(text), "G76")
-    lengths = {"root": root, "height": height, "first": first, "smallest": smallest, "allowance": allowance}
-    assert keeps.threading(moves, angle=math.radians(angle), **{name: 1e-3 * value for name, value in lengths.items()}) == []
-    assert moves[0].start_z == pytest.approx(0.005)
-
-
 def test_a_thread_runs_out_at_45_degrees_where_the_program_says_so() -> None:
     moves = of_cycle(run("G00 X22. Z5.\nG76 P011060 Q50 R0.05\nG76 X18.16 Z-17. P920 Q300 F1.5\n"), "G76")
     out = [move for move in moves if move.kind == "thread"][1::2]

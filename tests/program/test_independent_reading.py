@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from pathlib import Path
 
-import numpy as np
 import pytest
 
-from lathesim.lessons.lesson import load_lesson
-from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.path_columns import FEED_MODE, THREAD_ON
-from lathesim.plugins import load_registry
 from lathesim.program.interpreter import interpret
 from lathesim.program.moves import Move
 from lathesim.program.words import read_program
@@ -83,40 +77,3 @@ def test_random_programs_cut_the_same_in_a_second_reading(dialect: str) -> None:
 @pytest.mark.parametrize("dialect", random_programs.DIALECTS)
 def test_two_hundred_random_programs_cut_the_same_in_a_second_reading(dialect: str) -> None:
     assert [problem for seed in range(1000, 1200) for problem in differences(dialect, seed)] == []
-
-
-LESSON = """lesson: Threads
-machine: two_axis_lathe
-dialect: {dialect}
-program: threads.nc
-replace: {{interpolator: {interpolator}}}
-duration: 600 s
-"""
-INTERPOLATORS = ("ConstantVelocityInterpolator", "ConstantAccelerationInterpolator", "JerkLimitedInterpolator")
-THREADED = random_programs.DIALECTS[1:]
-
-
-def standstills(folder: Path, dialect: str, seed: int, interpolator: str) -> list[int]:
-    """Return the lines of a random program of threads in which the tool stands between two thread moves that follow each other."""
-    (folder / "threads.nc").write_text(random_programs.threads(dialect, seed), encoding="utf-8")
-    (folder / "threads.yaml").write_text(LESSON.format(dialect=dialect, interpolator=interpolator), encoding="utf-8")
-    case = prepare(load_lesson(folder / "threads.yaml"), load_registry())
-    record = run_prepared(case, engine="plain")
-    row, speed = record["interpolator.segment_number"].astype(int), record["interpolator.feed_speed"]
-    path = next(part.tables["path"] for part in case.machinery.parts if part.name == "interpolator")
-    goes_on = np.asarray(path)[row, FEED_MODE] == THREAD_ON
-    assert goes_on.any()
-    return [int(line) for line in np.unique(record["interpolator.program_line"][goes_on & (speed == 0.0)])]
-
-
-@pytest.mark.parametrize(("dialect", "interpolator"), list(zip(THREADED, INTERPOLATORS, strict=True)))
-def test_nothing_stands_inside_a_random_thread(tmp_path: Path, dialect: str, interpolator: str) -> None:
-    assert standstills(tmp_path, dialect, 1, interpolator) == []
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(3000)
-@pytest.mark.parametrize("interpolator", INTERPOLATORS)
-@pytest.mark.parametrize("dialect", THREADED)
-def test_nothing_stands_inside_two_hundred_random_threads(tmp_path: Path, dialect: str, interpolator: str) -> None:
-    assert {seed: lines for seed in range(200) if (lines := standstills(tmp_path, dialect, seed, interpolator))} == {}

@@ -15,55 +15,10 @@ from lathesim.program.path import lay_path
 from lathesim.program.words import read_program
 
 DIALECTS = st.sampled_from(["paper", "linuxcnc", "grbl", "fanuc", "fanuc-b"])
+CODES = "0 1 2 3 4 7 8 10 18 20 21 28 33 40 41 42 50 52 53 55 65 70 71 72 73 74 75 76 77 80 83 90 91 92 94 95 96 97 98 99"
 MILLIMETRES = st.integers(-200_000, 200_000).map(lambda thousandths: thousandths / 1000)
 WORD = st.one_of(
-    st.sampled_from(
-        [
-            f"G{code}"
-            for code in (
-                0,
-                1,
-                2,
-                3,
-                4,
-                7,
-                8,
-                10,
-                18,
-                20,
-                21,
-                28,
-                33,
-                40,
-                41,
-                42,
-                50,
-                52,
-                53,
-                55,
-                65,
-                70,
-                71,
-                72,
-                73,
-                74,
-                75,
-                76,
-                77,
-                80,
-                83,
-                90,
-                91,
-                92,
-                94,
-                95,
-                96,
-                97,
-                98,
-                99,
-            )
-        ]
-    ),
+    st.sampled_from([f"G{code}" for code in CODES.split()]),
     st.sampled_from(
         ["X[#1+2]", "#1=[3*2]", "Z#<a>", "#<a>=SIN[30]", "X-[1/#2]", ",R1", ",C0.5", "G01 Z3 I-1", "R1", "G01 X4 ,A45", "G41.1 D1 L2"]
     ),
