@@ -165,7 +165,7 @@ def _sides(outcome: _Outcome, ranked: Sequence[RankedEffect]) -> list[str]:
 def _sides_found(found: Found) -> dict[str, str]:
     """Return the sensors that sit at the motor by what was found, though nobody says so."""
     constant, candidates = found.model.fitted.constant, found.model.candidates
-    return {sensor: "motor" for one in candidates for sensor, setting in one.unsaid_side.items() if constant.get(setting) == 0.0}
+    return {sensor: "motor" for one in candidates for sensor, setting in one.seat.unsaid_side.items() if constant.get(setting) == 0.0}
 
 
 def _own_simulation(validation: Experiment, found: Found, before: Fitted, reported_fit: Fitted) -> Compared:

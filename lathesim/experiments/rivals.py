@@ -145,7 +145,9 @@ def place_rivals(
 def _unread(item: NamedRival, effect: Any, terms: Sequence[Term], assembly: Assembly, compared: Sequence[str]) -> str:
     """Return the channel that would have to be recorded for an effect to sit at a sensor; empty where it has a place, or none at all."""
     sensor = assembly.by_name.get(item.at)
-    if sensor is None or any(item.at in (term.at, term.of_motion, Place.of(term.at).part) for term in terms if term.name == item.effect):
+    if sensor is None or any(
+        item.at in (term.at, term.seat.of_motion, Place.of(term.at).part) for term in terms if term.name == item.effect
+    ):
         return ""
     for output in sensor.component.declared(Output):
         channel = f"{sensor.name}.{output}"
@@ -163,12 +165,12 @@ def _term(item: NamedRival, terms: Sequence[Term], assembly: Assembly, place: st
     exact = [term for term in own if term.at == item.at]
     if exact:
         return exact[0]
-    motion = [term for term in own if term.of_motion == item.at or Place.of(term.at).part == item.at]
+    motion = [term for term in own if term.seat.of_motion == item.at or Place.of(term.at).part == item.at]
     if motion:
-        return next((term for term in motion if term.second), motion[0])
+        return next((term for term in motion if term.seat.second), motion[0])
     if not item.at and len(own) == 1:
         return own[0]
-    parts = sorted({term.of_motion or term.at for term in own})
+    parts = sorted({term.seat.of_motion or term.at for term in own})
     known = {part.name for part in assembly.parts}
     fact = f"{item.effect} does not sit at '{item.at}'." if item.at else f"{item.effect} has several places."
     remedy = nearest(item.at, parts) if item.at and item.at not in known else f"It can sit at {', '.join(parts)}."

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
@@ -18,7 +17,7 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place
 from lathesim.engine.wiring import wire
 from lathesim.errors import LatheSimError
-from lathesim.identification.records import MOST_DAMPED, QUARTER_TURNS, Candidate
+from lathesim.identification.records import MOST_DAMPED, QUARTER_TURNS, Candidate, Seat
 from lathesim.identification.roles import comes_from_effect, decides, further_readings_of, inputs_of_readings, readings_of
 from lathesim.lessons.insertion import beyond_its_spring, host_of, insert_effect
 
@@ -56,12 +55,11 @@ def insert_candidates(
         except LatheSimError:
             continue
         result = trial
-        of_motion = measured.get(host, "")
-        placing: dict[str, Any] = {"second": host in second, "of_motion": of_motion, "senses": senses, "before": before}
-        placing["unsaid_side"] = beyond_its_spring(trial, name, host) if effect.beyond else {}
+        unsaid = beyond_its_spring(trial, name, host) if effect.beyond else {}
+        seat = Seat(before, host in second, measured.get(host, ""), senses, unsaid)
         candidate = _as_sampled(_candidate(name, effect, placed.component, host), assembly.sample_period)
         candidate = _coarser(candidate, assembly.by_name[Place.of(host).part])
-        candidates.append(replace(candidate, **placing, shaped=replace(candidate.shaped, **placing) if candidate.shaped else None))
+        candidates.append(replace(candidate, seat=seat, shaped=replace(candidate.shaped, seat=seat) if candidate.shaped else None))
     return result, candidates
 
 

@@ -1,4 +1,4 @@
-"""What a search may spend: threads, runs of the machine, time, and results that are kept."""
+"""What a search may spend: threads, time, and results that are kept."""
 
 from __future__ import annotations
 
@@ -9,20 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from threading import Lock
 from typing import Any, Generic, TypeVar
-
-
-class RunCount:
-    """A number of runs. It depends on what was asked alone, and so a search that ends after so many ends alike on every computer."""
-
-    def __init__(self) -> None:
-        """Begin with none."""
-        self.total = 0
-        self._lock = Lock()
-
-    def add(self, runs: int) -> None:
-        """Count further runs."""
-        with self._lock:
-            self.total += runs
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,23 @@ MOST_DAMPED = math.sqrt(0.5)
 
 
 @dataclass(frozen=True)
+class Seat:
+    """How an effect sits beside its host.
+
+    It is put ``before`` an effect of the lesson, as behind a spring, if any. The host may be the ``second`` of two sensors of one motion:
+    the one that closes no loop, else the later one. ``of_motion`` is the part whose motion a host measures that is a sensor. ``senses``
+    says what feeds an input of the effect that its host does not (input -> ``part.output``). ``unsaid_side`` is the only sensor of a place
+    with the setting by which it sees behind the effect's spring (sensor -> ``part.parameter``), where the lesson does not say its side.
+    """
+
+    before: str = ""
+    second: bool = False
+    of_motion: str = ""
+    senses: Mapping[str, str] = field(default_factory=dict)
+    unsaid_side: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Candidate:
     """A candidate: an effect inserted under the name ``part`` at a host.
 
@@ -41,17 +58,7 @@ class Candidate:
     least: FloatArray
     usual: FloatArray
     points: FloatArray
-    before: str = ""
-    """The effect of the lesson before which it is put, as behind a spring; empty where it sits next to its host."""
-    second: bool = False
-    """Whether the host is the second of two sensors of one motion: the one that closes no loop, else the later one."""
-    of_motion: str = ""
-    """The part whose motion the host measures, where it is a sensor."""
-    senses: Mapping[str, str] = field(default_factory=dict)
-    """What feeds an input of the effect that its host does not: input -> ``part.output``."""
-    unsaid_side: Mapping[str, str] = field(default_factory=dict)
-    """The only sensor of a place and the setting by which it sees behind the effect's spring (sensor -> ``part.parameter``), where the
-    lesson does not say on which side it sits."""
+    seat: Seat = field(default_factory=Seat)
     shaped: Candidate | None = None
     """The candidate with the values of a finer shape free too; none where it has them or there are none."""
 
@@ -63,14 +70,14 @@ class Candidate:
     @property
     def place(self) -> str:
         """Where a lesson inserts it."""
-        return self.before or self.at
+        return self.seat.before or self.at
 
     @property
     def otherwise(self) -> dict[str, float]:
         """Return the settings of a second form that is tried too, as nobody says which it is: the sensor sits before the effect's spring,
         or the filter is computed."""
         flag = self.effect.identification.held_flag
-        return dict.fromkeys(self.unsaid_side.values(), 0.0) | ({f"{self.part}.{flag}": COMPUTED} if flag else {})
+        return dict.fromkeys(self.seat.unsaid_side.values(), 0.0) | ({f"{self.part}.{flag}": COMPUTED} if flag else {})
 
     @property
     def acts_elsewhere(self) -> bool:

@@ -15,7 +15,7 @@ from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.schema import ColumnEntry, DrivingSignal
 from lathesim.lessons.yaml_source import Location
-from lathesim.recordings.mapping import RecordingMapping, SignalMapping
+from lathesim.recordings.mapping import BetweenRows, RecordingMapping, SignalMapping
 from lathesim.recordings.sample_grid import Threshold
 from lathesim.units import is_count
 
@@ -95,14 +95,14 @@ def _between_rows(signal: SignalMapping, entry: DrivingSignal, assembly: Assembl
     commanded, and so was the input of a controller or a converter.
     """
     if entry.held is not None or signal.threshold is not None:
-        return replace(signal, moves=entry.held is False, held=entry.held is True)
+        return replace(signal, between=BetweenRows(moves=entry.held is False, held=entry.held is True))
     ports = assembly.ports(signal.target)
     pushes = Place.of(signal.target).port in (ports.get("effort"), ports.get("drive")) and "measured" not in ports
     given = any(not wire(assembly).moves_between_samples(source) for source in signal.also)
     if not pushes or given or signal.si_unit not in (*_MEASURED, "V"):
         return signal
     moves = "flow" in ports and signal.si_unit in _MEASURED
-    return replace(signal, moves=moves, assumed=True, held=not moves)
+    return replace(signal, between=BetweenRows(moves=moves, held=not moves, assumed=True))
 
 
 def _steps(assembly: Assembly) -> dict[str, float]:

@@ -48,6 +48,19 @@ _ANSWERS = 3
 
 
 @dataclass(frozen=True)
+class BetweenRows:
+    """What a channel does between two rows.
+
+    A driven input ``moves`` where it is interpolated, as a measured one; otherwise it is held, as a commanded one. With ``held`` a sample
+    without a row repeats the one before; a place that was asked for is interpolated, unless the lesson says so. It may be ``assumed``.
+    """
+
+    moves: bool = False
+    held: bool = False
+    assumed: bool = False
+
+
+@dataclass(frozen=True)
 class SignalMapping:
     """A column and what it means: channel [``si_unit``] = column * scale, read in ``unit``, plus ``offset`` [SI].
 
@@ -67,12 +80,7 @@ class SignalMapping:
     also: tuple[str, ...] = ()
     place: str = ""
     threshold: Threshold | None = None
-    moves: bool = False
-    """Whether a driven input is interpolated between rows, as a measured one; otherwise it is held, as a commanded one."""
-    assumed: bool = False
-    """Whether that was assumed."""
-    held: bool = False
-    """Whether a sample without a row repeats the one before; a place that was asked for is interpolated, unless the lesson says so."""
+    between: BetweenRows = BetweenRows()
 
     @property
     def kind(self) -> str:
@@ -100,7 +108,7 @@ class RecordingMapping:
     @property
     def moving(self) -> frozenset[str]:
         """The driven inputs that are interpolated between rows."""
-        return frozenset(signal.target for signal in self.signals if signal.moves)
+        return frozenset(signal.target for signal in self.signals if signal.between.moves)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +135,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     """
     findings = [Finding("reading", "", note, "") for note in table.notes if not note.startswith("left out")]
     columns = {signal.target: _column(table, signal, findings) for signal in mapping.signals}
-    findings += [_as_assumed(signal) for signal in mapping.signals if signal.assumed]
+    findings += [_as_assumed(signal) for signal in mapping.signals if signal.between.assumed]
     time, began = _time(table, mapping, findings)
     _same_length(table, mapping, columns, time)
     count = len(next(iter(columns.values())))
@@ -139,7 +147,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
     channels = {signal.target: _in_si(columns[signal.target], signal) for signal in mapping.signals}
     empty = [name for name, values in channels.items() if _mostly_missing(name, values, findings)]
     present = {name: values for name, values in channels.items() if name not in empty}
-    held = {signal.target for signal in mapping.signals if signal.held}
+    held = {signal.target for signal in mapping.signals if signal.between.held}
     grid = with_gaps_bridged(grid, [values for name, values in present.items() if name not in held], findings)
     # a column that switches an input is what a sensor shows, and no command
     commanded = [signal.target for signal in mapping.signals if signal.role == "drive" and signal.threshold is None]
@@ -177,7 +185,7 @@ def map_recording(table: RawTable, mapping: RecordingMapping) -> MappedRecording
 def _as_assumed(signal: SignalMapping) -> Finding:
     """Return a sentence on the assumed course of a driven input between two rows."""
     assumed, held = ("force or torque is assumed to be measured, and interpolated linearly between rows", "true' if it was commanded")
-    if not signal.moves:
+    if not signal.between.moves:
         assumed, held = ("voltage is assumed to be commanded, and held until the next row", "false' if it was measured")
     return Finding("driven", signal.target, f"the {assumed}", f"write 'held: {held}")
 

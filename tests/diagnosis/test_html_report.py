@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.records.comparison import Explanation
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, Interval, Location
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Determined, Diagnosis, Interval, Location
 from lathesim.diagnosis.reporting.html_report import _baseline, insert_lines, report_html
 from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, quantity_text
 from lathesim.diagnosis.reporting.summary import headline
@@ -140,7 +140,7 @@ def test_text_of_a_file_is_shown_and_never_obeyed() -> None:
 def test_numbers_that_are_missing_are_shown_as_missing() -> None:
     parameters = {"level": Interval(20.0, "N", float("nan"), float("nan"))}
     bare = Diagnosis(
-        "named", "s", "l", "r", "", (replace(COULOMB, parameters=parameters, undetermined=("level",)),), Location(("x_axis",)),
+        "named", "s", "l", "r", "", (replace(COULOMB, parameters=parameters, sizes=Determined(("level",))),), Location(("x_axis",)),
     )  # fmt: skip
     text = Page(report_html(bare)).text
     assert "20 N (not determined here)" in text

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
+from lathesim.diagnosis.records.diagnosis import Determined, FoundEffect, Interval
 from lathesim.diagnosis.records.found import Found
 from lathesim.diagnosis.reporting.effect_report import bounded
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, without_undetermined, written
@@ -80,7 +80,7 @@ def values_of(found: Found, **changed: float) -> dict[str, float]:
 
 def told(level: Interval, difference: Interval, *undetermined: str) -> FoundEffect:
     parameters = {"level": level, "asymmetry": Interval(0.0, "1", -0.5, 0.5), "viscous_difference": difference}
-    return FoundEffect("AsymmetricFriction", "x_axis", "reversal", 1.0, parameters, undetermined=undetermined)
+    return FoundEffect("AsymmetricFriction", "x_axis", "reversal", 1.0, parameters, sizes=Determined(undetermined))
 
 
 SURE, NOTHING = Interval(8.0, "N", 7.9, 8.1), Interval(0.004, "N/(m/s)", -4.0, 4.8)
@@ -90,7 +90,7 @@ def test_what_is_not_determined_and_not_missed_is_left_out(rubbing: tuple[Experi
     experiment, validation, found, candidate = rubbing
     effect = told(SURE, NOTHING, "viscous_difference")
     (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found, viscous_difference=0.004))
-    assert left.left_out == ("viscous_difference",)
+    assert left.sizes.left_out == ("viscous_difference",)
     entry = lesson_entry(left, candidate, found.model.fitted, experiment)
     assert entry == {"effect": "AsymmetricFriction", "at": "x_axis", "level": "8 N", "asymmetry": "0"}
 
@@ -99,7 +99,7 @@ def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Experimen
     _, validation, found, candidate = rubbing
     effect = told(Interval(8.0, "N", -1.0, 17.0), Interval(40.0, "N/(m/s)", 30.0, 50.0), "level")
     (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found))
-    assert left.left_out == ()
+    assert left.sizes.left_out == ()
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_what_is_missed_stays_however_wide_its_interval(rubbing: tuple[Experimen
 def test_an_effect_keeps_what_makes_it_felt(effect: FoundEffect, rubbing: tuple[Experiment, Experiment, Found, Candidate]) -> None:
     _, validation, found, candidate = rubbing
     (left,) = without_undetermined([effect], [candidate], validation, found, values_of(found))
-    assert left.left_out == ()
+    assert left.sizes.left_out == ()
 
 
 def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(
@@ -122,7 +122,7 @@ def test_a_value_that_is_not_neutral_by_itself_is_written_as_neutral(
 ) -> None:
     """Left out of the line, a level would be what the effect has where nobody names one."""
     experiment, _, found, candidate = rubbing
-    left = replace(told(SURE, NOTHING), left_out=("level",))
+    left = replace(told(SURE, NOTHING), sizes=Determined(left_out=("level",)))
     default = experiment.sensed.plan.parts[candidate.part].component.declared(Parameter)["level"].default
     assert ("level" in lesson_entry(left, candidate, found.model.fitted, experiment)) == (default != 0.0)
     kept = [place for place, name in enumerate(candidate.parameters) if not name.endswith(".level")]

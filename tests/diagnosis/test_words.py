@@ -15,6 +15,7 @@ from lathesim.diagnosis.records.diagnosis import (
     VERDICTS,
     BaselineValue,
     ChannelFit,
+    Determined,
     Diagnosis,
     FoundEffect,
     Interval,
@@ -169,7 +170,11 @@ def test_what_has_no_name_is_said_with_its_place_size_and_how_sure_that_is() -> 
 
 def test_an_effect_whose_interval_holds_zero_is_no_find() -> None:
     doubtful = replace(
-        COULOMB, effect="ForceOffset", parameters={"offset": Interval(0.2, "N", -0.4, 0.8)}, may_be_zero=True, tied_with=("Weight",)
+        COULOMB,
+        effect="ForceOffset",
+        parameters={"offset": Interval(0.2, "N", -0.4, 0.8)},
+        sizes=Determined(may_be_zero=True),
+        tied_with=("Weight",),
     )
     both = replace(NAMED, effects=(COULOMB, doubtful))
     assert headline(both) == "The simulation left out CoulombFriction at x_axis."
@@ -183,8 +188,8 @@ def test_an_effect_whose_interval_holds_zero_is_no_find() -> None:
 
 def test_where_recordings_determine_a_product_alone_that_is_the_size() -> None:
     parameters = {"growth": Interval(222.0, "1/m", 0.0, 13096.0), "rate": Interval(0.0, "m/s", 0.0, 4e-8)}
-    wear = replace(COULOMB, effect="WearForceGrowth", parameters=parameters, undetermined=("growth",))
-    wear = replace(wear, products={"growth x break_in": Interval(0.018, "1", 0.0174, 0.0186)})
+    wear = replace(COULOMB, effect="WearForceGrowth", parameters=parameters, sizes=Determined(("growth",)))
+    wear = replace(wear, sizes=replace(wear.sizes, products={"growth x break_in": Interval(0.018, "1", 0.0174, 0.0186)}))
     assert lines(replace(NAMED, effects=(wear,)))["Size"].startswith(
         "WearForceGrowth growth x break in 0.01800 (95 % interval 0.01740 to 0.01860). "
     )
@@ -318,7 +323,7 @@ def test_values_that_are_others_beside_what_is_pasted_are_told() -> None:
 
 
 def test_what_is_not_determined_is_marked_and_a_pure_number_has_no_unit() -> None:
-    shape = replace(COULOMB, parameters={"hump": Interval(0.48, "1", -0.9, 5.0)}, undetermined=("hump",))
+    shape = replace(COULOMB, parameters={"hump": Interval(0.48, "1", -0.9, 5.0)}, sizes=Determined(("hump",)))
     assert "hump 0.5 (-0.9 to 5.0, not determined here)" in "\n".join(answer_lines(replace(NAMED, effects=(shape,))))
 
 
@@ -376,7 +381,7 @@ def test_advice_for_a_part_that_turns_has_speeds_of_a_turn() -> None:
 def test_ties_and_open_values_say_what_the_lines_to_paste_hold_and_each_experiment_stands_once() -> None:
     effects = (
         FoundEffect("LostCounts", "x_scale", "encoder", 0.5, {}, ("LostCounts at x_encoder",), "Return to the index mark."),
-        FoundEffect("StribeckFriction", "x_axis", "reversal", 1.0, {}, (), "Creep.", undetermined=("stribeck_velocity", "excess")),
+        FoundEffect("StribeckFriction", "x_axis", "reversal", 1.0, {}, (), "Creep.", sizes=Determined(("stribeck_velocity", "excess"))),
     )
     name, values, experiment = not_determined(effects)
     assert name == "The lines to paste hold LostCounts at x_scale, and not LostCounts at x_encoder."

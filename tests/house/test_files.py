@@ -32,7 +32,7 @@ ON_TEXT = {"experiments": 9, "live": 17, "program": 12, "recordings": 14, "stabi
 FIELDS, ARGUMENTS, LENGTH = 12, 8, 60
 """Fields of a dataclass, arguments of a function that is no law of a part, and lines of a function: what a reader keeps in mind."""
 WIDE = {
-    "Candidate", "Diagnosis", "FoundEffect", "Identification", "SignalMapping", "Simulator",
+    "Diagnosis", "Identification",
 }  # fmt: skip
 """Dataclasses with more fields, a set that only shrinks; authors of plug-ins write an ``Identification``, of few entries."""
 MANY_ARGUMENTS = {

@@ -151,7 +151,7 @@ def test_a_command_comes_late_before_the_lag_that_the_lesson_declares(registry: 
     assembly = voltage_axis_with(registry, CurrentLoopLag, "x_drive", {"time_constant": 1e-3})
     found, (delay,) = insert_candidates(assembly, (TransportDelay,), ["x_encoder.position"])
     feeds = {item.target: item.source for item in found.wires}
-    assert (delay.at, delay.before, delay.place) == ("x_drive", "own", "own")
+    assert (delay.at, delay.seat.before, delay.place) == ("x_drive", "own", "own")
     assert feeds["own.incoming"] == f"{delay.part}.outgoing"
 
 
@@ -159,7 +159,7 @@ def test_a_friction_is_tried_on_both_sides_of_a_spring_that_the_lesson_declares(
     values = {"table_share": 0.5, "frequency": 40.0}
     found, both = insert_candidates(voltage_axis_with(registry, AxialResonance, "x_axis", values), (CoulombFriction,))
     feeds = {item.target: item.source for item in found.wires}
-    parts = {candidate.before: candidate.part for candidate in both}
+    parts = {candidate.seat.before: candidate.part for candidate in both}
     assert {candidate.at for candidate in both} == {"x_axis"}
     assert (feeds["own.motor_side"], feeds["own.incoming"]) == (f"{parts['']}.outgoing", f"{parts['own']}.outgoing")
 
@@ -256,7 +256,7 @@ def test_a_channel_may_have_a_share_of_another_one_that_is_compared() -> None:
     wires = (*assembly.wires, *(Wire(f"dynamometer.{name}_force", f"cutting.{name}_force") for name in ("thrust", "feed")))
     machine = dataclasses.replace(assembly, wires=wires)
     _, candidates = insert_candidates(machine, [DynamometerCrosstalk], ("dynamometer.main", "dynamometer.thrust"))
-    assert [(candidate.at, dict(candidate.senses)) for candidate in candidates] == [
+    assert [(candidate.at, dict(candidate.seat.senses)) for candidate in candidates] == [
         ("dynamometer", {"other_force": "cutting.thrust_force"}), ("dynamometer.thrust", {"other_force": "cutting.main_force"})
     ]  # fmt: skip
 
@@ -276,7 +276,7 @@ def test_an_error_between_two_sensors_is_told_at_the_one_that_closes_no_loop(nam
     """Either sensor would explain it: a screw sits between motor and scale, and it is no counter that has a wrong gain."""
     template = next(template for template in TEMPLATES if template.stem == name)
     _, candidates = insert_candidates(assembly_of(template, registry), [ScaleFactorError])
-    assert [candidate.at for candidate in candidates if candidate.second] == [second]
+    assert [candidate.at for candidate in candidates if candidate.seat.second] == [second]
     assert len(candidates) > 1
 
 
@@ -301,10 +301,10 @@ def test_an_axis_out_of_square_is_looked_for_along_each_other_axis(registry: Reg
     lathe = next(template for template in TEMPLATES if template.stem == "two_axis_lathe")
     filled, candidates = insert_candidates(assembly_of(lathe, registry), [squareness])
     sources = {wire.target: wire.source for wire in filled.wires}
-    assert {(candidate.of_motion, candidate.senses["other_position"]) for candidate in candidates} == {
+    assert {(candidate.seat.of_motion, candidate.seat.senses["other_position"]) for candidate in candidates} == {
         ("x_axis", "z_axis.position"), ("z_axis", "x_axis.position")
     }  # fmt: skip
-    assert all(sources[f"{candidate.part}.other_position"] == candidate.senses["other_position"] for candidate in candidates)
+    assert all(sources[f"{candidate.part}.other_position"] == candidate.seat.senses["other_position"] for candidate in candidates)
     alone = next(template for template in TEMPLATES if template.stem == "cascade_axis")
     assert insert_candidates(assembly_of(alone, registry), [squareness])[1] == []
 
@@ -315,6 +315,6 @@ def test_a_spring_may_be_on_either_side_of_the_only_sensor_unless_the_lesson_say
     parts = tuple(dataclasses.replace(part, side=side if part.name == "spindle_encoder" else part.side) for part in bare.parts)
     assembly, (spring,) = insert_candidates(dataclasses.replace(bare, parts=parts), [AxialResonance], ["spindle_encoder.angle"])
     setting = f"{spring.part}_beyond_spindle_encoder.share"
-    assert spring.unsaid_side == ({"spindle_encoder": setting} if unsaid else {})
+    assert spring.seat.unsaid_side == ({"spindle_encoder": setting} if unsaid else {})
     assert spring.otherwise == ({setting: 0.0} if unsaid else {})
     assert set(spring.otherwise) <= set(wire(dataclasses.replace(assembly, finish="", record=())).parameters)

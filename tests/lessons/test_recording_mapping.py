@@ -82,7 +82,7 @@ def test_what_was_measured_moves_between_rows_and_what_was_commanded_is_held(
     )
     lesson = load_lesson(path)
     first = mapping_of(lesson, assemble(lesson, load_registry(installed=False))).signals[0]
-    assert (first.moves, first.assumed) == (moves, assumed)
+    assert (first.between.moves, first.between.assumed) == (moves, assumed)
 
 
 def test_the_unit_of_a_pure_number_needs_no_quotes() -> None:

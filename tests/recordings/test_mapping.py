@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.errors import LatheSimError, RecordingError
 from lathesim.identification.replay.loading import noise_of_rows
-from lathesim.recordings.mapping import Finding, MappedRecording, RecordingMapping, SignalMapping, map_recording
+from lathesim.recordings.mapping import BetweenRows, Finding, MappedRecording, RecordingMapping, SignalMapping, map_recording
 from lathesim.recordings.raw_table import RawTable
 from lathesim.recordings.sample_grid import Threshold, row_noise
 
@@ -102,7 +102,7 @@ def uneven(seed: int = 3, rows: int = 104) -> np.ndarray:
     return np.cumsum(steps) - steps[0]
 
 
-HELD = SignalMapping("x_dac.command", "u", "V", 1.0, None, "drive", "V", held=True)
+HELD = SignalMapping("x_dac.command", "u", "V", 1.0, None, "drive", "V", between=BetweenRows(held=True))
 
 
 def test_an_uneven_log_with_long_gaps_is_used_whole_on_the_lessons_clock() -> None:

@@ -373,4 +373,8 @@ def _better(study: Study, model: Model, best: Tried, worth: Tried) -> bool:
 
 def is_the_other_sensor(rival: Candidate, candidate: Candidate) -> bool:
     """Return whether a rival is the same effect between the same two sensors, which is reported at the second of them."""
-    return rival.name == candidate.name and rival.of_motion == candidate.of_motion and candidate.effect.identification.between_sensors
+    return (
+        rival.name == candidate.name
+        and rival.seat.of_motion == candidate.seat.of_motion
+        and candidate.effect.identification.between_sensors
+    )

@@ -45,8 +45,3 @@ class Study:
     def judges_itself(self) -> bool:
         """Whether one stroke alone was recorded, which judges what is fitted to it."""
         return self.validation is self.estimation or (self.validation.record is self.estimation.record and self.validation.weights is None)
-
-    @property
-    def runs(self) -> int:
-        """How many simulations were held against the recordings until now."""
-        return self.estimation.sensed.runs.total + self.validation.sensed.runs.total

@@ -176,7 +176,7 @@ def reasons(looking: Looking, one: Visible, *, seen: bool = False) -> list[str]:
 
 def motion_lacks(experiment: Experiment, candidate: Candidate, method: Method = STANDARD) -> list[str]:
     """Return what the recorded motion lacks at the host of an effect: two directions, several speeds, several loads."""
-    host = candidate.of_motion or Place.of(candidate.at).part
+    host = candidate.seat.of_motion or Place.of(candidate.at).part
     ports = experiment.machine.assembly.ports(host)
     flow = f"{host}.{ports.get('flow', '')}"
     velocity = {**experiment.doing, **experiment.motion}.get(flow)

@@ -56,15 +56,27 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Determined:
+    """What recordings say of the sizes of an effect.
+
+    ``undetermined`` names parameters that they do not determine, ``left_out`` those of them that the lines to paste do without.
+    ``may_be_zero`` says that the intervals of all sizes hold the value with which the effect vanishes, and that its gain is not clear in
+    spite of that. ``products`` are those of two parameters that they determine where they determine neither of the two.
+    """
+
+    undetermined: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    may_be_zero: bool = False
+    products: Mapping[str, Interval] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class FoundEffect:
     """An effect that was left out.
 
     ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
-    ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes; ``undetermined`` names parameters
-    that the recording does not determine, ``left_out`` those of them that the lines to paste do without. ``may_be_zero`` says that the
-    intervals of all its sizes hold the value with which it vanishes, and that its gain is not clear in spite of that. ``products`` are
-    those of two parameters that recordings determine where they determine neither of the two. ``before`` is the effect of the lesson before
-    which it is inserted, as behind a spring; empty where there is none.
+    ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes. ``before`` is the effect of the
+    lesson before which it is inserted, as behind a spring; empty where there is none.
     """
 
     effect: str
@@ -76,11 +88,8 @@ class FoundEffect:
     separating_experiment: str | None = None
     share: float = 0.0
     doc: str = ""
-    undetermined: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
-    may_be_zero: bool = False
-    products: Mapping[str, Interval] = field(default_factory=dict)
     before: str = ""
+    sizes: Determined = field(default_factory=Determined)
 
 
 @dataclass(frozen=True)
@@ -339,8 +348,8 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "tied_with": effect.tied_with,
         "separating_experiment": effect.separating_experiment,
         "share": effect.share,
-        "undetermined": effect.undetermined,
-        "may_be_zero": effect.may_be_zero,
+        "undetermined": effect.sizes.undetermined,
+        "may_be_zero": effect.sizes.may_be_zero,
         **({"before": effect.before} if effect.before else {}),
     }
 

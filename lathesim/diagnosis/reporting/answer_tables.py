@@ -15,12 +15,12 @@ def effect_rows(diagnosis: Diagnosis) -> Rows:
     """Return effect, place, size with interval and probability, a row for each size; an effect that may be zero has no probability."""
     rows: Rows = []
     for effect in diagnosis.effects:
-        sizes = [(name, item_text(item, name in effect.undetermined)) for name, item in effect.parameters.items()]
-        sizes += [(name, item_text(item, undetermined=False)) for name, item in effect.products.items()]
+        sizes = [(name, item_text(item, name in effect.sizes.undetermined)) for name, item in effect.parameters.items()]
+        sizes += [(name, item_text(item, undetermined=False)) for name, item in effect.sizes.products.items()]
         for place, (name, text) in enumerate(sizes or [("", NOTHING)]):
             at = f"{effect.at}, at {effect.before}" if effect.before else effect.at
             first = (effect.effect, at) if place == 0 else ("", "")
-            sure = NOTHING if effect.may_be_zero else probability_text(effect.probability)
+            sure = NOTHING if effect.sizes.may_be_zero else probability_text(effect.probability)
             rows.append((*first, f"{name.replace('_', ' ')} {text}".strip(), sure if place == 0 else ""))
     return rows
 

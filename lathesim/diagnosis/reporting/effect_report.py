@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.component import Declaration, Parameter
 from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
-from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
+from lathesim.diagnosis.records.diagnosis import Determined, FoundEffect, Interval
 from lathesim.diagnosis.records.found import RankedEffect
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates, interval_includes_neutral, is_there
@@ -55,10 +55,8 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         separating,
         item.share,
         _first_line(candidate),
-        tuple(undetermined),
-        may_be_zero=interval_includes_neutral(candidate, values),
-        products=_products(candidate, values, experiment),
-        before=candidate.before,
+        candidate.seat.before,
+        Determined(tuple(undetermined), (), interval_includes_neutral(candidate, values), _products(candidate, values, experiment)),
     )
 
 

@@ -25,7 +25,7 @@ def lesson_entry(effect: FoundEffect, candidate: Candidate, fitted: Fitted, expe
     """Return the entry for the lesson; what belongs to a recording is that of the fitted one."""
     quantities = {}
     for name, item in effect.parameters.items():
-        if name not in effect.left_out:
+        if name not in effect.sizes.left_out:
             quantities[name] = written(item.value, item.unit)
         elif (neutral := _neutral_where_not_default(candidate, name, experiment)) is not None:
             quantities[name] = written(neutral, item.unit)
@@ -44,7 +44,7 @@ def lesson_entry(effect: FoundEffect, candidate: Candidate, fitted: Fitted, expe
         if name in fitted.by_name and short not in quantities:
             half_turn = np.pi if name in phases_to_turn(candidate, fitted.by_name) else 0.0
             quantities[short] = written(fitted.by_name[name] + half_turn, declared_in(experiment, name).unit)
-    return {"effect": effect.effect, "at": candidate.place, **candidate.senses, **quantities}
+    return {"effect": effect.effect, "at": candidate.place, **candidate.seat.senses, **quantities}
 
 
 def written(value: float, unit: str) -> str:
@@ -76,9 +76,9 @@ def without_undetermined(
     found_effects = []
     for effect, candidate in zip(effects, candidates, strict=True):
         vanishing = _may_be_nothing(effect, candidate)
-        choices = [effect.undetermined, vanishing] if vanishing else []
+        choices = [effect.sizes.undetermined, vanishing] if vanishing else []
         chosen = next((names for names in choices if _is_not_missed(names, candidate, validation, found, values, method=method)), ())
-        found_effects.append(replace(effect, left_out=tuple(chosen)))
+        found_effects.append(replace(effect, sizes=replace(effect.sizes, left_out=tuple(chosen))))
     return found_effects
 
 
@@ -86,10 +86,12 @@ def _may_be_nothing(effect: FoundEffect, candidate: Candidate) -> tuple[str, ...
     """Return the undetermined parameters whose intervals hold the value with which their part vanishes, where something else remains."""
     sizes = {name: item for name, item in effect.parameters.items() if name in candidate.effect.neutral}
     nothing = [
-        name for name, item in sizes.items() if name in effect.undetermined and item.low <= candidate.effect.neutral[name] <= item.high
+        name
+        for name, item in sizes.items()
+        if name in effect.sizes.undetermined and item.low <= candidate.effect.neutral[name] <= item.high
     ]
     with_simulated_motion = [
-        name for name, item in sizes.items() if name not in effect.undetermined and item.value != candidate.effect.neutral[name]
+        name for name, item in sizes.items() if name not in effect.sizes.undetermined and item.value != candidate.effect.neutral[name]
     ]
     return tuple(nothing) if with_simulated_motion else ()
 

@@ -45,9 +45,9 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
         if effect.tied_with:
             name = f"{effect.effect} at {effect.at}" if any(" at " in other for other in effect.tied_with) else effect.effect
             sentences.append(f"The lines to paste hold {name}, and not {' or '.join(effect.tied_with)}.")
-        pasted = [name for name in effect.undetermined if name not in effect.left_out]
+        pasted = [name for name in effect.sizes.undetermined if name not in effect.sizes.left_out]
         several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
-        for names, done in ((effect.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
+        for names, done in ((effect.sizes.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
             if names:
                 verb = "is" if len(names) == 1 else "are"
                 named = listed([name.replace("_", " ") for name in names])
@@ -100,7 +100,7 @@ def _log_too(diagnosis: Diagnosis) -> list[str]:
 def _after_names(diagnosis: Diagnosis, *, off: bool) -> str:
     if diagnosis.is_one_stroke:
         return "Record the stroke a second time, and give that recording with --validate."
-    ordered = sorted(diagnosis.effects, key=lambda effect: effect.may_be_zero)
+    ordered = sorted(diagnosis.effects, key=lambda effect: effect.sizes.may_be_zero)
     open_ = next((effect for effect in ordered if effect.separating_experiment), None)
     if open_ is not None and open_.tied_with:
         return f"To tell {open_.effect} from {listed(list(open_.tied_with))}: {open_.separating_experiment}"

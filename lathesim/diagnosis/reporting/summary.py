@@ -142,7 +142,7 @@ def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
 
 def found_effects(diagnosis: Diagnosis) -> list[FoundEffect]:
     """Return the effects that may be presented as a find: an effect whose size may be zero is none."""
-    return [effect for effect in diagnosis.effects if not effect.may_be_zero]
+    return [effect for effect in diagnosis.effects if not effect.sizes.may_be_zero]
 
 
 def _shown(value: float, unit: str) -> str:
@@ -163,7 +163,7 @@ def _size(diagnosis: Diagnosis) -> str:
     if diagnosis.names:
         finds = found_effects(diagnosis)
         sentences.append(f"{'; '.join(f'{effect.effect} {_size_text(effect)}' for effect in finds or diagnosis.effects)}.")
-        doubtful = [effect.effect for effect in diagnosis.effects if finds and effect.may_be_zero]
+        doubtful = [effect.effect for effect in diagnosis.effects if finds and effect.sizes.may_be_zero]
         if doubtful:
             sentences.append(f"{listed(doubtful)} help{'' if len(doubtful) > 1 else 's'} to predict too, of a size that may be zero.")
         if diagnosis.removed_share > 0.0:
@@ -189,14 +189,14 @@ def _size_text(effect: FoundEffect) -> str:
     named = [
         ("" if place == 0 else f"{name.replace('_', ' ')} ", name, item) for place, (name, item) in enumerate(effect.parameters.items())
     ]
-    sizes = [(label, item) for label, name, item in named if name not in effect.undetermined]
+    sizes = [(label, item) for label, name, item in named if name not in effect.sizes.undetermined]
     sizes.sort(key=lambda one: not (math.isfinite(one[1].high - one[1].low) and one[1].low * one[1].high > 0.0))
-    products = [(f"{name.replace('_', ' ')} ", item) for name, item in effect.products.items()]
+    products = [(f"{name.replace('_', ' ')} ", item) for name, item in effect.sizes.products.items()]
     if not (products or sizes):
-        return "is not determined" + (", may be zero" if effect.may_be_zero else "")
+        return "is not determined" + (", may be zero" if effect.sizes.may_be_zero else "")
     name, item = (products or sizes)[0]
     value, interval = interval_texts(item.value, item.low, item.high, item.unit, item.ends)
-    return f"{name}{value} (95 % interval {interval})" + (", may be zero" if effect.may_be_zero else "")
+    return f"{name}{value} (95 % interval {interval})" + (", may be zero" if effect.sizes.may_be_zero else "")
 
 
 def moved_values(diagnosis: Diagnosis) -> list[tuple[str, BaselineValue]]:

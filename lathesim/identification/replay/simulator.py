@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +13,7 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
-from lathesim.identification.execution import Remembered, RunCount
+from lathesim.identification.execution import Remembered
 from lathesim.identification.noise import (
     DIFFERENCED,
     RATE,
@@ -71,7 +71,6 @@ class Simulator:
     each channel, one standard deviation [SI]. ``weights`` (samples,), 0 to 1, say which samples count; without them all do.
     With ``white`` every residual is taken for white noise, whatever the machine makes of forces that nobody modelled, and with
     ``output_error`` in the band of the motion alone.
-    ``runs`` counts those that were held against the recording.
     """
 
     plan: Plan
@@ -89,11 +88,19 @@ class Simulator:
     led: frozenset[int] = frozenset()
     """Rows of the channels that show the position of a part that follows a given position exactly: nothing else determines their zero."""
     output_error: bool = False
-    runs: RunCount = field(default_factory=RunCount, init=False, repr=False)
-    _with_impulse: Remembered[_ImpulseResponses] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
-    _counting: dict[tuple[int, ...], np.ndarray] = field(default_factory=dict, init=False, repr=False)
-    """By rows of channels the samples at which all of them count."""
-    _shaped: Remembered[tuple[NoiseShapes, ...]] = field(default_factory=lambda: Remembered(_REMEMBERED), init=False, repr=False)
+
+    @cached_property
+    def _with_impulse(self) -> Remembered[_ImpulseResponses]:
+        return Remembered(_REMEMBERED)
+
+    @cached_property
+    def _shaped(self) -> Remembered[tuple[NoiseShapes, ...]]:
+        return Remembered(_REMEMBERED)
+
+    @cached_property
+    def _counting(self) -> dict[tuple[int, ...], np.ndarray]:
+        """By rows of channels the samples at which all of them count."""
+        return {}
 
     @cached_property
     def seen(self) -> FloatArray:
@@ -278,7 +285,6 @@ class Simulator:
 
     def residuals(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
         """Return recorded minus simulated for each row of ``values``; zero where nothing was recorded."""
-        self.runs.add(len(values))
         return self._each(names, values, self.residual_of)
 
     def responses(
@@ -289,7 +295,6 @@ class Simulator:
         The first of two ``references`` is of :meth:`with_long_steps`: one step a sample will do for a difference of two runs, except where
         a lag is so short that the run is lost with it; then it is made with the plan's steps and held against the second. Lost, it is None.
         """
-        self.runs.add(len(values))
         bound = 0.5 * LOST * self.seen_floors
         found: list[FloatArray | None] = [None] * len(values)
         for steps, reference in zip((1, 0), references, strict=True):

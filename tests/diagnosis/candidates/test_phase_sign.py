@@ -83,7 +83,7 @@ def test_what_is_told_does_what_was_fitted(effect: Any, first: float, second: fl
     if effect is Cogging:
         assert found["second"].value > 0.0
     named = {f"{candidate.part}.{name}": value for name, value in fitted.items()}
-    told = FoundEffect(candidate.name, candidate.at, candidate.family, 1.0, found, (), None, 1.0, True, "", ())
+    told = FoundEffect(candidate.name, candidate.at, candidate.family, 1.0, found)
     (experiment,) = experiments(recording(count=200), effects=(effect,))
     entry = lesson_entry(told, candidate, SimpleNamespace(by_name=named), experiment)  # type: ignore[arg-type]
     inserted = {name: float(text.split()[0]) for name, text in entry.items() if name not in ("effect", "at")}

@@ -25,4 +25,4 @@ def test_an_interval_that_holds_zero_is_as_wide_as_the_gain_allows(of_size: floa
     values = Estimates({friction.parameters[0]: Estimate(15.0, error, error)}, 1.0)
     effect = reported(RankedEffect(friction, 1.0, (), 0.9, of_size), values, experiment)
     assert effect.parameters["level"].high == pytest.approx(15.0 + CONFIDENCE * half)
-    assert effect.may_be_zero == math.isinf(of_size)
+    assert effect.sizes.may_be_zero == math.isinf(of_size)
