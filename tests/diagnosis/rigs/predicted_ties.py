@@ -78,7 +78,7 @@ def with_answer(folder: Path, recording: Path, named: dict[str, Any]) -> tuple[L
     registry = load_registry([parts] if parts.is_dir() else [])
     looking, _ = looking_at(load_lesson(str(folder / "lesson.yaml")), registry, Means(recording=recording))
     candidates = looking.study.estimation.candidates
-    truth = next(one for one in candidates if one.name == named["effect"] and named["at"] in (one.at, one.before))
+    truth = next(one for one in candidates if one.name == named["effect"] and named["at"] in (one.at, one.seat.before))
     values = [
         named["parameters"].get(Place.of(name).port, {"value": neutral})["value"]
         for name, neutral in zip(truth.parameters, truth.neutral.tolist(), strict=True)
