@@ -13,6 +13,7 @@ from textual.widgets import Input, OptionList, Static
 
 from lathesim.cli.open_app import make_app
 from lathesim.tui.app import LathesimApp
+from lathesim.tui.model.machine_tree import Setup
 
 PATIENCE = 30.0
 
@@ -57,10 +58,15 @@ async def press(pilot: Pilot[None], *keys: str) -> None:
     await pilot.pause()
 
 
+async def fill(app: LathesimApp, pilot: Pilot[None], field: str, text: str) -> None:
+    """Write a text into a field of the screen in front."""
+    app.screen.query_one(field, Input).value = text
+    await pilot.pause()
+
+
 async def answer(app: LathesimApp, pilot: Pilot[None], text: str) -> None:
     """Write an answer into the field of the dialog or the pane that is open."""
-    app.screen.query_one("#answer, #value, #path", Input).value = text
-    await pilot.pause()
+    await fill(app, pilot, "#answer, #value, #path", text)
     await press(pilot, "enter")
 
 
@@ -88,6 +94,12 @@ def choose(app: LathesimApp, name: str) -> list[str]:
 def content(app: App[Any], place: str) -> str:
     """Return what a label of the screen in front says."""
     return str(app.screen.query_one(place, Static).content)
+
+
+def setup_of(app: LathesimApp) -> Setup:
+    """Return the setup on the bench."""
+    assert app.workbench.setup is not None
+    return app.workbench.setup
 
 
 def told(app: LathesimApp) -> str:

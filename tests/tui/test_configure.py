@@ -12,7 +12,7 @@ from lathesim.record import load
 from lathesim.tui.screens.configure import ConfigureScreen
 from lathesim.tui.widgets.machine_panes import ValuesPane
 from lathesim.tui.widgets.program_listing import ProgramListing
-from tests.tui.driving import answer, choose, content, edit, opened, press, run_to_end, show, told, until
+from tests.tui.driving import answer, choose, content, edit, fill, opened, press, run_to_end, setup_of, show, told, until
 from tests.tui.screen_words import words_of
 
 
@@ -59,8 +59,7 @@ async def test_a_wrong_value_is_told_as_it_is_typed_and_a_right_one_is_taken_in_
             await show(app, pilot, name)
             app.screen.query_one("#value", Input).value = text
             await until(pilot, lambda: content(app, "#fault").startswith("✗") and fault in content(app, "#fault"), fault)  # noqa: B023
-        assert app.workbench.setup is not None
-        assert not app.workbench.setup.is_changed
+        assert not setup_of(app).is_changed
         await edit(app, pilot, "x_controller.proportional", "0.449 V/mm")
         screen = app.screen
         assert isinstance(screen, ConfigureScreen)
@@ -71,8 +70,7 @@ async def test_a_wrong_value_is_told_as_it_is_typed_and_a_right_one_is_taken_in_
             app.screen.query_one("#value", Input).value = text
             await until(pilot, lambda: content(app, "#fault").startswith(f"Taken as {taken}. ") is (text != taken), taken)  # noqa: B023
             await edit(app, pilot, name, text)
-            assert app.workbench.setup is not None
-            assert {**app.workbench.setup.values, **app.workbench.setup.simulation}[name] == taken
+            assert {**setup_of(app).values, **setup_of(app).simulation}[name] == taken
 
 
 async def test_a_change_is_marked_taken_back_and_undone_and_an_effect_inserted_set_and_removed() -> None:
@@ -92,19 +90,16 @@ async def test_a_change_is_marked_taken_back_and_undone_and_an_effect_inserted_s
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I --set 'x_axis.gain=20 mm/(s*V)'"
         await pilot.press("i")
         await until(pilot, lambda: bool(app.screen.query("#wanted")), "the effects")
-        app.screen.query_one("#wanted", Input).value = "Backlash"
-        await pilot.pause()
+        await fill(app, pilot, "#wanted", "Backlash")
         choose(app, "Backlash")
         app.screen.query_one(OptionList).focus()
         await press(pilot, "enter")
-        assert app.workbench.setup is not None
-        assert [dict(entry) for entry in app.workbench.setup.inserted] == [{"effect": "Backlash", "at": "x_encoder"}]
+        assert [dict(entry) for entry in setup_of(app).inserted] == [{"effect": "Backlash", "at": "x_encoder"}]
         width = next(name for name in app.workbench.prepared().plan.parameters if name.startswith("x_encoder_backlash."))
         await edit(app, pilot, width, "20 um")
-        assert app.workbench.setup is not None
-        assert "20 um" in app.workbench.setup.inserted[0].values()
+        assert "20 um" in setup_of(app).inserted[0].values()
         await press(pilot, "x", "x")
-        assert app.workbench.setup.inserted == ()
+        assert setup_of(app).inserted == ()
 
 
 @pytest.mark.slow
@@ -212,12 +207,10 @@ async def test_a_program_is_explained_line_by_line_chosen_and_made_from_a_form()
         assert "! " in content(app, "#explained")
         app.screen.query_one(Tree).focus()
         await press(pilot, "n")
-        app.screen.query_one("#length", Input).value = "20 s"
-        await pilot.pause()
+        await fill(app, pilot, "#length", "20 s")
         assert "is given in s, but m is wanted" in content(app, "#fault")
         app.screen.query_one("#length", Input).value = "21"
-        app.screen.query_one("#feed", Input).value = "90"
-        await pilot.pause()
+        await fill(app, pilot, "#feed", "90")
         assert content(app, "#fault") == "Taken as Length behind the face 21 mm, Feed (mm/min or mm/rev) 90 mm/min."
         await pilot.click("#take")
         await until(pilot, lambda: Path("part_programs/cut.nc").exists(), "the program")

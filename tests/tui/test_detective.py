@@ -20,7 +20,7 @@ from lathesim.tui.app import LathesimApp
 from lathesim.tui.model.case_file import CaseFile, Guess, guessed_columns
 from lathesim.tui.screens.detective import DetectiveScreen
 from lathesim.tui.widgets.case_panes import standing_bars
-from tests.tui.driving import content, opened, press, told, until
+from tests.tui.driving import content, opened, press, setup_of, told, until
 
 LESSON = "22_what_is_wrong_with_this_machine"
 
@@ -60,8 +60,7 @@ async def test_a_detective_guesses_is_told_inserts_the_effect_and_sees_the_resid
         assert "✓ Right: CoulombFriction at x_axis. ✓ level is 20.21 N, you said 19 N." in content(app, "#judged")
         await pilot.press("i")
         await until_long(pilot, lambda: not screen.busy and screen.case is not None and app.workbench.live is None)
-        assert app.workbench.setup is not None
-        assert app.workbench.setup.inserted[0]["effect"] == "CoulombFriction"
+        assert setup_of(app).inserted[0]["effect"] == "CoulombFriction"
         await until_long(pilot, lambda: case.comparison is not None and max(i.over_floor for i in case.comparison.channels) < before / 20)
         screen.reveal("case_1", "case_1_answer.json")
         assert "✓ Your guess: CoulombFriction x_axis 19 N" in content(app, "#truth")

@@ -90,16 +90,6 @@ def test_braille_dots_stand_where_they_are_set() -> None:
     assert chr(BRAILLE + int(braille_codes(dots)[0, 0])) == "⡇"
 
 
-def test_an_envelope_keeps_every_peak() -> None:
-    time = np.arange(10_000.0)
-    values = np.zeros(10_000)
-    values[[17, 4321, 9999]] = [5.0, -7.0, 3.0]
-    thin_time, thin = envelope(time, values, 50)
-    assert len(thin) <= 200
-    assert {5.0, -7.0, 3.0} <= set(thin.tolist())
-    assert (np.diff(thin_time) >= 0.0).all()
-
-
 @pytest.mark.parametrize("count", [2920, 999, 601, 600])
 def test_a_thinned_curve_loses_no_peak(count: int) -> None:
     time = np.arange(count, dtype=float)

@@ -14,7 +14,7 @@ from lathesim.tui.model.student_book import suggestion
 from lathesim.tui.screens.help import KeysView
 from lathesim.tui.widgets.controls import ReadOuts
 from lathesim.tui.widgets.time_plot import TimePlot
-from tests.tui.driving import content, opened, press, run_to_end, told, until
+from tests.tui.driving import content, fill, opened, press, run_to_end, setup_of, told, until
 from tests.tui.screen_words import words_of
 
 
@@ -48,19 +48,6 @@ async def test_a_thing_to_try_sets_its_values_a_hint_opens_after_a_try_and_the_b
     assert not entry["best"]["max_contour_error at most"]["met"]
 
 
-@pytest.mark.slow
-async def test_enter_puts_a_lesson_on_the_bench() -> None:
-    async with opened() as (app, pilot):
-        await pilot.press("f6")
-        await pilot.pause(0.2)
-        lessons = app.screen.query_one("#lessons", OptionList)
-        lessons.focus()
-        await pilot.press("down", "enter")
-        await pilot.pause(0.2)
-        assert app.workbench.setup is not None
-        assert app.workbench.setup.lesson.name == "02_quantisation"
-
-
 async def test_f5_runs_the_lesson_under_the_cursor_with_what_was_changed_of_it_and_the_bench_shows_what_runs() -> None:
     async with opened() as (app, pilot):
         app.workbench.pace = 0.1
@@ -77,8 +64,7 @@ async def test_f5_runs_the_lesson_under_the_cursor_with_what_was_changed_of_it_a
         await pilot.press("f5")
         await until(pilot, lambda: str(result.content).startswith("Stopped, kept as 001 of Quantisation"), "the end")
         assert [run.path.parent.name for run in app.workbench.runs] == ["02_quantisation"]
-        assert app.workbench.setup is not None
-        app.workbench.change(app.workbench.setup.with_simulation("duration", "0.1 s"))
+        app.workbench.change(setup_of(app).with_simulation("duration", "0.1 s"))
         await press(pilot, "f6")
         await run_to_end(app, pilot)
         assert app.workbench.runs[-1].title.endswith(", duration=0.1 s")
@@ -183,16 +169,14 @@ async def test_commands_are_forms_that_show_what_the_command_prints() -> None:
     async with opened() as (app, pilot):
         await pilot.press("w")
         await until(pilot, lambda: bool(app.screen.query("#field-0")), "the form")
-        app.screen.query_one("#field-0", Input).value = "x_dac.bits=8,12"
-        await pilot.pause()
+        await fill(app, pilot, "#field-0", "x_dac.bits=8,12")
         line = "$ lathesim sweep 01_contour_error --vary x_dac.bits=8,12 --variant I"
         assert content(app, "#line") == line
         await pilot.press("escape", "f7")
         await until(pilot, lambda: app.current_mode == "detective", "the detective")
         await pilot.press("a")
         await until(pilot, lambda: bool(app.screen.query("#field-3")), "the form")
-        app.screen.query_one("#field-3", Input).value = "Backlash"
-        await pilot.pause()
+        await fill(app, pilot, "#field-3", "Backlash")
         assert content(app, "#line") == "$ lathesim isolable 01_contour_error --effect Backlash"
         await pilot.press("escape", "f6")
         await until(pilot, lambda: app.current_mode == "lessons", "the lessons")

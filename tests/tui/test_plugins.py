@@ -8,7 +8,7 @@ import pytest
 from textual.widgets import Static
 
 from lathesim.cli.main import run_command_line
-from tests.tui.driving import choose, content, opened, press, run_to_end, until
+from tests.tui.driving import choose, content, opened, press, run_to_end, setup_of, until
 
 FORCE = '''
 from lathesim.component import Component, Input, Output, Parameter
@@ -125,8 +125,7 @@ async def test_one_file_adds_a_command_and_screens(workspace: Path, capsys: pyte
         await pilot.press("f4")
         await pilot.press("v")
         await until(pilot, lambda: bool(app.screen.query("#title")), "the view over Configure")
-        assert app.workbench.setup is not None
-        assert content(app, "#title") == app.workbench.setup.lesson.title
+        assert content(app, "#title") == setup_of(app).lesson.title
 
 
 def test_commands_come_from_a_workspace_alone(workspace: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,7 +13,7 @@ import pytest
 from textual.widgets import Button, Input
 
 from lathesim.record import load
-from tests.tui.driving import opened, run_to_end, until
+from tests.tui.driving import opened, run_to_end, setup_of, until
 from tests.tui.lathe_moments import GOLDENS
 from tests.tui.pictures import SNAPSHOTS, shown
 from tests.tui.screen_words import words_of
@@ -86,8 +86,7 @@ async def test_a_lesson_is_opened_run_and_its_results_seen_with_the_mouse_alone(
         await pilot.pause(0.3)
         await pilot.click(Button)
         await until(pilot, lambda: app.current_mode == "bench", "the bench")
-        assert app.workbench.setup is not None
-        opened_lesson = app.workbench.setup.lesson.name
+        opened_lesson = setup_of(app).lesson.name
         assert opened_lesson != "01_contour_error"
         await pilot.click("#go-run")
         await until(pilot, lambda: bool(app.workbench.runs) and app.workbench.live is None, "the end of the run")
