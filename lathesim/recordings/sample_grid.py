@@ -315,8 +315,7 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
             )
         return SampleGrid(start, period, length, rows, slots.astype(np.float64) if length > len(rows) else None, missing=short)
     steps = np.diff(time)
-    if len(np.unique(slots)) < len(slots):
-        period = beside(period, lesson_period)
+    period = beside(period, lesson_period)
     fact = f"the rows come unevenly, {in_unit(steps.min(), 'ms', '.3g')} to {in_unit(steps.max(), 'ms', '.3g')} apart"
     done = f"the {len(rows)} rows are interpolated onto an even clock of {in_unit(period, 'ms', '.6g')}"
     findings.append(Finding("jitter", "time", fact, f"{done}; what is held stays held"))

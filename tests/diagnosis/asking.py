@@ -34,10 +34,11 @@ class Answer:
 
 
 def ask(words: Sequence[str | Path], *, checkout: Path = HERE, limit: float = 0.0) -> Answer:
-    """Call ``lathesim diagnose`` of a checkout with some words; ``limit`` is the longest processor time [s], 0 for none."""
+    """Call ``lathesim diagnose`` of a checkout with some words, from another folder; ``limit`` is the longest processor time [s], 0 for none."""
     with tempfile.TemporaryDirectory() as scratch:
         file, written = Path(scratch) / "answer.json", Path(scratch) / "said.txt"
-        command = [sys.executable, "-m", "lathesim", "diagnose", *map(str, words), "--no-report", "--json", str(file), "--out", scratch]
+        given = [word.resolve() if isinstance(word, Path) else word for word in words]
+        command = [sys.executable, "-m", "lathesim", "diagnose", *map(str, given), "--no-report", "--json", str(file), "--out", scratch]
         with written.open("w", encoding="utf-8") as text:
             asked = subprocess.Popen(
                 command, cwd=scratch, env={**os.environ, "PYTHONPATH": str(checkout)}, stdout=text, stderr=text,

@@ -123,6 +123,15 @@ def test_an_uneven_log_with_long_gaps_is_used_whole_on_the_lessons_clock() -> No
     )
 
 
+def test_the_uneven_log_of_a_servo_is_put_on_its_own_clock() -> None:
+    """A bus servo decides every 5 ms and answers a question of the bus about every 20.5 ms: its loop is simulated between the rows."""
+    time = np.cumsum(np.random.default_rng(5).uniform(20.1e-3, 20.9e-3, 200))
+    found = map_recording(table(t=time, q=30.0 * np.sin(time)), RecordingMapping("t", "s", None, (ENCODER,), period=5e-3))
+    there = found.record.meta["original_start"] + found.record.time
+    assert found.record.sample_period == pytest.approx(20e-3, rel=1e-9)
+    assert np.abs(found.record["x_encoder.position"] - 30e-3 * np.sin(there)).max() < 1e-5
+
+
 def test_a_log_in_whose_gaps_the_motion_turns_is_refused_with_them() -> None:
     time = uneven()
     turning = np.where(np.arange(1, 105) // 10 % 2 == 0, 0.0, 10.0) + time
