@@ -177,7 +177,10 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     """
     one_alone = prepared.question.validation is None or prepared.before is not None
     off = np.sqrt(np.mean(np.square(found.model.validation_fit.residual), axis=1))
-    if one_alone or not found.complete or np.all(off <= study.method.tie_errors * study.validation.sensed.replayed_floors):
+    # by the error of the simulation, which judges both, an effect has to change a reading by more than errors of laws do
+    by_laws = study.method.within_laws * np.nanstd(study.validation.sensed.seen, axis=1)
+    usual = np.maximum(study.method.tie_errors * study.validation.sensed.replayed_floors, by_laws)
+    if one_alone or not found.complete or np.all(off <= usual):
         return prepared, study, found
     both = joined(prepared.experiments)
     shared = _fitted_anew(both, found.model.fitted)
