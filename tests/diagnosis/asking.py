@@ -34,7 +34,7 @@ class Answer:
 
 
 def ask(words: Sequence[str | Path], *, checkout: Path = HERE, limit: float = 0.0) -> Answer:
-    """Call ``lathesim diagnose`` of a checkout with some words, from another folder; ``limit`` is the longest processor time [s], 0 for none."""
+    """Call ``lathesim diagnose`` of a checkout with some words; ``limit`` is the most processor time [s], 0 for none."""
     with tempfile.TemporaryDirectory() as scratch:
         file, written = Path(scratch) / "answer.json", Path(scratch) / "said.txt"
         given = [word.resolve() if isinstance(word, Path) else word for word in words]
