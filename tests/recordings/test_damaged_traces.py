@@ -6,6 +6,7 @@ head alone says: one column in all its rows, by its scale, or the clock. A table
 What no form can notice: digits of a value, a name, or a sampling period changed into others, where the file holds no check sum.
 """
 
+import gc
 import os
 import random
 import sys
@@ -149,6 +150,8 @@ def trial_in_a_fork(path: Path, script: str) -> None:
 
 @pytest.fixture
 def forked(monkeypatch: pytest.MonkeyPatch) -> None:
+    gc.collect()
+    gc.freeze()  # a reader collects garbage after each refusal: what earlier tests left takes ten times as long as the reading
     monkeypatch.setattr("lathesim.recordings.binary_traces.refuse_deadly_file", trial_in_a_fork)
 
 
