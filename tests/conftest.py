@@ -26,4 +26,4 @@ def pytest_collection_finish() -> None:
     """Take what was collected out of the garbage collector's sight: thousands of tests and modules stay until the end."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(200_000, 100, 1000)  # looking for garbage took a quarter of the time of an app
+    gc.set_threshold(2_000_000, 100, 1000)  # looking for garbage among what is alive took a quarter of the time of an app
