@@ -21,6 +21,7 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew
 from lathesim.identification.records import FAR_BEYOND, Candidate, Fitted, Model, is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, own_error
+from lathesim.identification.roles import decides
 from lathesim.record import Record
 
 
@@ -43,13 +44,17 @@ def replay_bias(experiment: Experiment, fitted: Fitted, *, full_band: bool) -> M
 
 
 def _as_recorded(experiment: Experiment, fitted: Fitted) -> Record:
-    """Return what the machine with the fitted values would have recorded, with noise of the size of the floors."""
+    """Return what the machine with the fitted values would have recorded, with noise of the size of the floors.
+
+    A command is a number that acts as it was recorded: what stands for its noise has passed through the machine.
+    """
     names = experiment.own.settable(fitted.by_name)
     simulated = experiment.own.outputs(names, np.array([[fitted.by_name[name] for name in names]]))[0]
     random = np.random.Generator(np.random.Philox(0))
     channels = dict(experiment.record.channels)
     for row, name in enumerate(experiment.machine.compare):
-        values = simulated[row] + experiment.floors[name] * random.standard_normal(len(simulated[row]))
+        reading = not decides(experiment.machine.assembly.by_name[Place.of(name).part].component)
+        values = simulated[row] + reading * experiment.floors[name] * random.standard_normal(len(simulated[row]))
         channels[name] = replace(channels[name], values=np.where(np.isfinite(experiment.record[name]), values, np.nan))
     return Record(experiment.record.time, channels, dict(experiment.record.meta))
 
