@@ -1,10 +1,12 @@
 """Calls of the command line as a person makes them, in this process or in a new one."""
 
+import json
 import os
 import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,6 +37,11 @@ def done(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Said:
     said = call(capsys, *arguments)
     assert said.code == 0, said.err
     return said
+
+
+def json_of(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Any:
+    """Return what a call for JSON that is done writes."""
+    return json.loads(done(capsys, *arguments).out)
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> Said:

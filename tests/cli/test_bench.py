@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from tests.benchmarks import lanes, scale, servo_axis, table1
 from tests.benchmarks.lanes import LaneFigure
 from tests.benchmarks.many_axes import axes_plan
 from tests.benchmarks.scale import Hour, Series
-from tests.cli.command import call, done, refused
+from tests.cli.command import done, json_of, refused
 
 
 @pytest.fixture
@@ -30,8 +29,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("short")
 def test_json_has_the_rows_of_the_schema(capsys: pytest.CaptureFixture[str]) -> None:
-    said = done(capsys, "bench", "--json", "--quick")
-    found = json.loads(said.out)
+    found = json_of(capsys, "bench", "--json", "--quick")
     assert found["schema"] == "lathesim-bench/1"
     assert all(set(row) == {"name", "median_s", "ratio_to_compiled"} for row in found["rows"])
     assert [row["ratio_to_compiled"] for row in found["rows"]] == pytest.approx([1.0, 5 / 6, 500.0, 10.0])
@@ -79,7 +77,7 @@ def test_scale_draws_and_tells_slopes(tmp_path: Path, monkeypatch: pytest.Monkey
     assert "1 to 5000 runs: 5000 times the cost; slope on a log plot 1.000, 1.000 from 10 on (1 is in proportion)" in said.out
     assert "5000 runs take 5.00 times as long as 1000" in said.out
     assert "two threads are 1.90 times as fast as one" in said.out
-    found = json.loads(call(capsys, "bench", "--scale", "--json", "--save", tmp_path / "scale.png").out)
+    found = json_of(capsys, "bench", "--scale", "--json", "--save", tmp_path / "scale.png")
     assert found["slopes"]["runs"]["all"] == pytest.approx(1.0)
     assert found["rows"][0] == {"name": "1 runs", "median_s": 0.006, "ratio_to_compiled": 1.0}
 
@@ -105,7 +103,7 @@ def test_lanes_hold_each_ratio_against_its_bar(monkeypatch: pytest.MonkeyPatch, 
     assert "| servo axis | 4 ms | 0.5 ms | 8 | at least 7 | kept |" in said.out
     assert "| Jacobian |  |  | 2.5 | at most 2 | MISSED |" in said.out
     assert "Left out: C: gcc is not installed." in said.out
-    found = json.loads(call(capsys, "bench", "--lanes", "--json").out)
+    found = json_of(capsys, "bench", "--lanes", "--json")
     assert [row["is_within"] for row in found["rows"]] == [True, False]
 
 

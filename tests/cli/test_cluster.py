@@ -14,7 +14,7 @@ import pytest
 from lathesim.cluster import Cluster
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.manual.chapters import chapter
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, done, json_of, refused
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]
 Capture = pytest.CaptureFixture[str]
@@ -29,8 +29,7 @@ def address() -> Iterator[str]:
 
 
 @pytest.fixture(autouse=True)
-def in_a_folder_with_an_axis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def in_a_folder_with_an_axis() -> None:
     program, lesson, *_ = re.findall(r"```\w*\n(.*?)```", chapter("backlash").text, re.S)
     Path("backlash.nc").write_text(program, encoding="utf-8")
     Path("backlash.yaml").write_text(lesson, encoding="utf-8")
@@ -78,8 +77,8 @@ def test_recordings_that_judge_are_diagnosed_by_the_workers(address: str, capsys
     further = [word for other in others for word in ("--with", "backlash.yaml", other)]
 
     def answer(*options: str) -> dict[str, Any]:
-        said = done(capsys, "diagnose", "backlash.yaml", first, *further, "--json", "-", "--no-report", *options)
-        return {name: value for name, value in json.loads(said.out).items() if "time" not in name}
+        said = json_of(capsys, "diagnose", "backlash.yaml", first, *further, "--json", "-", "--no-report", *options)
+        return {name: value for name, value in said.items() if "time" not in name}
 
     there = answer("--cluster", address, "--at-most", "5 min")
     assert there == answer()

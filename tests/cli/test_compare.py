@@ -1,11 +1,10 @@
 """``lathesim compare``: tables for a person, JSON for a program, and one figure."""
 
-import json
 from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, done, json_of, refused
 from tests.diagnosis.small_case import write_lesson
 
 
@@ -31,8 +30,7 @@ def test_compare_tells_how_far_off_where_and_on_what_it_depends(case: Path, tmp_
 
 
 def test_compare_as_json_is_json_and_nothing_else(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = call(capsys, "compare", case / "lesson.yaml", case / "recording.csv", "--json", "--no-plots")
-    told = json.loads(said.out)
+    told = json_of(capsys, "compare", case / "lesson.yaml", case / "recording.csv", "--json", "--no-plots")
     assert (told["schema"], told["lesson"], told["recording"]) == ("lathesim-compare/1", "lesson", "recording.csv")
     assert (told["suspect"], told["figure"]) == ("x_axis", None)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, done, json_of, refused
 from tests.diagnosis.small_case import write_lesson
 
 
@@ -45,7 +45,7 @@ def test_reveal_grades_a_diagnosis(case: Path, capsys: pytest.CaptureFixture[str
     said = done(capsys, "reveal", case, answer, "--guess", guess)
     assert "Right: CoulombFriction at x_axis." in said.out
     assert "level: 21.4 N for 20 N, off by 7.0%, not within 5 %, its interval holds the truth" in said.out
-    told = json.loads(call(capsys, "reveal", case / "seal.json", answer, "--guess", guess, "--within", "10", "--json").out)
+    told = json_of(capsys, "reveal", case / "seal.json", answer, "--guess", guess, "--within", "10", "--json")
     assert told["grade"]["right"] is True
     assert told["grade"]["effects"][0]["parameters"]["level"]["right"] is True
     assert "salt" not in told["answer"]
@@ -95,11 +95,8 @@ def test_what_cannot_be_concealed_is_said(
     code: int,
     sentence: str,
     lesson: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     said = call(capsys, "conceal", lesson, "--out", "case", *options)
     assert (said.code, said.out) == (code, "")
     assert sentence in said.err

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call, done
+from tests.cli.command import call, json_of
 
 ASSEMBLY = """assembly: A cylinder on a prism
 model: {model}
@@ -17,15 +16,9 @@ parts:
 """
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def tip(capsys: pytest.CaptureFixture[str], model: str, joint: str = "") -> complex:
     Path("tool.yaml").write_text(ASSEMBLY.format(model=model, joint=joint), encoding="utf-8")
-    said = done(capsys, "couple", "tool.yaml", "--frequency", "2000", "--json")
-    (row,) = json.loads(said.out)["rows"]
+    (row,) = json_of(capsys, "couple", "tool.yaml", "--frequency", "2000", "--json")["rows"]
     return complex(*row["receptance"][0][0])
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, done, json_of, refused
 from tests.diagnosis.driven_axis import MASS, VISCOUS, write_recording
 
 Capture = pytest.CaptureFixture[str]
@@ -25,8 +25,7 @@ def test_a_table_with_errors_and_the_starts_that_agree(capsys: Capture, tmp_path
 
 def test_json_and_nothing_else(capsys: Capture, tmp_path: Path) -> None:
     lesson, recording = write_recording(tmp_path)
-    said = call(capsys, "fit", lesson, recording, "--free", "x_axis.mass", "--free", "x_axis.viscous", "--starts", "1", "--json")
-    told = json.loads(said.out)
+    told = json_of(capsys, "fit", lesson, recording, "--free", "x_axis.mass", "--free", "x_axis.viscous", "--starts", "1", "--json")
     assert told["schema"] == "lathesim-fit/1"
     assert told["parameters"]["x_axis.mass"]["unit"] == "kg"
     assert told["parameters"]["x_axis.mass"]["determined"] is True

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 
 from lathesim.record import Channel, Record
 from lathesim.record_writer import save
-from tests.cli.command import call, done
+from tests.cli.command import call, done, json_of
 
 LESSON = """\
 lesson: A table that is pushed
@@ -43,8 +42,7 @@ def write_record(name: str, error: float, *, lesson: str = LESSON, **meta: str) 
 
 
 @pytest.fixture(autouse=True)
-def in_a_folder_with_a_lesson(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def in_a_folder_with_a_lesson() -> None:
     Path("pushed_table.yaml").write_text(LESSON, encoding="utf-8")
     Path("pushed.yaml").write_text(PUSHED, encoding="utf-8")
 
@@ -78,7 +76,7 @@ def test_a_lesson_that_is_nowhere_is_taken_from_the_record(capsys: pytest.Captur
 
 def test_json(capsys: pytest.CaptureFixture[str]) -> None:
     write_record("run.h5", 0.5e-3, overrides="table.mass=2 kg")
-    result = json.loads(call(capsys, "grade", "pushed_table.yaml", "run.h5", "--json").out)
+    result = json_of(capsys, "grade", "pushed_table.yaml", "run.h5", "--json")
     assert (result["schema"], result["lesson"]) == ("lathesim-grade/1", "pushed_table")
     (graded,) = result["records"]
     assert (graded["result"], graded["goals_met"], graded["variant"]) == ("missed", 1, "soft")
@@ -129,7 +127,7 @@ def test_a_run_that_was_stopped_meets_nothing(capsys: pytest.CaptureFixture[str]
     said = call(capsys, "grade", "pushed_table.yaml", "run.h5")
     assert "cycle time         at most 2 s     1 s      not met: the run was not finished" in said.out
     assert said.out.endswith("0 of 2 goals met: not finished.\n")
-    (graded,) = json.loads(call(capsys, "grade", "pushed_table.yaml", "run.h5", "--json").out)["records"]
+    (graded,) = json_of(capsys, "grade", "pushed_table.yaml", "run.h5", "--json")["records"]
     assert (graded["goals_met"], [goal["met"] for goal in graded["goals"]]) == (0, [False, False])
 
 

@@ -80,10 +80,7 @@ def test_escape_codes_are_shown_and_not_sent(tmp_path: Path, capsys: Capture) ->
 
 
 @pytest.mark.parametrize("command", [("reveal", "deep", "deep"), ("remedy", "23_mend_this_machine", "deep", "--out", "o")])
-def test_deeply_nested_json_is_one_sentence(
-    command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_deeply_nested_json_is_one_sentence(command: tuple[str, ...], capsys: Capture) -> None:
     Path("deep").write_text("[" * 100_000 + "]" * 100_000, encoding="utf-8")
     said = refused(capsys, *command)
     assert said.err.startswith("deep: ")
@@ -105,10 +102,7 @@ def test_many_unknown_keys_cost_what_one_costs(tmp_path: Path, monkeypatch: pyte
     assert looked_up == ["unknown_0"]
 
 
-def test_a_folder_with_plug_ins_of_its_own_is_no_workspace_unasked(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_folder_with_plug_ins_of_its_own_is_no_workspace_unasked(tmp_path: Path, capsys: Capture) -> None:
     Path("plugins").mkdir()
     Path("plugins/theirs.py").write_text("raise SystemExit('run')\n", encoding="utf-8")
     said = refused(capsys, "init", ".")
@@ -118,7 +112,6 @@ def test_a_folder_with_plug_ins_of_its_own_is_no_workspace_unasked(
     done(capsys, "init", ".")
 
 
-def test_check_says_that_it_runs_a_plug_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_check_says_that_it_runs_a_plug_in(capsys: Capture) -> None:
     Path("part.py").write_text("import sys\nprint('mine', file=sys.stderr)\n", encoding="utf-8")
     assert call(capsys, "check", "part.py").err.splitlines()[:2] == ["part.py: a plug-in is code and is run now.", "mine"]

@@ -1,21 +1,15 @@
 """``lathesim look``: what a recording holds, the machine that fits it, and a lesson; one question at most, on a terminal alone."""
 
 import io
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.cli.command import call, done
+from tests.cli.command import call, done, json_of
 from tests.recordings.trace_files import FILES
 
 Capture = pytest.CaptureFixture[str]
-
-
-@pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
 
 
 def trace(form: str) -> str:
@@ -59,8 +53,7 @@ MACHINES = {
 def test_the_machine_follows_from_what_was_recorded(machine: str, capsys: Capture) -> None:
     head, driven = MACHINES[machine]
     time = 1e-3 * np.arange(200)
-    said = call(capsys, "look", table(head, 1e3 * time if "t_ms" in head else time, np.sin(30.0 * time), time), "--json")
-    told = json.loads(said.out)
+    told = json_of(capsys, "look", table(head, 1e3 * time if "t_ms" in head else time, np.sin(30.0 * time), time), "--json")
     assert (told["schema"], told["kind"], told["machine"]) == ("lathesim-look/1", "delimited text", machine)
     assert [item["target"] for item in told["mapping"] if item["role"] == "drive"] == [driven]
     assert told["clock"]["period"] == pytest.approx(1e-3)
@@ -78,7 +71,7 @@ def test_a_commanded_torque_or_current_is_held_until_the_next_row(column: str, h
 def test_gaps_and_missing_values_are_counted(capsys: Capture) -> None:
     time = np.delete(1e-3 * np.arange(300), slice(100, 150))
     force = np.where(np.arange(250) == 20, np.nan, np.sin(30.0 * time))
-    told = json.loads(call(capsys, "look", table("time [s],force [N],position [mm]", time, force, time), "--json").out)
+    told = json_of(capsys, "look", table("time [s],force [N],position [mm]", time, force, time), "--json")
     assert (told["clock"]["gaps"], told["clock"]["longest_gap"]) == (1, pytest.approx(0.051))
     assert [item["missing"] for item in told["columns"]] == [0, 1, 0]
 

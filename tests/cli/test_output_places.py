@@ -86,7 +86,6 @@ def elsewhere(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_diagnosis_looks_first_and_tells_before_it_writes(
     capsys: Capture, tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     lesson = write_lesson(elsewhere, duration="0.3 s")
     done(capsys, "conceal", lesson, "--effect", "none", "--seed", "1", "--out", "case")
     (tmp_path / "report.html").mkdir()
@@ -103,7 +102,6 @@ def test_a_diagnosis_looks_first_and_tells_before_it_writes(
 
 
 def test_a_case_is_published_whole_or_not_at_all(capsys: Capture, tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
     lesson = write_lesson(elsewhere, duration="0.3 s")
 
     def full(whole: WholeFiles, path: Path, text: str) -> Path:

@@ -13,11 +13,6 @@ from tests.cli.command import ROOT, call, done, refused
 Capture = pytest.CaptureFixture[str]
 
 
-@pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def test_lessons_names_unit_minutes_level_title_and_variants(capsys: Capture) -> None:
     said = done(capsys, "lessons")
     lines = said.out.splitlines()

@@ -83,7 +83,6 @@ def test_what_a_sentence_names_of_a_command_is_there() -> None:
 def test_the_part_and_the_lesson_of_the_readme_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     done(capsys, "init", "work")
     monkeypatch.chdir(tmp_path / "work")
     Path("plugins/my_force.py").write_text(block("python", "class MyForce"), encoding="utf-8")
@@ -157,10 +156,7 @@ def test_a_fragment_of_yaml_that_a_page_shows_fits_where_it_belongs(text: str, t
         done(capsys, "check", file)
 
 
-def test_a_lesson_changed_in_the_workspace_is_the_one_that_its_name_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_lesson_changed_in_the_workspace_is_the_one_that_its_name_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert "cutting_force: NonlinearForce" in call(capsys, "wiring", "10_feed_and_roughness").out
     Path("lesson_configs").mkdir()
     changed = "lesson: Mine\nmachine: two_axis_lathe\nprogram: one_pass.nc\nreplace: {cutting_force: LinearForce}\n"

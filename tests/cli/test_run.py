@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.record import load
-from tests.cli.command import call, done, environment, refused
+from tests.cli.command import call, done, environment, json_of, refused
 
 ONE = ("run", "01_contour_error", "--variant", "I", "--plain")
 
@@ -30,11 +30,6 @@ step: 1 ms
 parts: {table: {component: ForceAxis}}
 wires: {table.force: 1 N}
 """
-
-
-@pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
 
 
 def test_json_of_one_case(capsys: pytest.CaptureFixture[str]) -> None:
@@ -134,14 +129,14 @@ def test_a_program_that_never_meets_the_stock_is_told_and_reaches_no_goal_of_cut
     assert cells["max cutting force"] == ["at most 1.42 kN", "-", "not reached: nothing was cut"]
     assert cells["cycle time"][-1] == "met"
     assert "Hint" not in said.out
-    result = json.loads(call(capsys, *asked, "--variant", "start", "--json").out)
+    result = json_of(capsys, *asked, "--variant", "start", "--json")
     assert IN_THE_AIR.fullmatch(result["nothing_cut"].removeprefix("n"))
     for name, unit in (("max_surface_roughness", "m"), ("max_cutting_force", "N"), ("removed_volume", "m^3"), ("max_contour_error", "m")):
         assert result["metrics"][name] == {"value": None, "unit": unit, "reason": "no value: nothing was cut"}
     graded = call(capsys, "grade", "10_feed_and_roughness", "air.h5")
     assert len(IN_THE_AIR.findall(graded.out)) == 1
     assert "1 of 3 goals met: missed." in graded.out
-    (told,) = json.loads(call(capsys, "grade", "10_feed_and_roughness", "air.h5", "--json").out)["records"]
+    (told,) = json_of(capsys, "grade", "10_feed_and_roughness", "air.h5", "--json")["records"]
     goal = told["goals"][0]
     assert (goal["met"], goal["value"], goal["missed_by"], goal["reason"]) == (False, None, None, "no value: nothing was cut")
     all_cases = call(capsys, *asked)
@@ -154,7 +149,7 @@ def test_a_program_that_cuts_is_not_told_to_cut_nothing(capsys: pytest.CaptureFi
     write_short_program()
     said = call(capsys, *ONE, "--no-plots", "--program", "short.nc")
     assert "nothing was cut" not in said.out
-    assert "nothing_cut" not in json.loads(call(capsys, *ONE, "--no-plots", "--program", "short.nc", "--json").out)
+    assert "nothing_cut" not in json_of(capsys, *ONE, "--no-plots", "--program", "short.nc", "--json")
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """``lathesim run --recording``: a lesson led by a recording, as ``compare`` simulates it, with the record and the JSON of any run."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ from lathesim.diagnosis.comparison.compare import compare, load_recording
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
 from lathesim.record import load
-from tests.cli.command import call, done
+from tests.cli.command import call, done, json_of
 
 SLIDE = """\
 lesson: A slide that a recorded reference leads
@@ -27,8 +26,7 @@ START = 30.0
 
 
 @pytest.fixture(autouse=True)
-def in_a_folder_with_a_lesson_and_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def in_a_folder_with_a_lesson_and_a_recording() -> None:
     Path("slide.yaml").write_text(SLIDE, encoding="utf-8")
     time = np.arange(0.0, 1.0, 2e-3)
     reference = START + 5.0 * (1.0 - np.cos(2.0 * np.pi * time))
@@ -59,7 +57,7 @@ def test_the_json_names_the_recording_and_what_was_found_in_it(capsys: pytest.Ca
     rows = Path("push.csv").read_text(encoding="utf-8").splitlines(keepends=True)
     Path("gap.csv").write_text("".join(row for row in rows if not row.startswith("0.200")), encoding="utf-8")
     asked = ("run", "slide.yaml", "--recording", "gap.csv", "--plain", "--no-plots")
-    result = json.loads(call(capsys, *asked, "--json").out)
+    result = json_of(capsys, *asked, "--json")
     assert (result["schema"], result["recording"], result["status"]) == ("lathesim-run/1", "gap.csv", "complete")
     assert result["metrics"]["cycle_time"]["value"] == pytest.approx(0.998)
     assert len(result["recording_findings"]) > 0

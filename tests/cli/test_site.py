@@ -13,10 +13,7 @@ from lathesim.plugins import load_registry
 from tests.cli.command import call, done
 
 
-def test_the_site_holds_the_manual_and_all_there_is(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_the_site_holds_the_manual_and_all_there_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     done(capsys, "help", "--site", "site")
     site = tmp_path / "site"
     pages = {path.stem: path.read_text(encoding="utf-8") for path in site.glob("*.html")}

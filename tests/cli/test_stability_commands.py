@@ -12,7 +12,7 @@ import pytest
 from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.response_files import write_response
 from lathesim.stability.tool_point import FrequencyResponse, Mode, ToolPoint
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, json_of, refused
 
 Capture = pytest.CaptureFixture[str]
 MODES = ToolPoint((Mode(150.0, 0.02, 8e6), Mode(420.0, 0.035, 3e7)), (0.5, 0.5))
@@ -23,19 +23,13 @@ TWO = (
 PARTS = "  - {diameter: 20 mm, length: 100 mm%s}\n  - {width: 30 mm, height: 30 mm, length: 150 mm%s}\n"
 
 
-@pytest.fixture(autouse=True)
-def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-
-
 def lesson(text: str) -> str:
     Path("mine.yaml").write_text(HEAD + text, encoding="utf-8")
     return "mine.yaml"
 
 
 def said_json(capsys: Capture, *arguments: str) -> Any:
-    said = done(capsys, *arguments, "--json")
-    return json.loads(said.out)
+    return json_of(capsys, *arguments, "--json")
 
 
 @pytest.mark.slow

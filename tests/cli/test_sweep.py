@@ -51,8 +51,7 @@ SWEEP = ("sweep", "pushed_table.yaml", "--plugins", "own", "--vary")
 
 
 @pytest.fixture(autouse=True)
-def in_a_folder_with_a_lesson(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def in_a_folder_with_a_lesson() -> None:
     Path("pushed_table.yaml").write_text(LESSON, encoding="utf-8")
     Path("pushed.yaml").write_text(PUSHED, encoding="utf-8")
     Path("own").mkdir()

@@ -56,10 +56,7 @@ def test_the_second_time_everything_is_there(lesson: Path, tmp_path: Path) -> No
     assert second[2].endswith(f"1 before; kept in {tmp_path / 'cache'}.")
 
 
-def test_after_it_a_run_is_compiled_whatever_the_values(
-    lesson: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_after_it_a_run_is_compiled_whatever_the_values(lesson: Path, capsys: pytest.CaptureFixture[str]) -> None:
     done(capsys, "warm", lesson)
     said = done(capsys, "run", lesson, "--variant", "quick", "--set", "axis.gain=20 mm/(s*V)", "--json", "--no-plots")
     assert json.loads(said.out)["engine"] == "compiled"

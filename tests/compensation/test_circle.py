@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from functools import lru_cache
@@ -13,13 +12,13 @@ import numpy as np
 import pytest
 
 from lathesim.analysis.circular_test import Circle, circles, circular_deviation, ellipse, hysteresis, quadrant_peaks
-from lathesim.cli.main import run_command_line
 from lathesim.compensation.promise import noise_of
 from lathesim.identification.position_loops import resolution_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, Record
+from tests.cli.command import done, json_of, refused
 from tests.shipped_machine import shipped_machine
 
 RADIAL_MM = {"P": -0.42203, "2P": -0.07672, "PI": 2.24443, "velocity": 0.12114, "acceleration": 0.01136, "coupled": -0.20192}
@@ -72,8 +71,7 @@ def test_an_ellipse_is_no_reversal_and_a_spike_is() -> None:
 
 
 def test_unequal_gains_are_told_as_an_ellipse_that_turns_with_the_direction(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["circle", "07_circular_test", "--variant", "unequal", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json_of(capsys, "circle", "07_circular_test", "--variant", "unequal", "--json")
     sizes, longest = zip(*(item.values() for item in told["ellipses"].values()), strict=True)
     assert sizes == pytest.approx([0.4557e-3, 0.4557e-3], rel=0.02)
     assert np.degrees(longest) == pytest.approx([-39.0, 39.0], abs=3.0)
@@ -91,16 +89,14 @@ def test_rounding_is_no_deviation_and_never_negative(capsys: pytest.CaptureFixtu
     assert circular_deviation(rounding) == 0.0
     assert hysteresis(rounding, of(rounding.radial + 1e-12, -1.0)) == 0.0
     assert circular_deviation(of(-0.4e-3 + 1e-10 * np.cos(2.0 * angle))) == pytest.approx(2e-10, rel=1e-3)
-    assert run_command_line(["circle", "07_circular_test"]) == 0
-    told = capsys.readouterr().out
+    told = done(capsys, "circle", "07_circular_test").out
     assert "circular deviation G   0 mm\nhysteresis H           0 mm\n" in told
     assert "+X 0 mm, +Z 0 mm, -X 0 mm, -Z 0 mm" in told
 
 
 def test_the_command_tells_both_directions_and_what_each_effect_adds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     figure = tmp_path / "circle.png"
-    assert run_command_line(["circle", "07_circular_test", "--variant", "friction", "--json", "--save", str(figure)]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json_of(capsys, "circle", "07_circular_test", "--variant", "friction", "--json", "--save", figure)
     assert told["schema"] == "lathesim-circle/1"
     assert told["circular_deviation_m"] == pytest.approx(73.0e-6, rel=0.01)
     assert told["hysteresis_m"] > 0.0
@@ -109,8 +105,7 @@ def test_the_command_tells_both_directions_and_what_each_effect_adds(tmp_path: P
 
 
 def test_a_lesson_without_a_circle_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["circle", "09_learning", "--variant", "fine"]) == 1
-    assert "no whole turn of a circle is run." in capsys.readouterr().err
+    assert "no whole turn of a circle is run." in refused(capsys, "circle", "09_learning", "--variant", "fine").err
 
 
 GAIN, LAG, PROPORTIONAL, PERIOD, RADIUS, SPEED, FRICTION = 18.78, 0.0243, 0.2245, 5e-3, 20.0, 20.0, 0.25

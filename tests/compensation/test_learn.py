@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from lathesim.cli.main import run_command_line
 from lathesim.compensation.lap_response import learning_filter, path_frame
 from lathesim.compensation.laps import course_of
 from lathesim.compensation.learn import Learning, learn
@@ -16,6 +14,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
 from lathesim.record import Record
+from tests.cli.command import done, json_of, refused
 
 RMS_MM = (0.578, 0.173, 0.052, 0.016)
 """Tracking errors of the first laps, from a prototype."""
@@ -80,32 +79,19 @@ def test_friction_and_12_bits_leave_a_fifteenth_in_five_laps() -> None:
 
 
 def test_what_was_learned_is_a_lesson(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = [
-        "learn",
-        "09_learning",
-        "--variant",
-        "12_bits",
-        "--laps",
-        "2",
-        "--what",
-        "reference",
-        "--json",
-        "--out",
-        str(tmp_path / "out"),
-    ]
-    assert run_command_line(arguments) == 0
-    told = json.loads(capsys.readouterr().out)
+    out = tmp_path / "out"
+    told = json_of(capsys, "learn", "09_learning", "--variant", "12_bits", "--laps", "2", "--what", "reference", "--json", "--out", out)
     assert told["schema"] == "lathesim-learning/1"
     assert len(told["laps"]) == 3
-    assert (tmp_path / "out" / "x_controller_learned.csv").read_text(encoding="utf-8").startswith("# all columns in ")
-    assert run_command_line(["run", str(tmp_path / "out" / "lesson.yaml"), "--json", "--out", str(tmp_path / "r.h5")]) == 0
-    metrics = json.loads(capsys.readouterr().out)["metrics"]
+    assert (out / "x_controller_learned.csv").read_text(encoding="utf-8").startswith("# all columns in ")
+    metrics = json_of(capsys, "run", out / "lesson.yaml", "--json", "--out", tmp_path / "r.h5")["metrics"]
     assert metrics["max_path_error"]["value"] == pytest.approx(told["laps"][told["kept"]]["largest_m"], rel=1e-6)
 
 
 def test_a_machine_without_a_position_loop_has_nothing_to_learn(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["learn", "28_neural_regulator", "--variant", "R9"]) == 1
-    assert "no part of the machine controls the position of an axis." in capsys.readouterr().err
+    assert (
+        "no part of the machine controls the position of an axis." in refused(capsys, "learn", "28_neural_regulator", "--variant", "R9").err
+    )
 
 
 RECORDED = """
@@ -138,13 +124,12 @@ def logged(record: Record, place: Path, keep: int | None = None) -> Path:
 def test_the_next_lap_of_a_recorded_one_is_a_program_that_is_better(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lesson, lap = recorded(tmp_path)
     out = tmp_path / "next"
-    assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(lap), "--out", str(out)]) == 0
-    assert "0.5799 mm rms; the next one's is predicted to be 0.1712 mm, 0.30 of it." in capsys.readouterr().out
+    asked = ("learn", lesson, "--variant", "12_bits", "--recording", lap, "--out", out)
+    assert "0.5799 mm rms; the next one's is predicted to be 0.1712 mm, 0.30 of it." in done(capsys, *asked).out
     second = simulate(load_lesson(out / "lesson.yaml"), load_registry())
-    assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(logged(second, lap)), "--out", str(out)]) == 0
-    assert "0.1712 mm rms; the next one's is predicted to be 0.05389 mm, 0.31 of it. No lap is predicted to come below 0.004" in (
-        capsys.readouterr().out
-    )
+    logged(second, lap)
+    told = "0.1712 mm rms; the next one's is predicted to be 0.05389 mm, 0.31 of it. No lap is predicted to come below 0.004"
+    assert told in done(capsys, *asked).out
     first = simulate(load_lesson("09_learning"), load_registry(), "12_bits")
     errors = [first["interpolator.z_reference"][:3000] - run["z_axis.position"][:3000] for run in (first, second)]
     assert np.sqrt(np.mean(errors[1] ** 2)) < 0.4 * np.sqrt(np.mean(errors[0] ** 2))
@@ -152,16 +137,14 @@ def test_the_next_lap_of_a_recorded_one_is_a_program_that_is_better(tmp_path: Pa
 
 def test_a_lap_of_another_length_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lesson, lap = recorded(tmp_path, keep=1000)
-    assert run_command_line(["learn", str(lesson), "--variant", "12_bits", "--recording", str(lap), "--out", str(tmp_path / "next")]) == 1
-    assert "the lap has 1000 samples, and the lesson's has 3548." in capsys.readouterr().err
+    said = refused(capsys, "learn", lesson, "--variant", "12_bits", "--recording", lap, "--out", tmp_path / "next")
+    assert "the lap has 1000 samples, and the lesson's has 3548." in said.err
 
 
 def test_a_lesson_that_has_learned_goes_on_learning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
-    assert run_command_line(["learn", "09_learning", "--variant", "fine", "--laps", "2", "--out", str(first), "--json"]) == 0
-    before = json.loads(capsys.readouterr().out)["laps"]
-    assert run_command_line(["learn", str(first / "lesson.yaml"), "--laps", "2", "--out", str(second), "--json"]) == 0
-    after = json.loads(capsys.readouterr().out)["laps"]
+    before = json_of(capsys, "learn", "09_learning", "--variant", "fine", "--laps", "2", "--out", first, "--json")["laps"]
+    after = json_of(capsys, "learn", first / "lesson.yaml", "--laps", "2", "--out", second, "--json")["laps"]
     assert after[0]["largest_m"] == pytest.approx(before[-1]["largest_m"], rel=1e-3)
     assert after[-1]["largest_m"] < 0.3 * after[0]["largest_m"]
     assert (second / "x_controller_learned_2.csv").is_file()
@@ -170,8 +153,7 @@ def test_a_lesson_that_has_learned_goes_on_learning(tmp_path: Path, capsys: pyte
 @pytest.mark.parametrize("variant", ["12_bits", "8_bits"])
 @pytest.mark.parametrize("what", ["voltage", "reference"])
 def test_what_is_predicted_holds_down_to_the_floor(variant: str, what: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["learn", "09_learning", "--variant", variant, "--what", what, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json_of(capsys, "learn", "09_learning", "--variant", variant, "--what", what, "--json")
     reached = [lap["rms_m"] for lap in told["laps"][1:]]
     assert all(found <= most for found, most in zip(reached, told["predicted_at_most_m"], strict=True))
     assert told["predicted_at_most_m"][-1] < 3.0 * min(reached)

@@ -18,6 +18,7 @@ from lathesim.compensation.promise import promised
 from lathesim.lessons.lesson import load_lesson
 from lathesim.manual.chapters import chapter
 from lathesim.plugins import load_registry
+from tests.cli.command import done
 from tests.compensation.test_remedies import AXIS, GUEST, diagnosis, remedied
 
 PLAY = ("Backlash", "x_scale", {"width": (10.04e-6, "m")})
@@ -199,9 +200,8 @@ def test_gains_offsets_and_filters_are_in_the_units_of_the_control() -> None:
 def test_a_control_without_the_setting_says_so_and_offers_the_nearest(
     control: str, effect: Any, held: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code, out = remedied(tmp_path, diagnosis(effect), "--for", control)
+    out = remedied(tmp_path, diagnosis(effect), "--for", control, code=1)
     error = capsys.readouterr().err
-    assert code == 1
     assert "has no setting for" in error
     assert f"it holds no remedy against {held}. The nearest is '--as program'" in error
     assert len([line for line in error.splitlines() if not line.startswith("Compiling once")]) == 1
@@ -209,7 +209,7 @@ def test_a_control_without_the_setting_says_so_and_offers_the_nearest(
 
 
 def test_a_program_is_for_no_control(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert remedied(tmp_path, diagnosis(PLAY), "--for", "grblhal", "--as", "program")[0] == 2
+    remedied(tmp_path, diagnosis(PLAY), "--for", "grblhal", "--as", "program", code=2)
     assert "give it without --for" in capsys.readouterr().err
 
 
@@ -217,22 +217,20 @@ def test_the_remedy_of_a_plug_in_is_written_or_refused(tmp_path: Path, capsys: p
     plugin = tmp_path / "weight.py"
     plugin.write_text(GUEST, encoding="utf-8")
     named = diagnosis(("HangingWeight", "x_axis", {"offset": (40.0, "N")}))
-    code, out = remedied(tmp_path, named, "--plugins", str(plugin), "--for", "linuxcnc")
-    assert code == 0, capsys.readouterr().err
+    out = remedied(tmp_path, named, "--plugins", str(plugin), "--for", "linuxcnc")
     (found,) = json.loads((out / "remedy.json").read_text())["remedies"]
     written = sections((out / "linuxcnc.ini").read_text(), "#", "=")["JOINT_0"]
     assert float(written["BIAS"]) == found["parameters"]["bias"]["value"]
     law = '    @staticmethod\n    def output(incoming: float, share: float, bias: float) -> float:\n        """Add."""\n'
     other = GUEST.replace("    @classmethod", f"{law}        return incoming + 2.0 * share * bias\n\n    @classmethod")
     plugin.write_text(other, encoding="utf-8")
-    assert remedied(tmp_path, named, "--plugins", str(plugin), "--for", "linuxcnc")[0] == 1
+    remedied(tmp_path, named, "--plugins", str(plugin), "--for", "linuxcnc", code=1)
     assert "it holds no remedy against HangingWeight." in capsys.readouterr().err
 
 
 @pytest.mark.slow
 def test_what_a_control_does_not_hold_is_said_beside_what_it_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out = remedied(tmp_path, diagnosis(PLAY, FRICTION), "--for", "grblhal")
-    assert code == 0
+    out = remedied(tmp_path, diagnosis(PLAY, FRICTION), "--for", "grblhal")
     assert settings((out / "grblhal.txt").read_text()).keys() == {"$160"}
     (row,) = [row for row in capsys.readouterr().out.splitlines() if row.startswith("CoulombFriction at x_axis: ")]
     assert "has no setting for screw, friction or vibration. The nearest is" in row
@@ -254,8 +252,7 @@ def test_what_a_control_does_not_hold_is_said_beside_what_it_holds(tmp_path: Pat
 def test_what_is_read_back_is_what_was_tried(control: str, effects: Any, left: float, tmp_path: Path) -> None:
     lesson = stiff(tmp_path) if effects == (RINGING,) else AXIS
     found = diagnosis(*effects)
-    code, out = remedied(tmp_path, found, "--for", control, lesson=lesson)
-    assert code == 0
+    out = remedied(tmp_path, found, "--for", control, lesson=lesson)
     answer = json.loads((out / "remedy.json").read_text())
     lines = [read_back(item, control, out) for item in answer["remedies"]]
     bench = Diagnosed(load_lesson(lesson), load_registry(), tuple(found["insert"]), {}, tmp_path).bench(lines)
@@ -306,8 +303,7 @@ def read_back(item: dict[str, Any], control: str, out: Path) -> InsertedRemedy:
 
 
 def test_every_control_of_the_command_line_is_known(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command_line(["remedy", "--help"]) == 0
-    assert f"[{'|'.join([*CONTROLS, 'table'])}]" in capsys.readouterr().out.replace("\n", "").replace(" ", "")
+    assert f"[{'|'.join([*CONTROLS, 'table'])}]" in done(capsys, "remedy", "--help").out.replace("\n", "").replace(" ", "")
 
 
 @pytest.mark.slow
@@ -330,7 +326,6 @@ def test_the_page_on_backlash_shows_what_its_commands_print(
     assert all(row in printed for row in lines.splitlines())
     assert sections(Path("paste/linuxcnc.ini").read_text(), "#", "=") == {"JOINT_0": {"BACKLASH": "0.061811"}}
     for form, named in (("grblhal", "$160=0.062"), ("smoothieware", "alpha_backlash_mm 0.0618")):
-        assert run_command_line(["remedy", "backlash.yaml", "play.json", "--for", form, "--out", form]) == 0
-        assert named in capsys.readouterr().out
-    assert run_command_line(["remedy", "backlash.yaml", "play.json", "--as", "program", "--out", "taken_up"]) == 0
+        assert named in done(capsys, "remedy", "backlash.yaml", "play.json", "--for", form, "--out", form).out
+    done(capsys, "remedy", "backlash.yaml", "play.json", "--as", "program", "--out", "taken_up")
     assert Path("taken_up/mirrored.nc").is_file()

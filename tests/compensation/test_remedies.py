@@ -19,6 +19,7 @@ from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.part_values import write_table
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import load_registry
+from tests.cli.command import done, refused
 
 AXIS = "22_what_is_wrong_with_this_machine"
 
@@ -40,11 +41,28 @@ def diagnosis(*effects: tuple[str, str, dict[str, tuple[float, str]]], verdict: 
     } | further
 
 
-def remedied(tmp_path: Path, data: Any, *options: str, lesson: str = AXIS) -> tuple[int, Path]:
+def remedied(tmp_path: Path, data: Any, *options: str, lesson: str = AXIS, code: int = 0) -> Path:
+    """Ask for the remedies of a diagnosis, which ends with a code; return where they are."""
     tmp_path.mkdir(exist_ok=True)
     file = tmp_path / "diagnosis.json"
     file.write_text(data if isinstance(data, str) else json.dumps(data), encoding="utf-8")
-    return run_command_line(["remedy", lesson, str(file), "--out", str(tmp_path / "out"), *options]), tmp_path / "out"
+    assert run_command_line(["remedy", lesson, str(file), "--out", str(tmp_path / "out"), *options]) == code
+    return tmp_path / "out"
+
+
+def concealed(tmp_path: Path, effect: str) -> str:
+    """Hide an effect in the axis; return the lesson for who looks for it."""
+    tmp_path.mkdir(exist_ok=True)
+    assert run_command_line(["conceal", AXIS, "--effect", effect, "--seed", "3", "--out", str(tmp_path / "case")]) == 0
+    return str(tmp_path / "case" / "lesson.yaml")
+
+
+def removed_share(tmp_path: Path, lesson: Path) -> float:
+    """Record the concealed machine again with a lesson; return the share of the effect that is gone."""
+    again = ["conceal", "--again", str(tmp_path / "case_answer.json"), "--lesson", str(lesson), "--out", str(tmp_path / "again")]
+    assert run_command_line(again) == 0
+    result = json.loads((tmp_path / "again" / "result.json").read_text())
+    return float(result["rms_deviation"]["x_scale.position"]["removed_share"])
 
 
 @pytest.mark.parametrize("name", sorted(load_registry().remedies))
@@ -79,33 +97,17 @@ def test_a_table_leaves_what_the_formula_says() -> None:
 
 @pytest.mark.slow
 def test_friction_is_taken_away_and_the_promise_is_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    concealed = ["conceal", AXIS, "--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "3", "--out", str(tmp_path / "case")]
-    assert run_command_line(concealed) == 0
     found = diagnosis(("CoulombFriction", "x_axis", {"level": (20.1, "N")}))
-    code, out = remedied(tmp_path, found, lesson=str(tmp_path / "case" / "lesson.yaml"))
-    assert code == 0
+    out = remedied(tmp_path, found, lesson=concealed(tmp_path, "CoulombFriction:level=20 N@x_axis"))
     answer = json.loads((out / "remedy.json").read_text())
     assert [item["remedy"] for item in answer["remedies"]] == ["FrictionFeedforward"]
     assert answer["remedies"][0]["share"] < 1.0
-    capsys.readouterr()
-    again = [
-        "conceal",
-        "--again",
-        str(tmp_path / "case_answer.json"),
-        "--lesson",
-        str(out / "lesson.yaml"),
-        "--out",
-        str(tmp_path / "again"),
-    ]
-    assert run_command_line(again) == 0
-    result = json.loads((tmp_path / "again" / "result.json").read_text())["rms_deviation"]["x_scale.position"]
-    assert result["removed_share"] > 0.95
+    assert removed_share(tmp_path, out / "lesson.yaml") > 0.95
     promise = answer["promise"]["rms_deviation of x_scale.position"]
     assert promise["low"] < promise["after"] * 3.0
     assert all(size["high"] > 1.15 * size["low"] for name, size in answer["promise"].items() if "rms_deviation" in name)
-    capsys.readouterr()
-    assert run_command_line(["compare", str(out / "lesson.yaml"), str(tmp_path / "again" / "recording.csv"), "--no-plots"]) == 0
-    assert "rms_deviation of x_scale.position" in capsys.readouterr().out
+    said = done(capsys, "compare", out / "lesson.yaml", tmp_path / "again" / "recording.csv", "--no-plots")
+    assert "rms_deviation of x_scale.position" in said.out
 
 
 @pytest.mark.slow
@@ -128,9 +130,8 @@ def test_friction_is_taken_away_and_the_promise_is_kept(tmp_path: Path, capsys: 
 def test_a_named_effect_gets_its_remedy_and_most_of_it_goes(
     effect: str, at: str, values: dict[str, tuple[float, str]], remedy: str, tmp_path: Path
 ) -> None:
-    code, out = remedied(tmp_path, diagnosis((effect, at, values)))
+    out = remedied(tmp_path, diagnosis((effect, at, values)))
     answer = json.loads((out / "remedy.json").read_text())
-    assert code == 0
     assert [item["remedy"] for item in answer["remedies"]] == [remedy]
     assert answer["promise"]["rms_deviation of x_scale.position"]["removed_share"] > 0.7
     assert (out / "lesson.yaml").is_file()
@@ -138,16 +139,14 @@ def test_a_named_effect_gets_its_remedy_and_most_of_it_goes(
 
 @pytest.mark.parametrize("verdict", ["no_mismatch", "parameters_only", "unknown", "recording_fault"])
 def test_a_machine_without_a_named_effect_is_left_alone(verdict: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out = remedied(tmp_path, diagnosis(verdict=verdict))
-    assert code == 0
+    out = remedied(tmp_path, diagnosis(verdict=verdict))
     assert json.loads((out / "remedy.json").read_text())["remedies"] == []
     assert "remedy:" not in (out / "lesson.yaml").read_text()
     assert "nothing to mend" in capsys.readouterr().out or verdict in ("unknown", "recording_fault")
 
 
 def test_what_no_software_mends_is_told_to_be_repaired(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out = remedied(tmp_path, diagnosis(("LostCounts", "x_encoder", {"jump": (60e-6, "m"), "instant": (6.0, "s")})))
-    assert code == 0
+    out = remedied(tmp_path, diagnosis(("LostCounts", "x_encoder", {"jump": (60e-6, "m"), "instant": (6.0, "s")})))
     assert "repair the encoder's cable, plug or supply" in capsys.readouterr().out
     assert json.loads((out / "remedy.json").read_text())["remedies"] == []
 
@@ -198,8 +197,7 @@ def test_an_effect_of_a_plug_in_gets_the_remedy_of_a_plug_in(tmp_path: Path, cap
     plugin = tmp_path / "weight.py"
     plugin.write_text(GUEST, encoding="utf-8")
     named = diagnosis(("HangingWeight", "x_axis", {"offset": (40.0, "N")}))
-    code, out = remedied(tmp_path, named, "--plugins", str(plugin))
-    assert code == 0, capsys.readouterr().err
+    out = remedied(tmp_path, named, "--plugins", str(plugin))
     answer = json.loads((out / "remedy.json").read_text())
     (found,) = answer["remedies"]
     assert (found["remedy"], found["answers"]) == ("Counterweight", ["HangingWeight"])
@@ -211,7 +209,7 @@ def test_a_remedy_that_sizes_what_it_does_not_have_is_refused(tmp_path: Path, ca
     plugin = tmp_path / "weight.py"
     plugin.write_text(GUEST.replace('Sizes({"bias"', 'Sizes({"biass"'), encoding="utf-8")
     named = diagnosis(("HangingWeight", "x_axis", {"offset": (40.0, "N")}))
-    assert remedied(tmp_path, named, "--plugins", str(plugin))[0] == 1
+    remedied(tmp_path, named, "--plugins", str(plugin), code=1)
     assert "the remedy 'Counterweight' sizes 'biass', which is no parameter of it." in capsys.readouterr().err
 
 
@@ -229,7 +227,7 @@ def test_a_remedy_that_sizes_what_it_does_not_have_is_refused(tmp_path: Path, ca
     ],
 )
 def test_a_diagnosis_at_fault_gets_one_sentence(data: Any, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert remedied(tmp_path, data)[0] == 1
+    remedied(tmp_path, data, code=1)
     error = capsys.readouterr().err
     assert told in error
     assert len(error.strip().splitlines()) == 1
@@ -239,7 +237,7 @@ def test_a_diagnosis_at_fault_gets_one_sentence(data: Any, told: str, tmp_path: 
 def test_a_tied_or_inadequate_diagnosis_says_what_may_not_be_claimed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = diagnosis(("ForceOffset", "x_axis", {"offset": (40.0, "N")}), verdict="tied", adequate=False)
     found["effects"][0]["tied_with"] = ["ConverterOffset"]
-    assert remedied(tmp_path, found)[0] == 0
+    remedied(tmp_path, found)
     told = capsys.readouterr().out
     assert "it may be ConverterOffset instead" in told
     assert "nothing of the rest" in told
@@ -251,34 +249,25 @@ def test_a_remedy_is_not_put_in_twice(tmp_path: Path, capsys: pytest.CaptureFixt
     source = load_lesson(AXIS)
     mended = source.text.partition("variants:")[0].replace("../", f"{source.path.parents[1]}/") + entry
     (tmp_path / "mended.yaml").write_text(mended, encoding="utf-8")
-    assert remedied(tmp_path, found, lesson=str(tmp_path / "mended.yaml"))[0] == 1
+    remedied(tmp_path, found, lesson=str(tmp_path / "mended.yaml"), code=1)
     assert "the lesson has CommandBias at x_controller already." in capsys.readouterr().err
 
 
 @pytest.mark.slow
 def test_a_table_that_folds_back_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, out = remedied(tmp_path, diagnosis(("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")})))
-    assert code == 0
+    out = remedied(tmp_path, diagnosis(("CumulativePitchError", "x_scale", {"slope": (1e-4, "1")})))
     table = next(out.glob("*.csv"))
     lines = table.read_text().splitlines()
     table.write_text("\n".join([*lines[:-2], lines[-1], lines[-2]]) + "\n")
-    capsys.readouterr()
-    assert run_command_line(["run", str(out / "lesson.yaml"), "--out", str(tmp_path / "r.h5")]) == 1
-    assert "the positions of a table rise." in capsys.readouterr().err
+    assert "the positions of a table rise." in refused(capsys, "run", out / "lesson.yaml", "--out", tmp_path / "r.h5").err
 
 
 @pytest.mark.slow
 def test_a_mirrored_program_takes_the_friction_away_on_a_closed_control(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    concealed = ["conceal", AXIS, "--effect", "CoulombFriction:level=20 N@x_axis", "--seed", "3", "--out", str(tmp_path / "case")]
-    assert run_command_line(concealed) == 0
     found = diagnosis(("CoulombFriction", "x_axis", {"level": (20.1, "N")}))
-    code, out = remedied(tmp_path, found, "--as", "program", lesson=str(tmp_path / "case" / "lesson.yaml"))
-    assert code == 0
-    assert run_command_line(["program", str(out / "mirrored.nc")]) == 0
-    again = ["conceal", "--again", str(tmp_path / "case_answer.json"), "--lesson", str(out / "lesson_program.yaml")]
-    assert run_command_line([*again, "--out", str(tmp_path / "again")]) == 0
-    result = json.loads((tmp_path / "again" / "result.json").read_text())["rms_deviation"]["x_scale.position"]
-    assert result["removed_share"] > 0.9
+    out = remedied(tmp_path, found, "--as", "program", lesson=concealed(tmp_path, "CoulombFriction:level=20 N@x_axis"))
+    done(capsys, "program", out / "mirrored.nc")
+    assert removed_share(tmp_path, out / "lesson_program.yaml") > 0.9
 
 
 def test_a_program_of_way_points_keeps_time_however_small_the_steps() -> None:
@@ -305,8 +294,7 @@ def test_what_bends_under_the_cut_is_mirrored_and_what_a_recorder_does_is_not(tm
     lathe = str(Path(__file__).with_name("concealed_lathe.yaml"))
     found = diagnosis(("ToolCompliance", "x_scale", {"compliance": (3e-8, "m/N")}))
     found["insert"][0]["force"] = "cutting_force.radial_force"
-    code, out = remedied(tmp_path, found, "--as", "program", lesson=lathe)
-    assert code == 0
+    out = remedied(tmp_path, found, "--as", "program", lesson=lathe)
     registry, source = load_registry(), load_lesson(lathe)
     bending = "insert: [{effect: ToolCompliance, at: x_scale, compliance: 3e-8 m/N, force: cutting_force.radial_force}]\n"
     mirrored = load_lesson(str(out / "lesson_program.yaml"))
@@ -319,15 +307,13 @@ def test_what_bends_under_the_cut_is_mirrored_and_what_a_recorder_does_is_not(tm
         )
     )
     assert np.std(mended - sound) < 0.1 * np.std(bent - sound)
-    code, out = remedied(tmp_path / "recorder", diagnosis(("ClockSkew", "x_scale", {"skew": (1e-4, "1")})), "--as", "program")
-    assert code == 0
+    out = remedied(tmp_path / "recorder", diagnosis(("ClockSkew", "x_scale", {"skew": (1e-4, "1")})), "--as", "program")
     assert not (out / "mirrored.nc").is_file()
 
 
 @pytest.mark.slow
 def test_a_mirrored_path_that_gouges_or_leaves_the_travel_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, _ = remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (5e-3, "m")})), "--as", "program")
-    assert code == 1
+    remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (5e-3, "m")})), "--as", "program", code=1)
     error = capsys.readouterr().err
     assert "gouges" in error
     assert len(error.strip().splitlines()) == 1
@@ -339,8 +325,7 @@ def test_a_mirrored_path_that_gouges_or_leaves_the_travel_is_refused(tmp_path: P
     text = text.replace("../part_programs", str(source.path.parent.parent / "part_programs"))
     (tmp_path / "lesson.yaml").write_text(text)
     found = diagnosis(("CumulativePitchError", "x_scale", {"slope": (-1e-4, "1"), "origin": (0.05, "m")}))
-    code, _ = remedied(tmp_path, found, "--as", "program", lesson=str(tmp_path / "lesson.yaml"))
-    assert code == 1
+    remedied(tmp_path, found, "--as", "program", lesson=str(tmp_path / "lesson.yaml"), code=1)
     error = capsys.readouterr().err
     assert "the machine travels from 0" in error
     assert len([row for row in error.strip().splitlines() if not row.startswith("Compiling")]) == 1
@@ -348,17 +333,11 @@ def test_a_mirrored_path_that_gouges_or_leaves_the_travel_is_refused(tmp_path: P
 
 def removed_again(tmp_path: Path, effect: str, found: dict[str, Any], *options: str, change: tuple[str, str] = ("", "")) -> float:
     """Return the share of a hidden effect that the remedy for a diagnosis removes on the concealed machine."""
-    tmp_path.mkdir(exist_ok=True)
-    assert run_command_line(["conceal", AXIS, "--effect", effect, "--seed", "3", "--out", str(tmp_path / "case")]) == 0
-    code, out = remedied(tmp_path, found, *options, lesson=str(tmp_path / "case" / "lesson.yaml"))
-    assert code == 0
+    out = remedied(tmp_path, found, *options, lesson=concealed(tmp_path, effect))
     lesson = out / "lesson.yaml"
     if change[0]:
         lesson.write_text(re.sub(*change, lesson.read_text()))
-    again = ["conceal", "--again", str(tmp_path / "case_answer.json"), "--lesson", str(lesson), "--out", str(tmp_path / "again")]
-    assert run_command_line(again) == 0
-    result = json.loads((tmp_path / "again" / "result.json").read_text())
-    return float(result["rms_deviation"]["x_scale.position"]["removed_share"])
+    return removed_share(tmp_path, lesson)
 
 
 @pytest.mark.slow
@@ -391,8 +370,7 @@ def test_a_circle_is_promised_quadrant_by_quadrant(tmp_path: Path) -> None:
     found = diagnosis(("CoulombFriction", "x_axis", inertia), ("CoulombFriction", "z_axis", inertia))
     for entry in found["insert"]:
         entry["inertia"] = "9720 kg"
-    code, out = remedied(tmp_path, found, lesson=str(tmp_path / "circle.yaml"))
-    assert code == 0
+    out = remedied(tmp_path, found, lesson=str(tmp_path / "circle.yaml"))
     promise = json.loads((out / "remedy.json").read_text())["promise"]
     for quarter in ("+X", "+Z", "-X", "-Z"):
         size = promise[f"circular_spread at {quarter}"]
@@ -401,8 +379,7 @@ def test_a_circle_is_promised_quadrant_by_quadrant(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_table_for_a_control_is_in_its_units(tmp_path: Path) -> None:
-    code, out = remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (10e-6, "m")})), "--as", "table")
-    assert code == 0
+    out = remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (10e-6, "m")})), "--as", "table")
     assert "play" in (out / "control_table.txt").read_text()
     assert " um" in (out / "control_table.txt").read_text()
 

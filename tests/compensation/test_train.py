@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from lathesim.analysis.metric import stock_metrics
-from lathesim.cli.main import run_command_line
 from lathesim.compensation.train import METHODS, train
 from lathesim.compensation.training_question import SCORES, NetworkShape, TrainingQuestion, question_of, total
 from lathesim.components.predictive_controllers import regulated
@@ -16,6 +15,7 @@ from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import prepare, simulate
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, Record
+from tests.cli.command import refused
 
 PUBLISHED_L0E1 = 0.0086
 """Score on the circle of 9 m that the paper prints for a network without hidden layer."""
@@ -86,25 +86,23 @@ def test_weights_at_fault_are_refused_in_one_sentence(rows: str, fault: str, tmp
     text = load_lesson("28_neural_regulator").text.replace("tables/zero_regulator.csv", "weights.csv")
     (tmp_path / "weights.csv").write_text(rows, encoding="utf-8")
     (tmp_path / "lesson.yaml").write_text(text, encoding="utf-8")
-    assert run_command_line(["run", str(tmp_path / "lesson.yaml"), "--variant", "R9"]) == 1
-    told = capsys.readouterr().err
+    told = refused(capsys, "run", tmp_path / "lesson.yaml", "--variant", "R9").err
     assert fault.split(":1:")[-1].strip() in told
     assert len(told.strip().splitlines()) == 1
 
 
 def test_a_network_too_large_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = str(tmp_path / "w.csv")
-    assert run_command_line(["train", "28_neural_regulator", "--variant", "R9", "--hidden", "170000", "--out", out]) == 1
-    assert "has 1020002 weights, too many" in capsys.readouterr().err
+    said = refused(capsys, "train", "28_neural_regulator", "--variant", "R9", "--hidden", "170000", "--out", tmp_path / "w.csv")
+    assert "has 1020002 weights, too many" in said.err
 
 
 def test_a_training_that_diverges_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     fast = "coordinator.radius: 9 m, coordinator.contour_speed: 1e200 m/s,"
     text = load_lesson("28_neural_regulator").text.replace("coordinator.radius: 9 m,", fast)
     (tmp_path / "l.yaml").write_text(text, encoding="utf-8")
-    out = str(tmp_path / "w.csv")
-    assert run_command_line(["train", str(tmp_path / "l.yaml"), "--variant", "R9", "--starts", "1", "--rounds", "2", "--out", out]) == 1
-    assert "the training diverges from all 1 starts." in capsys.readouterr().err
+    out = tmp_path / "w.csv"
+    said = refused(capsys, "train", tmp_path / "l.yaml", "--variant", "R9", "--starts", "1", "--rounds", "2", "--out", out)
+    assert "the training diverges from all 1 starts." in said.err
 
 
 SPEED = 0.4

@@ -12,16 +12,11 @@ from lathesim.experiments.objective import Objective
 from lathesim.experiments.waypoints import read_waypoints
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from tests.cli.command import call, done, refused
 
 LESSON = "27_a_controller_that_tells_nothing"
 CHANGED = {"x_element_1.gain": 0.03, "x_controller.loop_gain": 24.0, "x_element_3.frequency": 50.0}
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def write_waypoints(place: Path, registry: Registry, variant: str, noise: float, seconds: float) -> None:

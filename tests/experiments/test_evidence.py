@@ -13,7 +13,7 @@ from lathesim.experiments.design_experiment import DesignWish
 from lathesim.experiments.sequence import joined
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import load_registry
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, done, json_of, refused
 from tests.diagnosis.pushed_table import Hidden, write_case
 
 LESSON = "22_what_is_wrong_with_this_machine"
@@ -33,8 +33,7 @@ N60 M30
 @pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_further_recordings_judge_the_new_one(times: int, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
-    said = done(capsys, "diagnose", lesson, new, *("--with", lesson, before) * times, *ONLY, "--json", "-", "--no-report")
-    told = json.loads(said.out)
+    told = json_of(capsys, "diagnose", lesson, new, *("--with", lesson, before) * times, *ONLY, "--json", "-", "--no-report")
     assert told["verdict"] == "named"
     assert [(item["effect"], item["at"]) for item in told["effects"]] == [("CoulombFriction", "x_axis")]
     assert {item["recording"] for item in told["fit"].values()} == {before.name}
@@ -44,8 +43,8 @@ def test_recordings_called_the_same_are_told_apart(capsys: pytest.CaptureFixture
     lesson, new, before = write_case(tmp_path, Hidden(dry=8.0))
     (tmp_path / "before").mkdir()
     other = before.rename(tmp_path / "before" / new.name)
-    said = call(capsys, "diagnose", lesson, new, "--with", lesson, other, *ONLY, "--json", "-", "--no-report")
-    assert {item["recording"] for item in json.loads(said.out)["fit"].values()} == {str(other)}
+    said = json_of(capsys, "diagnose", lesson, new, "--with", lesson, other, *ONLY, "--json", "-", "--no-report")
+    assert {item["recording"] for item in said["fit"].values()} == {str(other)}
 
 
 def test_recordings_of_different_machines_are_not_joined(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

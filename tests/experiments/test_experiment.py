@@ -12,7 +12,7 @@ from lathesim.experiments.room import DesignedMove, room_of
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, done, json_of, refused
 from tests.experiments.separation.alike import written_lesson
 
 LESSON = "22_what_is_wrong_with_this_machine"
@@ -35,7 +35,7 @@ def test_program_tells_play_from_friction(capsys: pytest.CaptureFixture[str], tm
     assert told["seconds"] <= 7.5
     assert {item["channel"] for item in told["record"]} >= {"x_scale.position", "x_drive.current"}
     assert (tmp_path / "next" / "experiment.png").stat().st_size > 10_000
-    moves = json.loads(call(capsys, "program", tmp_path / "next" / "program.nc", "--json").out)["moves"]
+    moves = json_of(capsys, "program", tmp_path / "next" / "program.nc", "--json")["moves"]
     assert len(moves) > 10
     done(capsys, "check", tmp_path / "next" / "lesson.yaml")
 

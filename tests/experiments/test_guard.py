@@ -5,15 +5,10 @@ import pytest
 
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 
 LESSON = "32_the_forged_sensor"
 BEGIN = 5.0
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def first_alarm(registry: Registry, variant: str, seed: int = 1) -> float:

@@ -1,6 +1,5 @@
 """What a recording could tell, before it is made: sizes that are just seen, effects that are alike, and why."""
 
-import json
 import re
 from pathlib import Path
 
@@ -11,7 +10,7 @@ from lathesim.diagnosis.isolation.answerable import isolated
 from lathesim.experiments.isolable import Means, looking_at
 from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import load_registry
-from tests.cli.command import call, done, refused
+from tests.cli.command import json_of, refused
 from tests.diagnosis.small_case import write_lesson
 
 ONE_SPEED = "(One way at one speed)\nG21 G90 G94 G18\nG01 X1000.0 F3000\nM02\n"
@@ -48,8 +47,7 @@ def test_one_way_at_one_speed_answers_little_and_says_why(
     one_speed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:  # fmt: skip
     effects = only("CoulombFriction", "AsymmetricFriction")
-    said = done(capsys, "isolable", one_speed, *effects, "--json", "--save", tmp_path / "matrix.png")
-    told = json.loads(said.out)
+    told = json_of(capsys, "isolable", one_speed, *effects, "--json", "--save", tmp_path / "matrix.png")
     assert told["schema"] == "lathesim-isolation/1"
     assert told["sensors"] == ["x_encoder.position", "x_controller.voltage"]
     assert (tmp_path / "matrix.png").stat().st_size > 5_000
@@ -72,14 +70,13 @@ def test_a_sensor_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.Capt
 
 def test_the_sensor_and_the_program_that_tell_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     effects, sensors = only("ForceOffset", "ConverterOffset"), ("--sensors", "x_encoder.position")
-    said = done(capsys, "isolable", write_lesson(tmp_path), *effects, *sensors, "--json")
-    told = json.loads(said.out)
+    told = json_of(capsys, "isolable", write_lesson(tmp_path), *effects, *sensors, "--json")
     ((channel, pairs),) = [(one["channel"], one["tells"]) for one in told["sensors_that_tell"]]
     assert channel == "x_drive.current"
     assert ["ForceOffset at x_axis", "ConverterOffset at x_drive"] in pairs
     assert told["program_that_tells"] is None or told["program_that_tells"]["seconds"] <= 10.0
-    said = call(capsys, "isolable", write_lesson(tmp_path), *effects, "--sensors", f"x_encoder.position,{channel}", "--json")
-    assert not [one for one in json.loads(said.out)["effects"] if one["effect"] == "ForceOffset" and one["tied_with"]]
+    said = json_of(capsys, "isolable", write_lesson(tmp_path), *effects, "--sensors", f"x_encoder.position,{channel}", "--json")
+    assert not [one for one in said["effects"] if one["effect"] == "ForceOffset" and one["tied_with"]]
 
 
 def test_a_lesson_that_a_recording_drives_asks_for_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -15,14 +15,9 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import prepare
 from lathesim.path_columns import END_X, END_Z, FEED, FEED_MODE, PER_REVOLUTION, SPINDLE_SPEED
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 
 AXIS = "22_what_is_wrong_with_this_machine"
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def room(lesson: str, registry: Registry) -> Room:

@@ -9,18 +9,13 @@ from lathesim.component import Parameter
 from lathesim.effects.register import stock_effects
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from tests.experiments.separation.hidden_axis import AXIS_EFFECTS
 from tests.experiments.separation.hidden_turning import CUTTING_EFFECTS, SPINDLE_EFFECTS
 from tests.experiments.separation.names import NAMES
 from tests.experiments.separation.part_program import read_course
 from tests.experiments.separation.ties import CONTAINED, schedule
 from tests.experiments.separation.turning_truth import FACE, STOCK, CutTruth, SpindleTruth, chip_of, course_of
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def test_chips_are_those_of_the_lesson(registry: Registry) -> None:

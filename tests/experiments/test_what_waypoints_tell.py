@@ -7,15 +7,10 @@ from lathesim.experiments.free_values import Telling, free_values, telling, valu
 from lathesim.experiments.replica import Replica, Setting
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 
 LESSON = "27_a_controller_that_tells_nothing"
 NOISE = 10e-6
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def told_by(registry: Registry, variant: str, seconds: float) -> Telling:

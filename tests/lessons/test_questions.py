@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
 
-from lathesim.cli.main import run_command_line
 from lathesim.errors import LatheSimError
 from lathesim.lessons.grading import grade_file
 from lathesim.lessons.lesson import load_lesson
@@ -16,6 +14,7 @@ from lathesim.lessons.schema import LessonQuestion
 from lathesim.lessons.simulate import simulate
 from lathesim.plugins import Registry
 from lathesim.record_writer import save
+from tests.cli.command import done, json_of
 
 NUMBER = LessonQuestion(ask="How large?", within="0.02 mm", answer="0.685 mm")
 CHOICE = LessonQuestion(ask="Which?", choices=["the first", "the second"], answer="the second")
@@ -71,13 +70,10 @@ def test_answers_are_kept_beside_the_run_and_counted(
     assert read_answers(run)["Which?"].tries == 2
     found = grade_file(run, registry).questions
     assert [(item.question, item.answer, item.right) for item in found] == [("How large?", "1 mm", False), ("Which?", "the second", True)]
-    assert run_command_line(["grade", "run.h5"]) == 0
-    said = capsys.readouterr().out
+    said = done(capsys, "grade", "run.h5").out
     assert "How large? 1 mm (not right)\nWhich? the second (right)\n1 of 2 questions answered right." in said
-    assert run_command_line(["grade", "run.h5", "--csv"]) == 0
-    assert capsys.readouterr().out.splitlines()[1].endswith(",1,2")
-    assert run_command_line(["grade", "run.h5", "--json"]) == 0
-    assert [item["right"] for item in json.loads(capsys.readouterr().out)["records"][0]["questions"]] == [False, True]
+    assert done(capsys, "grade", "run.h5", "--csv").out.splitlines()[1].endswith(",1,2")
+    assert [item["right"] for item in json_of(capsys, "grade", "run.h5", "--json")["records"][0]["questions"]] == [False, True]
     answers_file(run).write_text("{ not json", encoding="utf-8")
     assert grade_file(run, registry).right == 0
 
@@ -87,8 +83,7 @@ def test_check_seals_the_answers_that_stand_in_clear(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("mine.yaml").write_text(LESSON, encoding="utf-8")
-    assert run_command_line(["check", "mine.yaml"]) == 0
-    said = capsys.readouterr().out
+    said = done(capsys, "check", "mine.yaml").out
     assert f"to seal the answer to 'Which?', write instead of it: sealed: {seal(CHOICE, 'the second')}" in said
 
 

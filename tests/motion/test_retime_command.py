@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lathesim.record import load
-from tests.cli.command import call, refused
+from tests.cli.command import call, json_of, refused
 
 LIMITS = """\
 axes:
@@ -80,8 +80,8 @@ def test_poses_keep_the_feed_at_the_tool(folder: Path, capsys: pytest.CaptureFix
     s = np.linspace(0.0, 1.0, 101)
     rows = [f"{40 * u},0,20,{0.3 * np.sin(3 * u)},0.2,1" for u in s]
     (folder / "poses.csv").write_text("\n".join(["x [mm],y [mm],z [mm],i,j,k", *rows]), encoding="utf-8")
-    said = call(capsys, "retime", folder / "poses.csv", "--poses", "--limits", folder / "five.yaml", "--json", "--out", folder / "s.h5")
-    result = json.loads(said.out)
+    limits, out = folder / "five.yaml", folder / "s.h5"
+    result = json_of(capsys, "retime", folder / "poses.csv", "--poses", "--limits", limits, "--json", "--out", out)
     assert list(result["axes"]) == ["x", "y", "z", "a", "b"]
     assert result["duration_s"] == pytest.approx(4.05, rel=0.01)
     assert result["path_error_m"] < 1e-5

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from scipy.signal import lfilter
 
 from lathesim.stability.diagnose_cut import CutDiagnosis, RecordedCut, cutting_stretch, diagnose_cut, turning_of
 from lathesim.stability.signal_lines import departure_from_gaussian, refined_speed
-from tests.cli.command import call, done
+from tests.cli.command import call, json_of
 from tests.shared_data import SHARED, needs_shared
 from tests.stability.campaign.chatter import as_recorded, measured
 from tests.stability.campaign.rig_cuts import KINDS, Recording, recording
@@ -113,8 +112,7 @@ def test_the_command_tells_and_refuses_in_a_sentence(
     cut = recording("hopf", 1, "tuning")
     time = np.arange(len(cut.signal)) / cut.rate
     np.savetxt("cut.csv", np.stack([time, cut.signal], axis=1), delimiter=",", header="time [s],force [N]", comments="", fmt="%.6g")
-    said = done(capsys, "chatter", "cut.csv", "--speed", str(cut.speed), "--json", "--save", "cut.png")
-    found = json.loads(said.out)
+    found = json_of(capsys, "chatter", "cut.csv", "--speed", str(cut.speed), "--json", "--save", "cut.png")
     assert found["kind"] == "hopf"
     assert found["frequency_hz"] == pytest.approx(cut.rig.modes[1][0], rel=0.2)
     assert Path("cut.png").stat().st_size > 10_000
@@ -128,8 +126,7 @@ def test_the_command_tells_and_refuses_in_a_sentence(
 def test_a_real_cut_says_what_its_band_cannot_be(capsys: pytest.CaptureFixture[str]) -> None:
     path = SHARED / "data" / "turning_forces" / "f416_a100.lvm"
     assert path.is_file()
-    said = done(capsys, "chatter", path, "--channel", "Fx", "--band", "190..212", "--json")
-    found = json.loads(said.out)
+    found = json_of(capsys, "chatter", path, "--channel", "Fx", "--band", "190..212", "--json")
     assert found["kind"] == "segmentation"
     assert math.isclose(found["speed_rpm"], 1065.0, rel_tol=0.01)
     told = " ".join(found["cannot_be"])

@@ -15,7 +15,7 @@ from lathesim.stability.frequency_limit import limit_at
 from lathesim.stability.learned_map import adequacy, contradictions
 from lathesim.stability.next_cut import CutRange, best_stable, next_cut
 from lathesim.stability.tool_point import Mode, ToolPoint
-from tests.cli.command import call, done, refused
+from tests.cli.command import call, done, json_of, refused
 
 GIVEN = Prior(np.log([100.0, 0.05, 0.01]), np.array([0.1, 0.3, 0.28]))
 INSIDE = CutRange(np.linspace(1000.0, 4000.0, 121), 6e-3)
@@ -99,8 +99,7 @@ def test_the_command_learns_and_proposes(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.chdir(tmp_path)
     Path("l.yaml").write_text(LESSON + UNCERTAIN, encoding="utf-8")
     Path("c.csv").write_text("speed [rpm],width [mm],stable,frequency [Hz]\n3000,1.5,yes,\n3500,3,no,112.3\n", encoding="utf-8")
-    said = done(capsys, "cuts", "l.yaml", "c.csv", "--json", "--save", "map.png", "--compare")
-    found = json.loads(said.out)
+    found = json_of(capsys, "cuts", "l.yaml", "c.csv", "--json", "--save", "map.png", "--compare")
     assert found["adequate"]
     assert found["best_stable"]["width_m"] == pytest.approx(1.5e-3)
     (proposal,) = found["next"]
@@ -118,8 +117,7 @@ def test_what_one_overhang_taught_is_where_another_begins(
     Path("c.csv").write_text("speed [rpm],width [mm],stable,frequency [Hz]\n3500,3,no,118.0\n2500,2,no,117.0\n", encoding="utf-8")
     Path("map.json").write_text(call(capsys, "cuts", "long.yaml", "c.csv", "--json").out, encoding="utf-8")
     taught = json.loads(Path("map.json").read_text(encoding="utf-8"))["parameters"]["frequency"]["value"]
-    said = done(capsys, "cuts", "short.yaml", "--prior", "map.json", "--json")
-    found = json.loads(said.out)["parameters"]["frequency"]
+    found = json_of(capsys, "cuts", "short.yaml", "--prior", "map.json", "--json")["parameters"]["frequency"]
     assert found["value"] == pytest.approx(1.4 * taught, rel=0.01)
     assert found["high"] / found["low"] < 1.25
     assert "there is no such file" in call(capsys, "cuts", "short.yaml", "--prior", "none.json").err

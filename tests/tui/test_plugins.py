@@ -8,6 +8,7 @@ import pytest
 from textual.widgets import Static
 
 from lathesim.cli.main import run_command_line
+from tests.cli.command import done, refused
 from tests.tui.driving import choose, content, opened, press, run_to_end, setup_of, until
 
 FORCE = '''
@@ -113,10 +114,8 @@ async def test_a_plug_in_is_broken_told_mended_loaded_again_and_run(workspace: P
 
 async def test_one_file_adds_a_command_and_screens(workspace: Path, capsys: pytest.CaptureFixture[str]) -> None:
     workspace.write_text(GUEST, encoding="utf-8")
-    assert run_command_line(["--help"]) == 0
-    assert "\nPlug-ins:\n  count  Count the variants of a lesson.\n" in capsys.readouterr().out
-    assert run_command_line(["count", "01_contour_error"]) == 0
-    assert capsys.readouterr().out == "6 variants\n"
+    assert "\nPlug-ins:\n  count  Count the variants of a lesson.\n" in done(capsys, "--help").out
+    assert done(capsys, "count", "01_contour_error").out == "6 variants\n"
     async with opened() as (app, pilot):
         await pilot.press("f9")
         await until(pilot, lambda: bool(app.screen.query("#tally")), "the screen of the plug-in")
@@ -137,8 +136,7 @@ def test_commands_come_from_a_workspace_alone(workspace: Path, monkeypatch: pyte
 
 def test_help_runs_no_plug_in_that_gives_no_command(workspace: Path, capsys: pytest.CaptureFixture[str]) -> None:
     workspace.write_text("raise SystemExit('run')", encoding="utf-8")
-    assert run_command_line(["--help"]) == 0
-    assert capsys.readouterr().err == ""
+    assert done(capsys, "--help").err == ""
 
 
 @pytest.mark.parametrize(
@@ -160,8 +158,7 @@ def test_a_command_or_screen_at_fault_is_left_out_in_one_line(
 ) -> None:
     text = GUEST.replace(before, after)
     workspace.write_text(text.replace('lesson.")]', 'lesson."))]') if "tuple" in after else text, encoding="utf-8")
-    assert run_command_line(["plugins"]) == 1
-    (line,) = [line for line in capsys.readouterr().err.splitlines() if "my_force" in line]
+    (line,) = [line for line in refused(capsys, "plugins").err.splitlines() if "my_force" in line]
     assert line.startswith("Left out: plugins/my_force.py:")
     assert told in line
 

@@ -8,27 +8,90 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-
-from tests.experiments.separation.axis_physics import AxisPhysics
 
 SAMPLE_PERIOD = 1e-3
 FINE_STEPS = 125
 VOLTAGE_LIMIT = 10.0
 
 
+class AxisPhysics(NamedTuple):
+    """Everything the axis may carry, in SI numbers; zero (or a huge limit) means absent. Floats only, for the compiled loop."""
+
+    # plant and drive
+    mass: float = 95.0
+    viscous: float = 200.0
+    effort_constant: float = 35.0
+    # controller: a cascade
+    position_gain: float = 40.0
+    velocity_gain: float = 300.0
+    # converter and sensors
+    converter_bits: float = 12.0
+    encoder_resolution: float = 1e-7
+    scale_resolution: float = 1e-7
+    encoder_noise: float = 5e-8
+    scale_noise: float = 5e-8
+    current_noise: float = 0.01
+    current_resolution: float = 0.005
+    # friction: Coulomb and Stribeck by implicit stick, LuGre bristles, a wave over the way, or none
+    coulomb: float = 0.0
+    coulomb_asymmetry: float = 0.0
+    viscous_asymmetry: float = 0.0
+    stribeck_excess: float = 0.0
+    stribeck_speed: float = 0.005
+    stribeck_shape: float = 1.0
+    lugre_level: float = 0.0
+    lugre_stiffness: float = 0.0
+    lugre_damping: float = 0.0
+    friction_wave: float = 0.0
+    friction_wave_period: float = 0.1
+    friction_wave_phase: float = 0.0
+    # forces
+    force_offset: float = 0.0
+    ripple: float = 0.0
+    ripple_share: float = 0.0
+    ripple_period: float = 0.005
+    ripple_phase: float = 0.0
+    # geometry seen by the scale
+    backlash: float = 0.0
+    backlash_start: float = 0.0
+    pitch_slope: float = 0.0
+    pitch_wave: float = 0.0
+    lead: float = 0.005
+    pitch_phase: float = 0.0
+    growth_strain: float = 0.0
+    growth_time: float = 60.0
+    growth_origin: float = 0.0
+    wind_up: float = 0.0
+    # structure
+    table_share: float = 0.0
+    table_frequency: float = 100.0
+    table_damping: float = 0.05
+    # drive
+    inductance_time: float = 0.0
+    current_loop_frequency: float = 0.0
+    current_loop_damping: float = 0.7
+    dead_zone: float = 0.0
+    converter_offset: float = 0.0
+    coarse_step: float = 0.0
+    delay: float = 0.0
+    # encoder
+    eccentricity: float = 0.0
+    eccentricity_turn: float = 0.005
+    eccentricity_phase: float = 0.0
+
+
 @dataclass(frozen=True)
 class AxisSignals:
-    """What the axis did: ``command`` [V], ``encoder``, ``scale``, ``position`` [m], ``current`` [A], ``velocity`` [m/s]; (samples,)."""
+    """What the axis did: ``command`` [V], ``encoder``, ``scale`` [m], ``current`` [A]; (samples,)."""
 
     command: np.ndarray
     encoder: np.ndarray
     scale: np.ndarray
     current: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
 
 
 def simulate_axis(physics: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray) -> AxisSignals:
@@ -61,21 +124,13 @@ def _smooth_force(p: AxisPhysics, x: float, v: float, applied: float) -> float:
 
 @njit(cache=True)
 def _controller(p: AxisPhysics, reference: float, measured: float, memory: np.ndarray, first: bool) -> float:
-    """Cascade; memory: 0 last measured, 1 last mean, 2 integral."""
-    period = SAMPLE_PERIOD
+    """Cascade; memory: 0 last measured, 1 last mean of two."""
     if first:
-        memory[0] = measured
-        memory[1] = measured
-    mean = (1.0 - p.mean_share) * measured + p.mean_share * memory[0]
-    speed_error = p.position_gain * (reference - measured) - (mean - memory[1]) / period
-    total = memory[2] + p.velocity_gain * p.integral_rate * period * speed_error
-    command = p.velocity_gain * speed_error + total
-    memory[0] = measured
-    memory[1] = mean
-    if abs(command) > VOLTAGE_LIMIT:
-        return VOLTAGE_LIMIT if command > 0.0 else -VOLTAGE_LIMIT
-    memory[2] = total
-    return command
+        memory[:] = measured
+    mean = 0.5 * measured + 0.5 * memory[0]
+    command = p.velocity_gain * (p.position_gain * (reference - measured) - (mean - memory[1]) / SAMPLE_PERIOD)
+    memory[0], memory[1] = measured, mean
+    return min(max(command, -VOLTAGE_LIMIT), VOLTAGE_LIMIT)
 
 
 @njit(cache=True)
@@ -98,13 +153,11 @@ def _followed(table: float, motor: float, half: float) -> float:
 
 
 @njit(cache=True)
-def _simulate(
-    p: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _simulate(p: AxisPhysics, reference: np.ndarray, noise: np.ndarray, load: np.ndarray) -> np.ndarray:
     samples = reference.shape[0]
-    out = np.zeros((6, samples))
+    out = np.zeros((4, samples))
     h = SAMPLE_PERIOD / FINE_STEPS
-    memory = np.zeros(3)
+    memory = np.zeros(2)
     commands = np.zeros(samples)
     quantum = 20.0 / (2.0**p.converter_bits - 1.0)
     motor_mass = p.mass * (1.0 - p.table_share)
@@ -124,26 +177,23 @@ def _simulate(
         if p.converter_bits < 30.0:
             held = -VOLTAGE_LIMIT + math.floor((command + VOLTAGE_LIMIT) / quantum + 0.5) * quantum
         commands[k] = _rounded(held, p.coarse_step) + p.converter_offset
-        force = p.effort_constant * current
         for fine in range(FINE_STEPS):
             now = time + fine * h
             back = (now - p.delay) / SAMPLE_PERIOD
             volts = commands[k] if p.delay <= 0.0 else (commands[math.floor(back + 1e-9)] if back >= 0.0 else 0.0)
             if p.dead_zone > 0.0:
                 volts = volts - p.dead_zone if volts > p.dead_zone else (volts + p.dead_zone if volts < -p.dead_zone else 0.0)
-            wanted = p.conductance * (volts - p.back_emf * v)
             read_current = current
             if p.inductance_time > 0.0:
-                current = wanted + (current - wanted) * decay
+                current = volts + (current - volts) * decay
             elif wc > 0.0:
-                bend = wc * wc * (wanted - current) - 2.0 * p.current_loop_damping * wc * loop_rate
+                bend = wc * wc * (volts - current) - 2.0 * p.current_loop_damping * wc * loop_rate
                 ahead, rate_ahead = current + h * loop_rate, loop_rate + h * bend
-                bend_ahead = wc * wc * (wanted - ahead) - 2.0 * p.current_loop_damping * wc * rate_ahead
+                bend_ahead = wc * wc * (volts - ahead) - 2.0 * p.current_loop_damping * wc * rate_ahead
                 current += 0.5 * h * (loop_rate + rate_ahead)
                 loop_rate += 0.5 * h * (bend + bend_ahead)
             else:
-                read_current = wanted
-                current = wanted
+                read_current = current = volts
             force = p.effort_constant * current
             if fine == 0:
                 place = xt if p.table_share > 0.0 else x
@@ -155,8 +205,6 @@ def _simulate(
                 out[1, k] = reading
                 out[2, k] = _rounded(seen + p.scale_noise * noise[1, k], p.scale_resolution)
                 out[3, k] = _rounded(read_current + p.current_noise * noise[2, k], p.current_resolution)
-                out[4, k] = x
-                out[5, k] = v
             if p.backlash > 0.0:
                 behind = _followed(behind, xt if p.table_share > 0.0 else x, 0.5 * p.backlash)
             share = fine / FINE_STEPS
@@ -189,4 +237,4 @@ def _simulate(
         if not abs(x) < 1e3:
             out[:, k:] = np.nan
             break
-    return out[0], out[1], out[2], out[3], out[4], out[5]
+    return out

@@ -9,8 +9,7 @@ import numpy as np
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
 from lathesim.plugins import Registry
-from tests.experiments.separation.axis_physics import AxisPhysics
-from tests.experiments.separation.axis_rig import simulate_axis
+from tests.experiments.separation.axis_rig import AxisPhysics, simulate_axis
 from tests.experiments.separation.concealed import Hidden, coloured_noise, log_uniform
 from tests.experiments.separation.hidden_axis import AXIS_EFFECTS
 
