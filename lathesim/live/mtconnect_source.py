@@ -78,7 +78,7 @@ class MTConnectSource:
         away = ""
         while True:
             try:
-                root = await self._document("/current" if cursor < 0 else f"/sample?from={cursor}&count={count}")
+                root = await fetch(self.address, "/current" if cursor < 0 else f"/sample?from={cursor}&count={count}")
                 header = _header(root)
                 if header is None or _error_code(root) or (instance and header.instance != instance):
                     header, sentence, is_new = await self._again(instance, cursor)
@@ -111,7 +111,7 @@ class MTConnectSource:
 
     async def _again(self, instance: str, cursor: int) -> tuple[Header, str, bool]:
         """Return the header to continue from after an error or a new instance, a sentence, and whether the instance is new."""
-        header = _header(await self._document("/current"))
+        header = _header(await fetch(self.address, "/current"))
         if header is None or not instance:
             raise AgentAwayError("it answers /current with an error")
         if header.instance != instance:
@@ -151,7 +151,7 @@ class MTConnectSource:
 
     async def _probe(self) -> None:
         """Read which items there are and match the map with them."""
-        root = await self._document("/probe")
+        root = await fetch(self.address, "/probe")
         known: dict[str, str] = {}
         for element in root.iter():
             if element.tag.endswith("DataItem"):
@@ -164,9 +164,6 @@ class MTConnectSource:
                 remedy = nearest(item.at, known) or f"It has {', '.join(list(known)[:8])}."
                 raise LiveError(f"the agent has no data item '{item.at}'.", place=self.name, remedy=remedy)
             self._order[known[item.at]] = at
-
-    async def _document(self, target: str) -> ElementTree.Element:
-        return await fetch(self.address, target)
 
 
 def _noted(block: SampleBlock, notes: Sequence[str]) -> SampleBlock:

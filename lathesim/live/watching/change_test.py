@@ -35,16 +35,15 @@ _HOLD_MORE, _HOLD_MOST = 10.0, 1e9
 @dataclass(frozen=True)
 class FoundChange:
     """What the test says: ``statistic`` of the likeliest ``channel`` and ``direction``, ``begun`` [s], the ``size`` of the change in noise
-    deviations of a block, whether it grows (``ramp``), 2 log-likelihood that a step of the uncertain values brings with noise as loud as it
-    is since then (``moved``, ``moved_at`` [s]), the values that may move as they are now (``theta``), from the nominal ones, with their
-    standard ``deviations``, and the ``power`` of what they do, in that of the noise."""
+    deviations of a block, 2 log-likelihood that a step of the uncertain values brings with noise as loud as it is since then (``moved``,
+    ``moved_at`` [s]), the values that may move as they are now (``theta``), from the nominal ones, with their standard ``deviations``, and
+    the ``power`` of what they do, in that of the noise."""
 
     statistic: float
     channel: int
     direction: int
     begun: float
     size: float
-    ramp: bool
     moved: float
     moved_at: float
     theta: FloatArray
@@ -147,13 +146,12 @@ class ChangeTest:
         statistic = float(ratio[at, channel, direction])
         at = int(np.argmax(level + after.full[:, channel, direction]))
         begun = float(times[starts[at]] - self._block_time)
-        ramp, since_when = False, begun
         if statistic > 0.0:
             statistic *= self._without_the_largest(starts[at], after.theta[at], channel, direction)
-            ramp, since_when = self._grows(part, starts, channel, direction, float(ratio[:, channel, direction].max()), begun)
+            begun = self._since(part, starts, channel, direction, begun)
         size = abs(float(after.delta[at, channel, direction])) * np.sqrt(float(self._m[part][starts[at] :, channel, direction].mean()))
         return FoundChange(
-            statistic, channel, direction, since_when, float(size), ramp, float(level[plain] - level[0]) / self._louder(starts[plain]),
+            statistic, channel, direction, begun, float(size), float(level[plain] - level[0]) / self._louder(starts[plain]),
             float(times[starts[plain]] - self._block_time), after.theta[plain], _deviations(after.normal[plain], after.theta.shape[1]),
             float(after.power[plain]),
         )  # fmt: skip
@@ -227,8 +225,8 @@ class ChangeTest:
         without = (u.sum() - u) ** 2 / np.maximum(m.sum() - m, 1e-12)
         return 1.0 if without.min() > CHANGE.alone * whole else float(max(0.0, without.min() / whole))
 
-    def _grows(self, part: slice, starts: FloatArray, channel: int, direction: int, step: float, begun: float) -> tuple[bool, float]:
-        """Return whether what changed grows steadily rather than having stepped, and since when [s]."""
+    def _since(self, part: slice, starts: FloatArray, channel: int, direction: int, begun: float) -> float:
+        """Return since when there is a change [s]: ``begun`` where it stepped, else where what grows steadily began."""
         times = self._times[part]
         since = times - times[-1]
         theta = np.linalg.solve(
@@ -239,16 +237,16 @@ class ChangeTest:
         half = h.shape[1]
         u = self._u[part][:, channel, direction] - h @ theta[:half] - since * (h @ theta[half:])
         m = self._m[part][:, channel, direction]
-        best, at, line = 0.0, 0, 0.0
+        best, at = 0.0, 0
         for place in starts:
             rise = np.maximum(0.0, since - since[place] + self._block_time)
             told = float(np.sum(rise * u)) ** 2 / max(float(np.sum(rise**2 * m)), 1e-12)
             if told > best:
-                best, at, line = told, int(place), float(np.sum(rise * u) / max(float(np.sum(rise**2 * m)), 1e-12))
+                best, at = told, int(place)
         plain = [float(u[place:].sum()) ** 2 / max(float(m[place:].sum()), 1e-12) for place in starts]
-        if line == 0.0 or best < max(plain) + CHANGE.longer:
-            return False, begun
-        return True, float(times[at] - self._block_time)
+        if best < max(plain) + CHANGE.longer:
+            return begun
+        return float(times[at] - self._block_time)
 
 
 def _deviations(normal: FloatArray, parameters: int) -> FloatArray:
