@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
@@ -38,27 +38,24 @@ def read_address(text: str, scheme: str, port: int | None = None) -> Address:
     return Address(parts.scheme, parts.hostname, given, parts.path)
 
 
-Serve = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[None]]
+class Listening(ABC):
+    """Answers up to ``most`` connections at once; lines and heads have up to ``longest`` bytes, and ``option`` names the port's option.
 
-
-class Listening:
-    """Serves up to ``most`` connections at once with ``serve``; lines and heads have up to ``longest`` bytes.
-
-    A connection beyond ``most`` is closed as it comes, and ``refused`` is called with its writer before. A peer that goes away ends its own
-    connection and nothing else.
+    A connection beyond ``most`` is refused and closed as it comes. A peer that goes away ends its own connection and nothing else.
     """
 
-    def __init__(self, serve: Serve, *, most: int, longest: int, refused: Callable[[asyncio.StreamWriter], None] | None = None) -> None:
-        self._serve, self._most, self._longest, self._refused = serve, most, longest, refused
+    def __init__(self, *, most: int, longest: int, option: str) -> None:
+        self._most, self._longest, self._option = most, longest, option
         self._tasks: set[asyncio.Task[None]] = set()
         self._closing = False
 
-    async def serve(self, host: str, port: int, *, option: str, backlog: int = 100) -> asyncio.Server:
-        """Begin to listen. Raises :class:`LiveError` if the port cannot be opened; ``option`` names the option for another port."""
+    async def serve(self, host: str, port: int) -> asyncio.Server:
+        """Begin to listen. Raises :class:`LiveError` if the port cannot be opened."""
         try:
-            return await asyncio.start_server(self._accept, host, port, limit=self._longest, backlog=backlog)
+            return await asyncio.start_server(self._accept, host, port, limit=self._longest)
         except OSError as failure:
-            raise LiveError(f"{host}:{port} cannot be opened: {failure.strerror}.", remedy=f"Choose another port with {option}.") from None
+            remedy = f"Choose another port with {self._option}."
+            raise LiveError(f"{host}:{port} cannot be opened: {failure.strerror}.", remedy=remedy) from None
 
     async def close(self) -> None:
         """End all connections and wait until each has finished."""
@@ -68,15 +65,23 @@ class Listening:
                 task.cancel()
             await asyncio.wait(tasks, timeout=0.1)
 
+    @abstractmethod
+    async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve a connection until it ends."""
+
+    def _refuse(self, writer: asyncio.StreamWriter) -> None:
+        """Close a connection beyond the bound."""
+        writer.close()
+
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         own = asyncio.current_task()
         assert own is not None
         self._tasks.add(own)
         try:
             if len(self._tasks) <= self._most:
-                await self._serve(reader, writer)
-            elif self._refused is not None:
-                self._refused(writer)
+                await self._answer(reader, writer)
+            else:
+                self._refuse(writer)
         except (OSError, TimeoutError, asyncio.IncompleteReadError):
             pass
         except asyncio.CancelledError:

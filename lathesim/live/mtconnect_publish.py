@@ -68,20 +68,12 @@ class _Asked:
     heartbeat: int = _HEARTBEAT
 
 
-class AgentServer:
+class AgentServer(Listening):
     """Answers requests about one agent's buffer."""
 
     def __init__(self, agent: Agent) -> None:
+        super().__init__(most=MOST_CONNECTIONS, longest=LONGEST_REQUEST, option="--mtconnect")
         self.agent = agent
-        self._listening = Listening(self._answer, most=MOST_CONNECTIONS, longest=LONGEST_REQUEST)
-
-    async def serve(self, host: str, port: int) -> asyncio.Server:
-        """Begin to listen; raises :class:`LiveError` where the port cannot be taken."""
-        return await self._listening.serve(host, port, option="--mtconnect")
-
-    async def close(self) -> None:
-        """End all streams."""
-        await self._listening.close()
 
     async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
@@ -230,20 +222,12 @@ def write_line(time: datetime, pairs: Iterable[tuple[str, str]]) -> str:
     return "|".join(cells) + "\n"
 
 
-class Adapter:
+class Adapter(Listening):
     """Sends lines to every agent that connects, and answers its pings; an agent that does not read is let go."""
 
     def __init__(self) -> None:
+        super().__init__(most=MOST_AGENTS, longest=LONGEST_LINE, option="--shdr")
         self._writers: set[asyncio.StreamWriter] = set()
-        self._listening = Listening(self._answer, most=MOST_AGENTS, longest=LONGEST_LINE)
-
-    async def serve(self, host: str, port: int) -> asyncio.Server:
-        """Begin to listen. Raises :class:`LiveError` if the port cannot be opened."""
-        return await self._listening.serve(host, port, option="--shdr")
-
-    async def close(self) -> None:
-        """Disconnect all agents."""
-        await self._listening.close()
 
     async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._writers.add(writer)

@@ -128,17 +128,14 @@ class OpcUaSource:
             raise LiveError(f"the server has no {item.way} '{item.at}'.", place=self.url, remedy="Look at the map.") from error
 
     async def _flow(self, client: Any, rows: RowAssembly) -> AsyncIterator[SampleBlock]:
-        quiet = 0.0
         while True:
             try:
                 first = await asyncio.wait_for(self._values.get(), _QUIET)
             except TimeoutError:
-                quiet += _QUIET
                 yield rows.quiet()
                 await client.check_connection()
                 await asyncio.wait_for(client.nodes.server_state.read_value(), 4.0)
                 continue
-            quiet = 0.0
             notes = []
             waiting = [first]
             while not self._values.empty():

@@ -38,7 +38,7 @@ _MOST_KINDS = 200
 MachineMaker = Callable[[tuple[str, ...]], SteppedMachine]
 
 
-class ServoSide:
+class ServoSide(Listening):
     """Listens at a port and moves the machine of whoever streams to it. ``log`` takes a sentence about each peer."""
 
     def __init__(
@@ -48,13 +48,13 @@ class ServoSide:
         log: Callable[[str], None],
         open_sink: Callable[[SteppedMachine], SampleSink | None],
     ) -> None:
+        super().__init__(most=MOST_CONNECTIONS, longest=CHUNK, option="--listen")
         self._make = make
         self._settings = settings
         self._log = log
         self._open_sink = open_sink
         self._busy = False
         self._told: dict[str, int] = {}
-        self._listening = Listening(self._accept, most=MOST_CONNECTIONS, longest=CHUNK, refused=self._refuse)
         self._onlookers = Onlookers()
         self.sessions: list[Session] = []
         self.ended = asyncio.Event()
@@ -64,9 +64,9 @@ class ServoSide:
         warm = SetPointBuffer(1, 2, 0.5)  # what plays is compiled or loaded now, and not while the clock runs
         warm.put(np.zeros((2, 1)))
         warm.play(1)
-        return await self._listening.serve(host, port, option="--listen", backlog=64)
+        return await super().serve(host, port)
 
-    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         peer = _peer(writer)
         try:
             await self._greet(reader, writer, peer)
@@ -80,10 +80,6 @@ class ServoSide:
 
     def _refuse(self, writer: asyncio.StreamWriter) -> None:
         self._tell("more connections than allowed", f"{_peer(writer)}: more than {MOST_CONNECTIONS} connections; let go.")
-
-    async def close(self) -> None:
-        """End all sessions and wait until what they recorded is kept."""
-        await self._listening.close()
 
     def _tell(self, kind: str, sentence: str) -> None:
         """Log each kind of fault once, without regard to its numbers and quoted bytes, and count it."""
