@@ -120,11 +120,10 @@ class RowAssembly:
     """Puts values with time stamps together to rows of ``width`` values.
 
     A row is whole once every item has a value at its instant or at a later one: what an item did not send it did not change, so its last
-    value holds. ``repeated`` counts values that came again with the same time stamp.
+    value holds.
     """
 
     width: int
-    repeated: int = 0
     _rows: dict[float, dict[int, float]] = field(default_factory=dict)
     _newest: list[float] = field(default_factory=list)
     _last: list[float] = field(default_factory=list)
@@ -138,10 +137,7 @@ class RowAssembly:
         """Take a value; return False where its time lies before rows that are closed, so that it cannot be placed any more."""
         if time <= self._closed:
             return False
-        row = self._rows.setdefault(time, {})
-        if item in row:
-            self.repeated += 1
-        row[item] = value
+        self._rows.setdefault(time, {})[item] = value
         self._newest[item] = max(self._newest[item], time)
         return True
 

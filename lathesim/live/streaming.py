@@ -230,25 +230,22 @@ def stream_virtually(
     planner: Planner,
     sink: SampleSink | None = None,
     progress: Callable[[float], None] = lambda seconds: None,
-    most_periods: int | None = None,
 ) -> BufferCount:
     """Return what the buffer saw while the machine played a stream; what it did goes to ``sink`` block by block.
 
-    Without a machine only the set-points that were played go to the sink, at a period of 1 s. ``most_periods`` ends it earlier.
+    Without a machine only the set-points that were played go to the sink, at a period of 1 s.
     """
     rng = np.random.default_rng(planner.seed)
     feed = _Feed(blocks)
     going = _Going(machine, sink, progress)
     turn = 0.0
-    while not buffer.finished and (most_periods is None or going.periods < most_periods):
+    while not buffer.finished:
         if going.periods >= turn:
             feed.fill(buffer, planner.fill)
             turn = going.periods + (planner.least + rng.exponential(planner.mean) if planner.mean > 0.0 else 1.0)
         until = max(1, int(np.ceil(turn)) - going.periods)
         if planner.mean <= 0.0:
             until = max(1, min(LARGEST_BLOCK, int(buffer.fill)))
-        if most_periods is not None:
-            until = min(until, most_periods - going.periods)
         going.play(buffer.play(until))
         if buffer.ended and buffer.fill <= 0.0:
             break
