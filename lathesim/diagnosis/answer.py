@@ -14,9 +14,8 @@ from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explanations.conditions import Term
+from lathesim.diagnosis.explanations.conditions import ONE_SPEED, Term, at_one_speed
 from lathesim.diagnosis.explanations.of_recording import conditions_of
-from lathesim.diagnosis.explanations.one_speed import ONE_SPEED, at_one_speed
 from lathesim.diagnosis.location import Compared, _showing, compared, resting
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_measured, other_laws
@@ -27,12 +26,16 @@ from lathesim.diagnosis.records.diagnosis import (
     NAMING,
     TOO_SLOW,
     VERDICTS,
+    AnsweredQuestion,
     BaselineValue,
     Diagnosis,
     Evidence,
     FoundEffect,
     Interval,
+    LessonLines,
     Location,
+    Rest,
+    Searched,
     Unnamed,
     Verdict,
 )
@@ -47,14 +50,10 @@ from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, valu
 from lathesim.diagnosis.reporting.summary import without_name
 from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, ranked, recordable, removed_share
 from lathesim.engine.assembly import Place
-from lathesim.identification.estimation.estimates import (
-    CONFIDENCE,
-    Estimate,
-    Estimates,
-)
+from lathesim.identification.estimation.estimates import CONFIDENCE, Estimates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
-from lathesim.identification.records import Candidate, Fitted, Free, with_start
+from lathesim.identification.records import Candidate, Fitted, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.lessons.sensor_sides import assumed_sides
@@ -106,42 +105,39 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
     own = _own_simulation(validation, found, before, reported_fit)
     evidence = gather(validation, found, own)
     counts = coarse_counts(prepared.experiments, found.model.candidates, method=method)
-    effects_found = _ranked(study, found, counts)
+    # those whose size was read off a count of the recordings come last
+    effects_found = [*ranked(study, found), *(RankedEffect(candidate, 1.0, (), np.nan) for candidate, _ in counts)]
     taken = removed_share(validation, before, reported_fit)
     laws = other_laws(question, found, experiment, validation)
     tied = bool(effects_found and effects_found[0].tied)
     differ = is_clear(moved, method) and moved.share > study.least_share
     rule = decided(bool(effects_found), doubted, tied=tied, values_differ=differ or bool(found.values_off), another_law=bool(laws))
     outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), rule.verdict in NAMING)
-    effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **_read(counts)}))
+    read_off = {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
+    effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **read_off}))
     location = _location(outcome, effects, [candidate for candidate, _ in counts])
     formula = _formula(outcome, rule.verdict, study.progress)
     return Diagnosis(
         verdict=rule.verdict,
         sentence=VERDICTS[rule.verdict],
-        lesson=question.lesson,
-        recording=question.fitted.name,
-        validation="",
+        question=AnsweredQuestion(question.lesson, question.fitted.name, before=question.before.name if question.before else ""),
         effects=effects,
         location=location,
         fit=own.fit,
-        removed_share=taken,
-        adequate=outcome.adequate,
-        unnamed=outcome.unnamed,
-        far_off=found.jointly_off or found.values_off,
-        before=question.before.name if question.before else "",
         baseline=outcome.baseline,
-        insert=_entries(outcome, effects, effects_found),
-        side=_sides_found(found),
-        left=_left(outcome),
-        not_told=(*not_determined(effects), *_sides(outcome, effects_found)) if outcome.names else (),
-        discovered=_formula_in_words(formula) if formula else "",
-        plugin=plugin_text(formula) if formula else "",
+        rest=Rest(
+            taken,
+            outcome.adequate,
+            outcome.unnamed,
+            _formula_in_words(formula) if formula else "",
+            _left(outcome),
+            (*not_determined(effects), *_sides(outcome, effects_found)) if outcome.names else (),
+            found.jointly_off or found.values_off,
+            easiest=_easiest(experiment),
+        ),
+        lines=LessonLines(_entries(outcome, effects, effects_found), _sides_found(found), plugin_text(formula) if formula else ""),
+        search=Searched(rule.reason, found.history, explanations_of(study, found, moved, doubted, differ=differ)),
         evidence=evidence,
-        rule=rule.reason,
-        history=found.history,
-        explanations=explanations_of(study, found, moved, doubted, differ=differ),
-        easiest=_easiest(experiment),
     )
 
 
@@ -172,19 +168,6 @@ def _own_simulation(validation: Experiment, found: Found, before: Fitted, report
     """Return how far the lesson's own simulation is off, before and after; before, the controller is as the lesson says."""
     as_the_lesson = {found.controller.name: found.controller.given} if found.controller else {}
     return compared(validation, {**before.by_name, **as_the_lesson}, reported_fit.by_name)
-
-
-def _ranked(study: Study, found: Found, counts: Sequence[tuple[Candidate, Estimate]]) -> list[RankedEffect]:
-    """Return the effects that were found, ranked, and then those whose size was read off a count of the recordings."""
-    return [
-        *ranked(study, found),
-        *[RankedEffect(candidate, 1.0, (), np.nan) for candidate, _ in counts],
-    ]
-
-
-def _read(counts: Sequence[tuple[Candidate, Estimate]]) -> dict[str, Estimate]:
-    """Return the estimates that were read off a count of the recordings, by the name of their parameter."""
-    return {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
 
 
 def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimates) -> tuple[FoundEffect, ...]:
@@ -264,13 +247,15 @@ def recording_fault(question: Question, faults: Sequence[Finding], findings: tup
     return Diagnosis(
         "recording_fault",
         f"{TOO_SLOW if too_slow else VERDICTS['recording_fault']} {faults[0]}",
-        question.lesson,
-        question.fitted.name,
-        question.validation.name if question.validation else question.fitted.name,
-        findings=tuple(dict.fromkeys((*findings, *(str(one) for one in faults)))),
-        rule="a check of the recordings fails",
-        explanations=faults_as_explanations(faults),
-        wall_time=time.perf_counter() - began,
+        AnsweredQuestion(
+            question.lesson,
+            question.fitted.name,
+            question.validation.name if question.validation else question.fitted.name,
+            findings=tuple(dict.fromkeys((*findings, *(str(one) for one in faults)))),
+        ),
+        search=Searched(
+            "a check of the recordings fails", explanations=faults_as_explanations(faults), wall_time=time.perf_counter() - began
+        ),
     )
 
 
@@ -278,13 +263,9 @@ def _over_given(study: Study, found: Found, given: dict[str, float]) -> Gain:
     """Return what other values of the uncertain parameters gain over the given ones, on the recording that is fitted."""
     experiment = study.estimation
     constant = {name: given[name] for name in experiment.machine.uncertain}
-    as_given = fit(experiment.sensed, _not_of_the_lesson(experiment, found), constant, rounds=2, iterations=6, slopes="kept")
+    starts = [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
+    as_given = fit(experiment.sensed, starts, constant, rounds=2, iterations=6, slopes="kept")
     return gain(found.baseline.fitted, as_given, full_band=False)
-
-
-def _not_of_the_lesson(experiment: Experiment, found: Found) -> list[Free]:
-    """Return what is free in the baseline beside the lesson's uncertain values: how a recording starts."""
-    return [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
 
 
 def _baseline(experiment: Experiment, found: Found, values: Estimates) -> dict[str, BaselineValue]:

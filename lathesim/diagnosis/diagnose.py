@@ -11,12 +11,11 @@ import numpy as np
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.plausible import own_residuals
+from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, own_residuals
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
-from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
-from lathesim.diagnosis.isolation.lock import locked
+from lathesim.diagnosis.isolation.answerable import locked
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_given, prepare, with_other_sign
 from lathesim.diagnosis.recording_checks.checks import against_model, fault, of_a_slow_log, with_a_wrong_unit
@@ -84,20 +83,28 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, faults, prepared.findings, began)
     if prepared.doubts and not agrees(answer):
         return recording_fault(prepared.question, prepared.doubts, prepared.findings, began)
-    answer = _completed(replace(answer, unanswerable=unanswerable), prepared, found)
-    return replace(answer, wall_time=time.perf_counter() - began)
+    answer = _completed(replace(answer, rest=replace(answer.rest, unanswerable=unanswerable)), prepared, found)
+    return replace(answer, search=replace(answer.search, wall_time=time.perf_counter() - began))
 
 
 def _completed(answer: Diagnosis, prepared: PreparedQuestion, found: Found) -> Diagnosis:
     """Return an answer with what is known of the recordings, its first line, and what stays off."""
-    question, together = prepared.question, isinstance(prepared.experiment, JoinedExperiment)
-    answer = replace(with_added_signals(answer, prepared.added), together=together, judges_itself=question.validation is None)
-    answer = replace(answer, turned=prepared.turned, validation=prepared.validation_name, untried=_untried(prepared, found))
-    answer = replace(answer, sentence=headline(answer, question.method), findings=(*prepared.findings, *prepared.turned))
-    if answer.verdict in OF_VALUES and (off := stays_off(answer, question.method)):
+    answer = with_added_signals(answer, prepared.added)
+    question = replace(
+        answer.question,
+        validation=prepared.validation_name,
+        findings=(*prepared.findings, *prepared.turned),
+        turned=prepared.turned,
+        judges_itself=prepared.question.validation is None,
+        together=isinstance(prepared.experiment, JoinedExperiment),
+    )
+    answer = replace(answer, question=question, search=replace(answer.search, untried=_untried(prepared, found)))
+    method = prepared.question.method
+    answer = replace(answer, sentence=headline(answer, method), complete=found.complete and not prepared.question.ends.is_over)
+    if answer.verdict in OF_VALUES and (off := stays_off(answer, method)):
         # a lesson that explains a part of a recording is no adequate one, though nothing predicts the rest
-        answer = replace(answer, adequate=False, left=(*answer.left, *off))
-    return replace(answer, complete=found.complete and not question.ends.is_over)
+        answer = replace(answer, rest=replace(answer.rest, adequate=False, left=(*answer.rest.left, *off)))
+    return answer
 
 
 def _study(prepared: PreparedQuestion, progress: Progress) -> Study:

@@ -235,7 +235,7 @@ def compared(experiment: Experiment, before: Mapping[str, float], after: Mapping
     """Simulate the lesson with two sets of values and compare both with the recording."""
     names = experiment.own.settable([*before, *after])
     plan = experiment.own.plan
-    values = {name: _own_value(plan, name) for name in names}
+    values = {name: plan.values[name] for name in names}
     rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (before, after)])
     first, second = (experiment.sensed.from_zero_of(run) for run in experiment.own.outputs(names, rows))
     begin = int(SETTLING * experiment.own.samples)
@@ -250,10 +250,6 @@ def compared(experiment: Experiment, before: Mapping[str, float], after: Mapping
 def _counted(experiment: Experiment, values: FloatArray) -> FloatArray:
     """Return values (samples,) without those that do not count."""
     return values if experiment.weights is None else np.where(experiment.weights > LARGER_PART, values, np.nan)
-
-
-def _own_value(plan: Plan, name: str) -> float:
-    return plan.values[name]
 
 
 def direction_of(velocity: FloatArray, method: Method = STANDARD) -> FloatArray:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from lathesim.diagnosis.candidates.eligibility import without_one_sided
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.recording_checks.added_input import unrecorded_inputs, with_inputs, with_signals
+from lathesim.diagnosis.recording_checks.added_input import UnrecordedInput, unrecorded_inputs, with_inputs, with_signals
 from lathesim.diagnosis.recording_checks.checks import (
     CHECKS_OF_CLOCK,
     CHECKS_OF_MAPPING,
@@ -19,7 +19,6 @@ from lathesim.diagnosis.recording_checks.checks import (
 )
 from lathesim.diagnosis.recording_checks.controllers import AnotherLaw, another_law, controller_value, with_commands_followed
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
-from lathesim.diagnosis.records.added_signal import UnrecordedInput
 from lathesim.diagnosis.records.found import ControllerValue, Found
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.least_squares import fit

@@ -19,7 +19,7 @@ from lathesim.diagnosis.explanations.flexible import Flexible
 from lathesim.diagnosis.explanations.lacking_force import Lacking
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.method import Method
-from lathesim.diagnosis.records.added_signal import UnrecordedInput
+from lathesim.diagnosis.recording_checks.added_input import UnrecordedInput
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis, Location, MissingSignal, Verdict
 from lathesim.diagnosis.records.found import Found, Gain, RankedEffect
@@ -222,10 +222,7 @@ def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, m
     sizes = np.maximum(np.std(first, axis=1), 1e-300)
     apart = np.array([[root_mean_square(row) for row in other - first] for other in others]) / sizes
     least = np.min(np.nan_to_num(apart, nan=0.0, posinf=0.0), axis=0)
-    return next(
-        (DecidingChannel(*pair) for pair in zip(channels, least.tolist(), strict=True) if pair[1] > method.little),
-        None,
-    )
+    return next((DecidingChannel(*pair) for pair in zip(channels, least.tolist(), strict=True) if pair[1] > method.little), None)
 
 
 def recordable(experiment: Experiment) -> list[str]:
@@ -259,7 +256,7 @@ RULE = "a command does not follow from its controller, and everything else agree
 def agrees(answer: Diagnosis) -> bool:
     """Return whether the rest of the machine agrees with its recordings once the added signals are known: nothing speaks against the model,
     or effects are named."""
-    return answer.verdict != "recording_fault" and (answer.adequate or answer.names)
+    return answer.verdict != "recording_fault" and (answer.rest.adequate or answer.names)
 
 
 def with_added_signals(answer: Diagnosis, added: Sequence[UnrecordedInput]) -> Diagnosis:
@@ -268,15 +265,16 @@ def with_added_signals(answer: Diagnosis, added: Sequence[UnrecordedInput]) -> D
         return answer
     told = [f"{one}." for one in added]
     evidence = replace(answer.evidence, missing=(*map(_missing, added[-1:]), *answer.evidence.missing))
-    answer = replace(answer, left=(*told, *answer.left), evidence=evidence)
+    answer = replace(answer, rest=replace(answer.rest, left=(*told, *answer.rest.left)), evidence=evidence)
     if answer.names:
         return answer
     parts = tuple(dict.fromkeys(Place.of(one.wire).part for one in added))
     location = Location(parts, tuple(dict.fromkeys(one.command for one in added)), added[-1].shape.windows)
-    rest = "Everything else agrees with the lesson." if answer.adequate else "Physics is missing besides."
+    rest = "Everything else agrees with the lesson." if answer.rest.adequate else "Physics is missing besides."
     sentence = f"{added[0]}. {rest}"
-    not_told = (*answer.not_told, f"Record what is added to {added[0].command}, or switch it off, and ask again.")
-    return replace(answer, verdict="unknown", sentence=sentence, location=location, rule=RULE, not_told=not_told)
+    not_told = (*answer.rest.not_told, f"Record what is added to {added[0].command}, or switch it off, and ask again.")
+    still, search = replace(answer.rest, not_told=not_told), replace(answer.search, rule=RULE)
+    return replace(answer, verdict="unknown", sentence=sentence, location=location, rest=still, search=search)
 
 
 def _missing(one: UnrecordedInput) -> MissingSignal:

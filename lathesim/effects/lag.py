@@ -133,16 +133,6 @@ def _followed(value: float, rate: float, asked: float, slope: float, lag: float,
     return end + rest, slope + off_rate * cosine + (decay * off_rate - (decay * decay + swing * swing) * off) * sine
 
 
-def _over_a_sample(
-    value: float, rate: float, before: float, slope_before: float, now: float, slope: float, lag: float, velocity_lag: float, period: float
-) -> tuple[float, float]:
-    """Return ``value`` and its ``rate`` a sample on: what is asked for runs from ``before`` with its slope to the middle of the sample, and
-    from there to ``now`` with the slope it has then; what is between the two it jumps there."""
-    half = 0.5 * period
-    value, rate = _followed(value, rate, before, slope_before, lag, velocity_lag, half)
-    return _followed(value, rate, now - slope * half, slope, lag, velocity_lag, half)
-
-
 class ServoLag(Effect):
     """A position loop without feed forward, which follows at a distance that grows with the speed.
 
@@ -192,14 +182,14 @@ class ServoLag(Effect):
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
         if time <= 0.0 or lag == 0.0:
             return velocity_in - lag * acceleration_in, acceleration_in, acceleration_in, 0.0, velocity_in, acceleration_in
-        reached, slope = _over_a_sample(
-            velocity, velocity_slope, velocity_before, acceleration_before, velocity_in, acceleration_in, lag, velocity_lag, sample_period
-        )
+        half = 0.5 * sample_period
+        # what is asked for runs on with its slope to the middle of the sample, and jumps there to what leads to its end
+        reached, slope = _followed(velocity, velocity_slope, velocity_before, acceleration_before, lag, velocity_lag, half)
+        reached, slope = _followed(reached, slope, velocity_in - acceleration_in * half, acceleration_in, lag, velocity_lag, half)
         if velocity_in == 0.0 and acceleration_in == 0.0 and sample_period > _SETTLED * lag:
             reached, slope = 0.0, 0.0
-        later, later_slope = _over_a_sample(
-            acceleration, acceleration_slope, acceleration_before, 0.0, acceleration_in, 0.0, lag, velocity_lag, sample_period
-        )
+        later, later_slope = _followed(acceleration, acceleration_slope, acceleration_before, 0.0, lag, velocity_lag, half)
+        later, later_slope = _followed(later, later_slope, acceleration_in, 0.0, lag, velocity_lag, half)
         return reached, slope, later, later_slope, velocity_in, acceleration_in
 
     @staticmethod

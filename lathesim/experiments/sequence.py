@@ -177,8 +177,9 @@ def _with_verdict(answers: Sequence[Diagnosis], chosen: Diagnosis, effects: tupl
         # where nothing is named, the recording that is furthest off is shown
         chosen = max((answer for answer in answers if answer.verdict == chosen.verdict), key=_furthest_off)
     verdict: Verdict = chosen.verdict if chosen.verdict not in NAMING else "tied" if is_tied else "named"
-    wall_time, judges = sum(answer.wall_time for answer in answers), tuple(answer.validation for answer in answers)
-    return replace(chosen, effects=effects, verdict=verdict, wall_time=wall_time, judges=judges)
+    search = replace(chosen.search, wall_time=sum(answer.search.wall_time for answer in answers))
+    question = replace(chosen.question, judges=tuple(answer.question.validation for answer in answers))
+    return replace(chosen, effects=effects, verdict=verdict, search=search, question=question)
 
 
 def _furthest_off(answer: Diagnosis) -> float:
@@ -235,7 +236,8 @@ def with_designed_program(
         say(f"The program that would tell is {told}.")
     effects = tuple(replace(effect, separating_experiment=told) if effect.tied_with else effect for effect in diagnosis.effects)
     general = [effect.separating_experiment for effect in diagnosis.effects if effect.tied_with and effect.separating_experiment]
-    return replace(diagnosis, effects=effects, not_told=tuple(_advised(sentence, general, advice) for sentence in diagnosis.not_told))
+    not_told = tuple(_advised(sentence, general, advice) for sentence in diagnosis.rest.not_told)
+    return replace(diagnosis, effects=effects, rest=replace(diagnosis.rest, not_told=not_told))
 
 
 def _advised(sentence: str, general: Sequence[str], advice: str) -> str:

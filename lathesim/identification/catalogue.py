@@ -42,14 +42,15 @@ def insert_candidates(
     for effect, host, senses in places:
         beside = "".join(f"_{Place.of(source).part}" for source in senses.values())
         name = f"try_{host.replace('.', '_')}_{snake(effect.__name__)}{beside}"
-        neutral = _neutral_si(effect)
+        neutral = {item: float(value) for item, value in effect.neutral.items()}
         try:
             before, part = host_of(assembly, host)
             before = before or _first_of_the_drive(assembly, part, effect)
             host = part.name if before else host
             trial = insert_effect(result, effect, before or host, name=name, parameters=neutral, sources=dict(senses))
             placed = trial.by_name[name]
-            if not _carries(effect, placed.component):
+            carried = effect.identification.carried
+            if carried is not None and placed.component.declarations["incoming"].unit not in carried:
                 continue
             wire(replace(trial, finish="", record=()))
         except LatheSimError:
@@ -233,15 +234,6 @@ def _fits(effect: type[Effect], host: type[Component]) -> bool:
 def snake(name: str) -> str:
     """Return ``coulomb_friction`` for ``CoulombFriction``."""
     return "".join(f"_{letter.lower()}" if letter.isupper() and place else letter.lower() for place, letter in enumerate(name))
-
-
-def _carries(effect: type[Effect], placed: type[Component]) -> bool:
-    """Return whether an effect makes sense on a wire of this unit."""
-    return effect.identification.carried is None or placed.declarations["incoming"].unit in effect.identification.carried
-
-
-def _neutral_si(effect: type[Effect]) -> dict[str, float]:
-    return {name: float(value) for name, value in effect.neutral.items()}
 
 
 def _candidate(part: str, effect: type[Effect], placed: type[Component], host: str, *, shaped: bool = False) -> Candidate:

@@ -80,13 +80,12 @@ class Remembered(Generic[Result]):
         return result
 
 
-TOGETHER = 2
 Item = TypeVar("Item")
 
 
 def together(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
     """Return what ``work`` makes of each item, in order, as it is ready; an interruption drops what has not begun."""
-    with ThreadPoolExecutor(TOGETHER) as pool:
+    with ThreadPoolExecutor(2) as pool:
         waiting = [pool.submit(work, item) for item in items]
         try:
             for one in waiting:

@@ -1,13 +1,15 @@
 """Diagnoses as the pipeline might give them, made up, for looking at the report: one for each verdict."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
 from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import (
     VERDICTS,
+    AnsweredQuestion,
     BaselineValue,
     ChannelFit,
     ChannelTrace,
@@ -18,6 +20,7 @@ from lathesim.diagnosis.records.diagnosis import (
     Location,
     MissingSignal,
     Unnamed,
+    Verdict,
 )
 
 WIRES = (
@@ -65,6 +68,18 @@ COULOMB = FoundEffect(
 )
 
 
+def varied(diagnosis: Diagnosis, **changes: Any) -> Diagnosis:
+    """Return a diagnosis with other values, of its own or of its parts."""
+    parts = {name: getattr(diagnosis, name) for name in ("question", "rest", "lines", "search")}
+    own = {name: {item.name: changes.pop(item.name) for item in fields(part) if item.name in changes} for name, part in parts.items()}
+    return replace(diagnosis, **changes, **{name: replace(part, **own[name]) for name, part in parts.items()})
+
+
+def made(verdict: Verdict, sentence: str, lesson: str, recording: str, validation: str = "", **more: Any) -> Diagnosis:
+    """Return a diagnosis of some recordings."""
+    return varied(Diagnosis(verdict, sentence, AnsweredQuestion(lesson, recording, validation)), **more)
+
+
 def _tried(name: str, at: str, gain: float, reason: str, *, kept: bool = False) -> Explanation:
     return Explanation(name, at, "effect", gain, 0.1 * abs(gain), 12.4, kept, reason)
 
@@ -90,34 +105,31 @@ LOCATION = Location(
     ("sign of velocity of x_axis", "velocity of x_axis"),
 )
 
-NAMED = Diagnosis(
+NAMED = made(
     "named",
     VERDICTS["named"],
     "EMPS axis with mass and viscous friction only",
     "recording.csv",
     "validate.csv",
-    (COULOMB,),
-    LOCATION,
-    FIT,
-    0.983,
-    True,
-    BASELINE,
-    ({"effect": "CoulombFriction", "at": "x_axis", "level": "20.41 N"},),
-    ("At x_axis 4.3 % of the force is still missing; it repeats with the position (period 11.9 mm).",),
-    (
+    effects=(COULOMB,),
+    location=LOCATION,
+    fit=FIT,
+    removed_share=0.983,
+    adequate=True,
+    baseline=BASELINE,
+    insert=({"effect": "CoulombFriction", "at": "x_axis", "level": "20.41 N"},),
+    left=("At x_axis 4.3 % of the force is still missing; it repeats with the position (period 11.9 mm).",),
+    not_told=(
         "x_drive.effort_constant is not determined: mass, friction and gain scale together. A current sensor, or a known mass "
         "on the table, would tell.",
     ),
-    ("x_encoder.position moves in steps of 50 nm.", "3 samples of 8000 were missing and were joined by lines."),
-    "",
-    "",
-    13.2,
-    True,
-    _evidence(),
+    findings=("x_encoder.position moves in steps of 50 nm.", "3 samples of 8000 were missing and were joined by lines."),
+    wall_time=13.2,
+    evidence=_evidence(),
     explanations=EXPLANATIONS,
 )
 
-TIED = replace(
+TIED = varied(
     NAMED,
     verdict="tied",
     sentence=VERDICTS["tied"],
@@ -131,7 +143,7 @@ TIED = replace(
     insert=({"effect": "ForceOffset", "at": "x_axis", "force": "11.0 N"},),
 )  # fmt: skip
 
-UNKNOWN = replace(
+UNKNOWN = varied(
     NAMED,
     verdict="unknown",
     sentence=VERDICTS["unknown"],
@@ -145,7 +157,7 @@ UNKNOWN = replace(
     left=("x_axis stands still in 15% of the samples.",),
 )
 
-FAULT = replace(
+FAULT = varied(
     NAMED,
     verdict="recording_fault",
     sentence="The column of x_encoder.position is 25.4 times too small: it looks like inches where the lesson says millimetres.",
@@ -159,7 +171,7 @@ FAULT = replace(
     explanations=(Explanation("unit", "x_encoder.position", "fault", math.nan, math.nan, math.nan, True, "25.4 times too small"),),
 )
 
-CLEAN = replace(
+CLEAN = varied(
     NAMED,
     verdict="no_mismatch",
     sentence=VERDICTS["no_mismatch"],
@@ -173,7 +185,7 @@ CLEAN = replace(
     evidence=Evidence((), tuple(replace(item, before=item.after) for item in _evidence().traces), WIRES),
 )
 
-PARAMETERS = replace(
+PARAMETERS = varied(
     CLEAN,
     verdict="parameters_only",
     sentence=VERDICTS["parameters_only"],
@@ -183,7 +195,7 @@ PARAMETERS = replace(
     evidence=_evidence(),
 )
 
-STOPPED = Diagnosis(
+STOPPED = made(
     "unknown",
     "Stopped after locating: the mismatch sits in x_axis.",
     "EMPS axis",

@@ -65,7 +65,7 @@ def test_without_a_held_out_recording_an_effect_of_one_recording_alone_is_believ
     assert named(answered(first, second)) == []
     alone = answered(first, second, "held-out")
     assert named(alone) == ["ForceOffset"]
-    assert alone.validation == "fit.csv"
+    assert alone.question.validation == "fit.csv"
 
 
 def test_without_replay_the_search_works_in_the_simulation_of_the_lesson() -> None:

@@ -14,8 +14,7 @@ import pytest
 
 import lathesim
 from lathesim.diagnosis.comparison.compare import SCHEMA, Comparison, Dependence, Replayed, as_json, compare, load_recording
-from lathesim.diagnosis.comparison.compare_figure import compare_figure
-from lathesim.diagnosis.comparison.compare_text import comparison_lines
+from lathesim.diagnosis.comparison.compare_text import compare_figure, comparison_lines
 from lathesim.diagnosis.explanations.conditions import Term
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.exercises.class_folder import answer_place, publish

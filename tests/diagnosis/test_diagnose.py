@@ -43,11 +43,11 @@ def diagnosis(hidden: Hidden, mass: float = MASS) -> Diagnosis:
 
 def test_a_simulation_that_is_right_is_called_so() -> None:
     found = diagnosis(Hidden())
-    assert (found.verdict, found.effects, found.insert) == ("no_mismatch", (), ())
-    assert found.adequate
+    assert (found.verdict, found.effects, found.lines.insert) == ("no_mismatch", (), ())
+    assert found.rest.adequate
     assert found.complete
     assert found.fit[POSITION].after < 3.0 * found.fit[POSITION].floor
-    assert found.discovered == ""
+    assert found.rest.discovered == ""
 
 
 def test_other_values_are_no_missing_physics() -> None:
@@ -72,8 +72,8 @@ def test_a_friction_is_named_with_its_size_and_where_it_sits() -> None:
     assert found.location.components[0] == "x_axis"
     assert found.location.channels == (POSITION,)
     assert found.fit[POSITION].after < 0.1 * found.fit[POSITION].before
-    assert found.removed_share > 0.9
-    (entry,) = found.insert
+    assert found.rest.removed_share > 0.9
+    (entry,) = found.lines.insert
     assert entry["effect"] == "CoulombFriction"
     assert entry["level"].endswith(" N")
 
@@ -97,19 +97,19 @@ def test_two_effects_are_named_together() -> None:
 @pytest.mark.slow
 def test_what_is_in_no_catalogue_is_not_given_a_name() -> None:
     found = diagnosis(Hidden(law=outside))
-    assert (found.verdict, found.adequate, found.insert) == ("unknown", False, ())
+    assert (found.verdict, found.rest.adequate, found.lines.insert) == ("unknown", False, ())
     assert "velocity of x_axis" in found.sentence
 
 
 @pytest.mark.slow
 def test_what_is_in_no_catalogue_is_told_as_a_formula() -> None:
     found = diagnosis(Hidden(law=outside))
-    assert "v * abs(v)" in found.discovered
-    assert "class DiscoveredTerm(Effect)" in found.plugin
+    assert "v * abs(v)" in found.rest.discovered
+    assert "class DiscoveredTerm(Effect)" in found.lines.plugin
 
 
 def test_an_adequate_model_falls_short_of_nothing() -> None:
-    assert diagnosis(Hidden(dry=8.0)).unnamed == ()
+    assert diagnosis(Hidden(dry=8.0)).rest.unnamed == ()
 
 
 def test_a_recording_at_fault_names_no_physics() -> None:
@@ -118,7 +118,7 @@ def test_a_recording_at_fault_names_no_physics() -> None:
     found = diagnose(ask("A table", machine(), (first,), EFFECTS))
     assert (found.verdict, found.effects) == ("recording_fault", ())
     assert "it stands still for 0.5 s" in found.sentence
-    assert found.findings == (str(fault),)
+    assert found.question.findings == (str(fault),)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_what_a_controller_did_between_two_samples_is_no_missing_physics(
 
 def test_one_recording_is_judged_on_its_second_half() -> None:
     found = diagnose(question(recording(Hidden(dry=8.0), count=4000), None))
-    assert (found.validation, found.judges_itself) == ("fit.csv, second half", True)
+    assert (found.question.validation, found.question.judges_itself) == ("fit.csv, second half", True)
     assert [effect.effect for effect in found.effects] == ["CoulombFriction"]
     assert found.effects[0].parameters["level"].value == pytest.approx(8.0, rel=0.05)
 

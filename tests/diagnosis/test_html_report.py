@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.records.comparison import Explanation
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Determined, Diagnosis, Interval, Location
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Determined, Interval, Location
 from lathesim.diagnosis.reporting.html_report import _baseline, insert_lines, report_html
 from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, quantity_text
 from lathesim.diagnosis.reporting.summary import headline
 from lathesim.diagnosis.reporting.wiring_diagram import wiring_diagram
-from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, UNKNOWN, WIRES
+from tests.diagnosis.sample_diagnoses import ALL, COULOMB, NAMED, UNKNOWN, WIRES, made, varied
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 
@@ -102,7 +102,7 @@ def test_the_suspect_is_the_red_box_of_the_wiring(pages: dict[str, str]) -> None
 
 def test_of_many_explanations_the_page_shows_what_was_kept_and_the_best_others() -> None:
     many = tuple(Explanation(f"Effect{place}", "x_axis", "effect", 100.0 + place, 1.0, 13.0, place == 0, "why") for place in range(20))
-    text = Page(report_html(replace(NAMED, explanations=many))).text
+    text = Page(report_html(varied(NAMED, explanations=many))).text
     assert all(f"Effect{place} at x_axis" in text for place in (0, 9, 19))
     assert "Effect8 at" not in text
     assert "8 more stand in the table of lathesim diagnose --explain-decision." in text
@@ -117,7 +117,7 @@ def test_the_other_verdicts_say_what_is_theirs(pages: dict[str, str]) -> None:
     assert "About the recording" in fault
     assert "What was found" not in fault
     assert "probability" not in fault
-    assert re.sub(r"\s+", " ", UNKNOWN.discovered) in Page(pages["unknown"]).text
+    assert re.sub(r"\s+", " ", UNKNOWN.rest.discovered) in Page(pages["unknown"]).text
 
 
 def test_text_of_a_file_is_shown_and_never_obeyed() -> None:
@@ -129,7 +129,7 @@ def test_text_of_a_file_is_shown_and_never_obeyed() -> None:
         missing=tuple(replace(item, at=nasty) for item in NAMED.evidence.missing),
     )
     html = report_html(
-        replace(
+        varied(
             UNKNOWN, sentence=nasty, lesson=nasty, recording=nasty, findings=(nasty,), left=(nasty,), discovered=nasty, evidence=evidence
         )
     )
@@ -139,8 +139,9 @@ def test_text_of_a_file_is_shown_and_never_obeyed() -> None:
 
 def test_numbers_that_are_missing_are_shown_as_missing() -> None:
     parameters = {"level": Interval(20.0, "N", float("nan"), float("nan"))}
-    bare = Diagnosis(
-        "named", "s", "l", "r", "", (replace(COULOMB, parameters=parameters, sizes=Determined(("level",))),), Location(("x_axis",)),
+    unsure = replace(COULOMB, parameters=parameters, sizes=Determined(("level",)))
+    bare = made(
+        "named", "s", "l", "r", effects=(unsure,), location=Location(("x_axis",)),
     )  # fmt: skip
     text = Page(report_html(bare)).text
     assert "20 N (not determined here)" in text

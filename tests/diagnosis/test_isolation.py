@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.isolation.lock import locked
+from lathesim.diagnosis.isolation.answerable import locked
 from lathesim.diagnosis.records.diagnosis import Unanswerable, as_json
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.effects.backlash_and_screw import PeriodicPitchError
@@ -13,7 +13,7 @@ from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.sensor_errors import EncoderEccentricity
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, VISCOUS, as_record, experiments, recording, searched, study
-from tests.diagnosis.sample_diagnoses import NAMED
+from tests.diagnosis.sample_diagnoses import NAMED, varied
 
 
 def with_a_wave(seed: int) -> Record:
@@ -53,7 +53,7 @@ def test_an_effect_that_no_size_shows_is_said_with_its_reason() -> None:
 
 
 def test_what_is_not_answered_stands_in_the_answer() -> None:
-    told = replace(NAMED, unanswerable=(Unanswerable("Backlash", "x_encoder", "x_axis moves in one direction only"),))
+    told = varied(NAMED, unanswerable=(Unanswerable("Backlash", "x_encoder", "x_axis moves in one direction only"),))
     lines = answer_lines(told)
     assert "What this recording cannot tell:" in lines
     assert "- Backlash at x_encoder would not show, however large: x_axis moves in one direction only." in lines

@@ -83,7 +83,7 @@ def test_friction_and_a_push_are_tied_where_the_table_never_turns() -> None:
     assert {effect.effect, *effect.tied_with} == {"CoulombFriction", "ForceOffset"}
     assert effect.probability < 0.6
     assert effect.separating_experiment
-    assert any(sentence.startswith("The lines to paste hold") for sentence in found.not_told)
+    assert any(sentence.startswith("The lines to paste hold") for sentence in found.rest.not_told)
 
 
 def pushed_ahead(seed: int) -> Record:
@@ -130,7 +130,7 @@ def test_a_value_further_off_than_the_lesson_holds_possible_is_told_with_its_siz
     assert (found.verdict, names(found)) == ("parameters_only", [])
     assert "x_axis.mass is further off than the lesson declares possible" in found.sentence
     assert found.baseline["x_axis.mass"].refit_with == pytest.approx(1.5 * MASS, rel=0.01)
-    assert any("(+50%) explains by itself" in sentence for sentence in found.left)
+    assert any("(+50%) explains by itself" in sentence for sentence in found.rest.left)
 
 
 @pytest.mark.slow
@@ -160,7 +160,7 @@ def test_a_channel_in_another_unit_names_no_physics(factor: float) -> None:
     assert names(found) == []
     if factor == 2.0:
         # no unit has this factor: half of the mass and of the friction under the same force is the same recording
-        assert (found.verdict, set(found.far_off)) == ("parameters_only", {"x_axis.mass", "x_axis.viscous"})
+        assert (found.verdict, set(found.rest.far_off)) == ("parameters_only", {"x_axis.mass", "x_axis.viscous"})
     else:
         assert found.verdict in ("unknown", "recording_fault")
 
@@ -220,7 +220,7 @@ def test_a_current_tells_an_offset_of_a_force_from_one_of_a_converter(tmp_path: 
     for file in (lesson, without):
         loaded = load_case(load_lesson(file), [folder / "fit.csv", folder / "validate.csv"], load_registry())
         told[file] = diagnose(ask("a rig", loaded.machine, loaded.recordings, (ForceOffset, ConverterOffset)))
-    (at_drive,) = [one for one in told[lesson].explanations if (one.name, one.place) == ("ConverterOffset", "x_drive")]
+    (at_drive,) = [one for one in told[lesson].search.explanations if (one.name, one.place) == ("ConverterOffset", "x_drive")]
     assert not at_drive.kept and at_drive.reason == "fits the first recording hardly better"
     assert told[without].verdict == "tied"
     (effect,) = told[without].effects

@@ -33,7 +33,7 @@ from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, valu
 from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.effects.friction import StribeckFriction
-from tests.diagnosis.sample_diagnoses import ALL, CLEAN, COULOMB, FAULT, NAMED, PARAMETERS, TIED, UNKNOWN
+from tests.diagnosis.sample_diagnoses import ALL, CLEAN, COULOMB, FAULT, NAMED, PARAMETERS, TIED, UNKNOWN, varied
 from tests.diagnosis.stored.answers import stored
 
 FOREIGN = re.compile(r"\b(floors?|nats?|shaken|replicates?|null|of the rest|residual|held.out|catalogue)\b")
@@ -80,14 +80,14 @@ def test_a_named_effect_is_told_with_place_size_doubt_comparison_and_next_step()
 
 
 def test_one_recording_that_judges_itself_is_said_to_do_so() -> None:
-    halves = replace(NAMED, validation="recording.csv, second half", judges_itself=True)
+    halves = varied(NAMED, validation="recording.csv, second half", judges_itself=True)
     said = "recording.csv judges itself: each was fitted to one part of it and judged by the other (second half)."
     assert said in lines(halves)["Compared"]
 
 
 def test_beside_a_recording_from_before_a_change_the_answer_is_what_is_new() -> None:
-    assert headline(replace(NAMED, before="march.h5")) == "New since march.h5: CoulombFriction at x_axis."
-    assert headline(replace(CLEAN, before="march.h5")) == "Nothing is new since march.h5: the lesson explains the recording."
+    assert headline(varied(NAMED, before="march.h5")) == "New since march.h5: CoulombFriction at x_axis."
+    assert headline(varied(CLEAN, before="march.h5")) == "Nothing is new since march.h5: the lesson explains the recording."
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def test_beside_a_recording_from_before_a_change_the_answer_is_what_is_new() -> 
     ids=["as it is", "other values"],
 )
 def test_a_channel_that_stays_off_and_that_nothing_predicts_is_said_beside_the_verdict(diagnosis: Diagnosis, beginning: str) -> None:
-    off = replace(diagnosis, fit=OFF, easiest="x_drive.current")
+    off = varied(diagnosis, fit=OFF, easiest="x_drive.current")
     stays = f"{SCALE} stays off by 1.77 µm, 5.9 times its noise."
     part = f"{beginning.removesuffix(' the recording')} a part of the recording."
     assert headline(off) == f"{part[0].upper()}{part[1:]} {stays} No known effect and nothing recorded predicts that."
@@ -104,7 +104,7 @@ def test_a_channel_that_stays_off_and_that_nothing_predicts_is_said_beside_the_v
     assert "Where" not in told
     more = "Record more motion: longer, at other speeds and places."
     assert told["Next"].endswith(f"{more} Log x_drive.current too: of what nothing compared shows, it is the easiest.")
-    assert "with --validate." in lines(replace(off, judges_itself=True))["Next"]
+    assert "with --validate." in lines(varied(off, judges_itself=True))["Next"]
     assert ", in part<" in report_html(off) or "Explained in part" in report_html(off)
     assert "may be used as it is" not in "".join(answer_lines(off)) + report_html(off)
     assert headline(replace(diagnosis, fit=CLEAN.fit)) == f"No physics is missing: {beginning}."
@@ -119,7 +119,7 @@ def test_a_channel_that_stays_off_is_named_also_where_effects_are() -> None:
 
 
 def test_a_value_that_is_far_off_is_named() -> None:
-    far = replace(PARAMETERS, far_off=("x_axis.mass",))
+    far = varied(PARAMETERS, far_off=("x_axis.mass",))
     said = "x_axis.mass is further off than the lesson declares possible."
     assert headline(replace(far, fit=CLEAN.fit)) == f"No physics is missing, but {said}"
     assert f"explain a part of the recording. {said} {SCALE} stays off by " in headline(replace(far, fit=OFF))
@@ -138,14 +138,14 @@ def test_what_predicts_the_judging_recording_worse_is_said_so(name: str, after: 
 
 def test_a_lesson_whose_fitted_values_predict_worse_is_not_said_to_explain() -> None:
     channel, item = next(iter(CLEAN.fit.items()))
-    worse = replace(CLEAN, fit={channel: replace(item, before=1.5 * item.floor, after=2.5 * item.floor)})
+    worse = varied(CLEAN, fit={channel: replace(item, before=1.5 * item.floor, after=2.5 * item.floor)})
     assert headline(worse) == f"No effect that is missing shows, and the fitted values predict {channel} worse than the given ones."
     assert "Size" not in lines(worse)
 
 
 def test_what_is_certain_is_named_also_where_something_is_left() -> None:
     rest = Unnamed("x_axis.disturbance", 0.62, "N", ("depends on position of x_axis",))
-    left = replace(NAMED, adequate=False, unnamed=(rest,))
+    left = varied(NAMED, adequate=False, unnamed=(rest,))
     assert headline(left) == (
         "The simulation left out CoulombFriction at x_axis. "
         "What is left at x_axis.disturbance depends on position of x_axis and has no name."
@@ -164,7 +164,7 @@ def test_what_has_no_name_is_said_with_its_place_size_and_how_sure_that_is() -> 
     assert told["Sure"].startswith("A smooth function of the motion, which has no name, predicts x_controller.voltage clearly better: ")
     assert told["Sure"].endswith(" its gain is 2220, and 630 may be chance.")
     assert told["Size"].startswith("Without a name: 3.1 N (root mean square) at x_axis.disturbance, ")
-    law = replace(UNKNOWN, explanations=(), unnamed=(), rule="a controller follows another law than the lesson's")
+    law = varied(UNKNOWN, explanations=(), unnamed=(), rule="a controller follows another law than the lesson's")
     assert lines(law)["Sure"] == "A controller follows another law than the lesson's."
 
 
@@ -230,9 +230,9 @@ def test_a_tie_names_the_rivals_of_each_effect_and_what_would_tell() -> None:
 def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> None:
     assert lines(CLEAN)["Sure"] == "No effect predicts the recording better than chance may."
     pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 669.0, False, "needs a size that machines do not have")
-    told = lines(replace(CLEAN, explanations=(*CLEAN.explanations, pitch)))["Sure"]
+    told = lines(varied(CLEAN, explanations=(*CLEAN.search.explanations, pitch)))["Sure"]
     assert told == f"The best of the effects, PeriodicPitchError at {SCALE}, needs a size that machines do not have."
-    assert "Sure" not in lines(replace(CLEAN, explanations=()))
+    assert "Sure" not in lines(varied(CLEAN, explanations=()))
 
 
 def test_every_reason_for_which_an_effect_is_left_out_reads_as_a_sentence_after_its_name() -> None:
@@ -247,7 +247,7 @@ def test_every_reason_for_which_an_effect_is_left_out_reads_as_a_sentence_after_
     for reason in {one["reason"] for answer in stored().values() for one in answer["explanations"] if one["kind"] == "effect"}:
         assert reason.split()[0] in verbs
         one = Explanation("Backlash", SCALE, "effect", 90.0, 1.0, 3.0, False, reason)
-        assert lines(replace(CLEAN, explanations=(one,)))["Sure"] == f"The best of the effects, Backlash at {SCALE}, {reason}."
+        assert lines(varied(CLEAN, explanations=(one,)))["Sure"] == f"The best of the effects, Backlash at {SCALE}, {reason}."
 
 
 def test_where_the_verdict_is_of_the_lesson_and_values_moved_both_are_told() -> None:
@@ -276,7 +276,7 @@ def test_values_that_moved_only_together_are_told_too() -> None:
 
 
 def test_each_recording_that_judged_is_named() -> None:
-    told = lines(replace(NAMED, judges=("a.csv", "b.csv"), validation="a.csv"))["Compared"]
+    told = lines(varied(NAMED, judges=("a.csv", "b.csv"), validation="a.csv"))["Compared"]
     assert "judged by a.csv and b.csv. The whole simulation is off in a.csv by (" in told
 
 
@@ -297,15 +297,15 @@ def test_a_fault_of_the_recording_keeps_its_sentence() -> None:
 def test_every_verdict_says_its_sentence_and_what_is_left(name: str) -> None:
     lines = answer_lines(ALL[name])
     assert lines[0] == plain(headline(ALL[name]))
-    assert {f"- {line}" for line in ALL[name].left} <= set(lines)
+    assert {f"- {line}" for line in ALL[name].rest.left} <= set(lines)
     assert ("The search was stopped" in "\n".join(lines)) != ALL[name].complete
 
 
 def test_a_search_that_was_stopped_says_what_it_had_not_tried() -> None:
     names = tuple(f"Effect{number} at x_axis" for number in range(9))
-    lines = answer_lines(replace(ALL["stopped"], untried=names))
+    lines = answer_lines(varied(ALL["stopped"], untried=names))
     assert lines[-1] == f"Not tried: {', '.join(names[:6])} and 3 more."
-    assert as_json(replace(ALL["stopped"], untried=names))["untried"] == list(names)
+    assert as_json(varied(ALL["stopped"], untried=names))["untried"] == list(names)
 
 
 def test_a_name_comes_with_its_probability_and_its_values() -> None:
@@ -345,8 +345,9 @@ def test_the_table_of_the_decision_holds_all_that_competed_and_says_what_its_col
     )
     assert lines[8].startswith(smooth)
     assert lines[9] == "Not fitted, as a linear estimate promises too little: 1 effect."
-    waiting = [replace(UNKNOWN.explanations[-1], kind="effect", gain=np.nan, reason=why) for why in (NOT_REACHED, "fits it hardly better")]
-    assert explanation_lines(replace(UNKNOWN, explanations=tuple(waiting)))[4:6] == [
+    last = UNKNOWN.search.explanations[-1]
+    waiting = [replace(last, kind="effect", gain=np.nan, reason=why) for why in (NOT_REACHED, "fits it hardly better")]
+    assert explanation_lines(varied(UNKNOWN, explanations=tuple(waiting)))[4:6] == [
         "Not fitted, as the search was stopped: 1 effect.", "Not judged, as the first recording is fitted hardly better: 1 effect."
     ]  # fmt: skip
     assert lines[-1] == "Chance level: smaller gains may be chance. It is 3 errors, or 10 and 3 for each fitted value if that is more."

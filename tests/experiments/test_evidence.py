@@ -15,6 +15,7 @@ from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.plugins import load_registry
 from tests.cli.command import call, done, json_of, refused
 from tests.diagnosis.pushed_table import Hidden, write_case
+from tests.diagnosis.sample_diagnoses import made, varied
 
 LESSON = "22_what_is_wrong_with_this_machine"
 ONLY = ("--effect", "CoulombFriction", "--effect", "ForceOffset", "--effect", "TorqueRipple")
@@ -61,7 +62,7 @@ def tied() -> Diagnosis:
         "Backlash", "x_scale", "reversal", 0.6, {}, tied_with=("PreslidingFriction at x_axis",), separating_experiment=GENERAL
     )
     told = f"Backlash cannot be told from PreslidingFriction at x_axis here. {GENERAL}"
-    return Diagnosis("tied", "", LESSON, "r.csv", "r.csv", effects=(found,), not_told=(told,))
+    return made("tied", "", LESSON, "r.csv", "r.csv", effects=(found,), not_told=(told,))
 
 
 @pytest.fixture
@@ -81,7 +82,7 @@ def test_tied_diagnosis_names_the_program_that_is_written(few_programs: Lesson, 
     assert "M30" in program.read_text(encoding="utf-8")
     assert load_lesson(tmp_path / "next" / "lesson.yaml").title == "What is wrong with this machine?, the next run"
     assert heard[-1] == f"The program that would tell is {program}."
-    (advice,) = found.not_told
+    (advice,) = found.rest.not_told
     assert GENERAL not in advice
     assert advice.endswith(f"Run {program}, and diagnose it with {program.with_name('lesson.yaml')} together with this recording (--with).")
 
@@ -98,7 +99,7 @@ def test_stopped_design_keeps_the_diagnosis(few_programs: Lesson, tmp_path: Path
 
 def test_diagnosis_without_a_tie_needs_no_program(few_programs: Lesson, tmp_path: Path) -> None:
     heard: list[str] = []
-    named = Diagnosis("named", "", LESSON, "r.csv", "r.csv", effects=(FoundEffect("Backlash", "x_scale", "reversal", 0.99, {}),))
+    named = made("named", "", LESSON, "r.csv", "r.csv", effects=(FoundEffect("Backlash", "x_scale", "reversal", 0.99, {}),))
     registry = load_registry(installed=False)
     assert sequence.with_designed_program(named, few_programs, registry, tmp_path / "next", None, heard.append) == named
     assert heard == ["No program is designed: the diagnosis (named) leaves no explanations to distinguish."]
@@ -138,7 +139,7 @@ def judged_by(recording: str, named: str, *tied: str, gains: dict[str, tuple[flo
     effect = FoundEffect(named, "x_axis", "reversal", 0.6, {}, tied_with=tied)
     tried = tuple((f"{name} at x_axis", *sizes) for name, sizes in gains.items())
     verdict: Verdict = "tied" if tied else "named"
-    return Diagnosis(verdict, "", LESSON, "new.csv", recording, effects=(effect,), evidence=Evidence(tried=tried))
+    return made(verdict, "", LESSON, "new.csv", recording, effects=(effect,), evidence=Evidence(tried=tried))
 
 
 def test_likelihoods_of_several_recordings_add_up_to_one_name() -> None:
@@ -167,13 +168,13 @@ def test_one_other_recording_adds_its_likelihood_too() -> None:
 
 
 def test_an_answer_without_effects_stays_as_it_is() -> None:
-    nothing = Diagnosis("no_mismatch", "", LESSON, "new.csv", "a.csv")
+    nothing = made("no_mismatch", "", LESSON, "new.csv", "a.csv")
     assert joined([nothing]).verdict == "no_mismatch"
     near, far = (
-        replace(nothing, validation=name, fit={"x.speed": ChannelFit("m/s", 1.0, off, off, name)}) for name, off in (("a", 2.0), ("b", 6.0))
+        varied(nothing, validation=name, fit={"x.speed": ChannelFit("m/s", 1.0, off, off, name)}) for name, off in (("a", 2.0), ("b", 6.0))
     )
     shown = joined([near, far])
-    assert (shown.validation, shown.judges) == ("b", ("a", "b"))
+    assert (shown.question.validation, shown.question.judges) == ("b", ("a", "b"))
     lag = replace(nothing, verdict="named", effects=(FoundEffect("CurrentLoopLag", "spindle", "lag", 1.0, {}),))
     even = joined([nothing, lag])
     assert (even.verdict, [(one.effect, one.probability) for one in even.effects]) == ("tied", [("CurrentLoopLag", 0.5)])
@@ -192,7 +193,7 @@ def test_effects_that_stand_together_are_held_against_what_was_tried_in_their_pl
         tried=(("CoulombFriction at x_axis", 900.0, 900.0), ("TorqueRipple at x_axis", 800.0, 800.0)),
         runners_up=(("CoulombFriction at x_axis", "DriveGain at x_axis", 300.0), ("TorqueRipple at x_axis", "Cogging at x_axis", behind)),
     )
-    answers = [Diagnosis("tied", "", LESSON, "new.csv", name, effects=effects, evidence=evidence) for name in ("a.csv", "b.csv")]
+    answers = [made("tied", "", LESSON, "new.csv", name, effects=effects, evidence=evidence) for name in ("a.csv", "b.csv")]
     found = joined(answers)
     assert found.verdict == verdict
     assert [effect.tied_with for effect in found.effects] == [(), ties]

@@ -31,14 +31,10 @@ ON_TEXT = {"experiments": 9, "live": 17, "program": 12, "recordings": 14, "stabi
 """Decisions of each folder on how a text begins or ends, or on a name; of these folders most read files: numbers that only fall."""
 FIELDS, ARGUMENTS, LENGTH = 12, 8, 60
 """Fields of a dataclass, arguments of a function that is no law of a part, and lines of a function: what a reader keeps in mind."""
-WIDE = {
-    "Diagnosis", "Identification",
-}  # fmt: skip
+WIDE = {"Identification"}
 """Dataclasses with more fields, a set that only shrinks; authors of plug-ins write an ``Identification``, of few entries."""
-MANY_ARGUMENTS = {
-    "_over_a_sample", "limited_pid",
-}  # fmt: skip
-"""Functions with more arguments, a set that only shrinks. ``limited_pid`` and ``_over_a_sample`` are parts of laws, of floats alone."""
+MANY_ARGUMENTS = {"limited_pid"}
+"""Functions with more arguments, a set that only shrinks. ``limited_pid`` is a part of laws, of floats alone."""
 REPEATED: set[str] = set()
 """File names that several folders have: a set that only shrinks."""
 VAGUE = re.compile(r"(\w+_)?(utils?|helpers?|managers?)|common|base|misc|tools|stuff")

@@ -79,7 +79,7 @@ def _promises(lesson: Lesson, recording: Path, registry: Registry) -> list[Kept]
 
 def _drawn(comparison: Comparison, path: Path) -> Path:
     from lathesim.analysis.plots import save_figure
-    from lathesim.diagnosis.comparison.compare_figure import compare_figure
+    from lathesim.diagnosis.comparison.compare_text import compare_figure
 
     make_folder(path.parent)
     save_figure(compare_figure(comparison), path)

@@ -169,7 +169,7 @@ def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path, report: ReportO
     if not report.is_quiet:
         files += [write_text(report.json_file, answer_in_json + "\n")] if report.json_file is not None else []
         see = f" See {', '.join(map(str, files))}." if files else ""
-        click.echo(f"{diagnosis.wall_time:.1f} s.{see}")
+        click.echo(f"{diagnosis.search.wall_time:.1f} s.{see}")
 
 
 def _deadline(at_most: str | None) -> Deadline:

@@ -107,7 +107,7 @@ class _Runs:
 
     def driven(self, case: Prepared, recording: Path) -> Prepared:
         """Return a case driven by a recording, and keep what was found in that."""
-        from lathesim.identification.replay.driven_run import driven_by
+        from lathesim.identification.replay.loading import driven_by
 
         found = driven_by(case, recording, self.registry)
         self.findings |= dict.fromkeys(found.findings)

@@ -45,7 +45,8 @@ class _Wave:
     def sizes(self) -> list[tuple[str, str]]:
         """The parameters that say how large it is, each with what its signal is multiplied with: nothing, or the direction of a friction
         that turns its sign round, or the driving force of a ripple in proportion to it."""
-        turns = self.candidate.effect.identification.periodic and _is_friction(self.candidate)
+        how = self.candidate.effect.identification
+        turns = how.periodic and how.against_motion
         sizes = [(self.size, "direction" if turns else "")]
         return sizes + ([(_SHARE, "drive")] if _SHARE in self.names and self.size != _SHARE else [])
 
@@ -147,10 +148,6 @@ def cycle_of(experiment: Experiment, candidate: Candidate, length: float) -> flo
     """Return by how much a wavelength changes where one wave more fits into the way of the recording; infinite where no way is known."""
     seen = _places(experiment).get(_repeats_along(candidate))
     return math.inf if seen is None else length * length / float(np.ptp(seen[1]))
-
-
-def _is_friction(candidate: Candidate) -> bool:
-    return candidate.effect.identification.against_motion
 
 
 def _places(experiment: Experiment) -> dict[str, tuple[str, FloatArray, FloatArray]]:

@@ -40,10 +40,7 @@ _Response = tuple[float, float, FloatArray, FloatArray]
 
 
 def screen(
-    simulator: Simulator,
-    fitted: Fitted,
-    candidates: Sequence[Candidate],
-    points: Mapping[str, FloatArray] | None = None,
+    simulator: Simulator, fitted: Fitted, candidates: Sequence[Candidate], points: Mapping[str, FloatArray] | None = None
 ) -> Screening:
     """Return how the candidates score; ``points`` gives starting values by candidate part, in the place of usual ones.
 

@@ -16,10 +16,9 @@ from typing import Any
 import numpy as np
 
 from lathesim.analysis.display_unit import known_share
-from lathesim.diagnosis.explanations.conditions import Term
+from lathesim.diagnosis.explanations.conditions import Term, at_one_speed
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every
 from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
-from lathesim.diagnosis.explanations.one_speed import at_one_speed
 from lathesim.diagnosis.location import FORCES, missing_share, missing_signal, places, wired_parts
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import CHECKS_OF_RECORDINGS, found_by

@@ -83,7 +83,8 @@ def _declarations(found: Discovered, names: Sequence[str], inputs: Sequence[tupl
 def _law(found: Discovered, names: Sequence[str], inputs: Sequence[tuple[str, str, str]], *, timed: bool) -> list[str]:
     """Return the lines of the method that gives the output."""
     arguments = ["incoming", *[role for role, _, _ in inputs], *(["time"] if timed else []), *names]
-    addends = [f"{label} * ({_in_math(item.text)})" for label, item in zip(names, found.addends, strict=True)]
+    laws = [_FUNCTIONS.sub(r"math.\1(", item.text) for item in found.addends]
+    addends = [f"{label} * ({law})" for label, law in zip(names, laws, strict=True)]
     return [
         "    @staticmethod",
         f"    def output({', '.join(f'{item}: float' for item in arguments)}) -> float:",
@@ -93,10 +94,6 @@ def _law(found: Discovered, names: Sequence[str], inputs: Sequence[tuple[str, st
         *(["        t = time"] if timed else []),
         f"        return incoming + {' + '.join(addends)}",
     ]
-
-
-def _in_math(text: str) -> str:
-    return _FUNCTIONS.sub(r"math.\1(", text)
 
 
 def _unit(of: str) -> str:

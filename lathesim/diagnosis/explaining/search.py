@@ -13,13 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.explaining.chance import due, is_clear, is_clear_as_one_block
-from lathesim.diagnosis.explaining.earlier import was_there_before
-from lathesim.diagnosis.explaining.plausible import is_plausible, own_residuals
+from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible, own_residuals, released
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, without, worth
-from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations, released
+from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, was_there_before, without, worth
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.found import Found, Screened, Tried
 from lathesim.engine.assembly import FloatArray, Place

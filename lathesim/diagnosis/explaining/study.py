@@ -6,10 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
+import numpy as np
+
+from lathesim.diagnosis.candidates.periodic_starts import PERIODS
 from lathesim.diagnosis.method import Method
+from lathesim.engine.assembly import Place
 from lathesim.identification.execution import Deadline, Progress
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.roles import acting
+from lathesim.units import same_dimension
 
 
 @dataclass(frozen=True)
@@ -45,3 +50,56 @@ class Study:
     def judges_itself(self) -> bool:
         """Whether one stroke alone was recorded, which judges what is fitted to it."""
         return self.validation is self.estimation or (self.validation.record is self.estimation.record and self.validation.weights is None)
+
+
+def possible_sizes(experiment: Experiment) -> dict[str, float]:
+    """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, ways or speeds, grow with a
+    speed, or are losses for each effort. A wavelength is read off the recording and has no bound here."""
+    found: dict[str, float] = {}
+    for host, bounds in _bounds(experiment).items():
+        for candidate in (
+            candidate.shaped or candidate
+            for candidate in experiment.candidates
+            if candidate.at == host and candidate.part in experiment.sensed.plan.parts
+        ):
+            declarations = experiment.sensed.plan.parts[candidate.part].component.declarations
+            for name in candidate.parameters:
+                item = Place.of(name).port
+                size = next((size for of, size in bounds.items() if same_dimension(of, declarations[item].unit)), None)
+                found |= {name: size} if size is not None and item not in PERIODS else {}
+    return found
+
+
+def _bounds(experiment: Experiment) -> dict[str, dict[str, float]]:
+    """Return for each part that is pushed the units of an effort, a way, a speed, an effort over a speed, and a loss for each effort, with
+    the largest of each: part -> unit -> size."""
+    channels = experiment.sensed.plan.channels
+    motion = experiment.motion
+    sources = dict(acting(experiment.machine.assembly))
+    found: dict[str, dict[str, float]] = {}
+    for part in experiment.machine.assembly.parts:
+        ports, declarations = part.component.ports, part.component.declarations
+        target = f"{part.name}.{ports.get('drive', '')}"
+        if not {"effort", "flow", "drive"} <= set(ports):
+            continue
+        pushes = declarations.get(ports.get("applied", ""), declarations[ports["drive"]])
+        if pushes.unit != declarations[ports["effort"]].unit:
+            continue
+        if target in experiment.machine.drive and pushes is declarations[ports["drive"]]:
+            pushing = experiment.record[target]
+        elif sources.get(target) in channels:
+            pushing = experiment.sensed.channel([], [], channels.index(sources[target]))
+        else:
+            continue
+        unit, flow = (declarations[ports[role]].unit for role in ("effort", "flow"))
+        effort = float(np.max(np.abs(np.nan_to_num(pushing)), initial=0.0))
+        place, velocity = (motion.get(f"{part.name}.{ports.get(role, '')}", np.zeros(1)) for role in ("displacement", "flow"))
+        speed = float(np.max(np.abs(velocity)))
+        found[part.name] = {unit: effort, flow: speed}
+        if "displacement" in ports:
+            found[part.name][declarations[ports["displacement"]].unit] = float(np.ptp(place))
+        if speed > 0.0 and effort > 0.0:
+            found[part.name] |= {f"({unit})/({flow})": effort / speed, f"({flow})/({unit})": speed / effort}
+        if effort > 0.0:
+            found[part.name] |= {f"1/({unit})": 1.0 / effort}
+    return found

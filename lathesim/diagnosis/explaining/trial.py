@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from lathesim.diagnosis.explaining.chance import due
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.starts import starts
@@ -14,6 +16,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit, fit_each
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records import Candidate, Fitted, Free, Model, is_full_band, with_start
+from lathesim.identification.replay.experiment import Experiment, baseline_free
 
 FIRST_STEPS = 6
 """Steps of a first fit."""
@@ -29,10 +32,7 @@ def modelled(study: Study, candidates: tuple[Candidate, ...], fitted: Fitted) ->
 def over(model: Model, other: Model) -> tuple[Gain, Gain]:
     """Return what a model gains over another one, on the estimation and on the validation recording."""
     wide = is_full_band((*model.candidates, *other.candidates))
-    return (
-        gain(model.fitted, other.fitted, full_band=wide),
-        gain(model.validation_fit, other.validation_fit, full_band=wide),
-    )
+    return (gain(model.fitted, other.fitted, full_band=wide), gain(model.validation_fit, other.validation_fit, full_band=wide))
 
 
 def worth(candidate: Candidate, before: Model, model: Model) -> Tried:
@@ -107,3 +107,28 @@ def without(study: Study, model: Model, gone: Candidate) -> Model:
     constant = {name: value for name, value in model.fitted.constant.items() if name not in gone.parameters}
     fitted = fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=_SETTLED)
     return modelled(study, rest, fitted)
+
+
+def was_there_before(study: Study, trial: Tried) -> bool:
+    """Return whether the larger part of what an effect gains is gained before the change too; never without an earlier recording.
+
+    Gains add up over samples, so that of the earlier recording is taken for as many samples as were fitted.
+    """
+    experiment = study.earlier
+    if experiment is None:
+        return False
+    candidates = trial.model.candidates
+    names = {name for candidate in candidates for name in candidate.parameters}
+    own = [*baseline_free(experiment.machine), *experiment.start_states(experiment.sensed.plan)]
+    effects = [one for one in with_start(trial.model.fitted) if one.name in names]
+    with_effect = fit(experiment.sensed, [*own, *effects], rounds=2, full_band=is_full_band(candidates))
+    gone = set(trial.candidate.parameters)
+    rest = [one for one in with_start(with_effect) if one.name not in gone]
+    left = fit(experiment.sensed, rest, rounds=2, full_band=is_full_band(candidates))
+    before = gain(with_effect, left, full_band=is_full_band(candidates)).nats * _samples(study.estimation) / _samples(experiment)
+    return before > study.method.larger_part * trial.fitted.nats
+
+
+def _samples(experiment: Experiment) -> float:
+    """Return how many samples of an experiment are fitted."""
+    return float(len(experiment.record) if experiment.weights is None else np.sum(experiment.weights))

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from lathesim.analysis.display_unit import display_unit
+from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray
 
 PROPORTION = "proportion to "
@@ -309,3 +310,37 @@ _OF_MOTION: dict[str, Callable[[_Moved], FloatArray]] = {
     "velocity and time": lambda one: one.speed * one.slow,
 }
 """The functions of a motion, by what they depend on."""
+
+
+ONE_SPEED = "At one speed a wave over time and one over a position are the same: record other speeds."
+
+
+def at_one_speed(term: Term, conditions: Conditions, method: Method = STANDARD) -> str:
+    """Return what a wave over a position, or over time, is too where parts move at one speed for the larger part of a recording:
+    ``" (or time, at 50 Hz)"``; empty where their speeds tell the two apart."""
+    wave, others = term.wave, []
+    for motion in conditions.motions if wave is not None else ():
+        speed = np.abs(motion.velocity)
+        usual = float(np.median(speed))
+        steady = float(np.mean(np.abs(speed - usual) < method.little * usual)) > method.larger_part
+        if wave is not None and steady and wave.of in ("", motion.name):
+            other = Wave("", wave.period / usual, "s") if wave.of else Wave(motion.name, wave.period * usual, motion.unit)
+            others.append(f"{f'position of {motion.name}' if other.of else 'time'}, {other.often}")
+    return f" (or {', or '.join(others)})" if others else ""
+
+
+class Rules:
+    """How a flexible explanation is looked for; of these numbers only ``sure`` decides."""
+
+    sure = Method.tie_errors
+    """Standard errors above which a term that predicts the validation recording better holds there; chance does so in 2.3 % of terms."""
+    blocks = 40
+    most_terms = 8
+    most_waves = 3
+    fitted = 3
+    """Terms that are fitted jointly with those before in each round: the likeliest."""
+    iterations = 30
+    settled = 0.02
+    """Change of the logarithms of all strengths with which they are found."""
+    new = 1e-6
+    """Share of a term that those before do not explain, for it to be another one."""

@@ -19,10 +19,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lathesim.diagnosis.explanations.conditions import Conditions, Functions, Term
+from lathesim.diagnosis.explanations.conditions import Conditions, Functions, Rules, Term
 from lathesim.diagnosis.explanations.held_out import HeldOut
 from lathesim.diagnosis.explanations.learned import Recording, learned, posterior_of
-from lathesim.diagnosis.explanations.rules import Rules
 from lathesim.engine.assembly import FloatArray
 
 

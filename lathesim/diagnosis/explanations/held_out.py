@@ -18,9 +18,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.diagnosis.explanations.conditions import Term
+from lathesim.diagnosis.explanations.conditions import Rules, Term
 from lathesim.diagnosis.explanations.learned import Learned, Posterior, Recording, posterior_of, prediction
-from lathesim.diagnosis.explanations.rules import Rules
 from lathesim.engine.assembly import FloatArray
 
 _TINY = sys.float_info.min

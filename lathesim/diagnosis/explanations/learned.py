@@ -17,8 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lathesim.diagnosis.explanations.colour import Colour, colour_of
-from lathesim.diagnosis.explanations.conditions import Conditions, Functions, Term
-from lathesim.diagnosis.explanations.rules import Rules
+from lathesim.diagnosis.explanations.conditions import Conditions, Functions, Rules, Term
 from lathesim.diagnosis.explanations.wave_search import WaveSearch, ways_of
 from lathesim.engine.assembly import FloatArray
 

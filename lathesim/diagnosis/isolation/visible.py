@@ -32,10 +32,9 @@ from lathesim.diagnosis.candidates.screening import is_limit
 from lathesim.diagnosis.candidates.starting_points import limit_points
 from lathesim.diagnosis.explaining.chance import chance_level
 from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.plausible import is_of_a_clock
+from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, is_of_a_clock
 from lathesim.diagnosis.explaining.resolution import least_size
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.values import IMPLAUSIBLE
 from lathesim.diagnosis.explanations.lacking_force import lacking
 from lathesim.diagnosis.records.found import Gain
 from lathesim.engine.assembly import FloatArray, Place

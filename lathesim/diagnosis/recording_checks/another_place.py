@@ -18,7 +18,7 @@ import numpy as np
 from lathesim.component import Output, State
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import unexplained_share
-from lathesim.diagnosis.recording_checks.mistaken_unit import is_within
+from lathesim.diagnosis.recording_checks.wrong_readings import is_within
 from lathesim.engine.assembly import FloatArray, Part, Place
 from lathesim.identification.replay.experiment import SETTLING, Experiment, build_experiments
 from lathesim.identification.replay.initial_state import line_of

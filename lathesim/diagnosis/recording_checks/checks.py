@@ -12,13 +12,11 @@ from typing import Any
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.recording_checks.another_place import of_another_place
 from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
-from lathesim.diagnosis.recording_checks.clipping import clipped_reading
-from lathesim.diagnosis.recording_checks.command_consistency import contradicted
+from lathesim.diagnosis.recording_checks.command_consistency import contradicted, exchanged_with, swapped
 from lathesim.diagnosis.recording_checks.different_machine import another_machine
-from lathesim.diagnosis.recording_checks.exchanged_channels import exchanged_with, swapped
 from lathesim.diagnosis.recording_checks.mapped_elsewhere import mapped_elsewhere
-from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
+from lathesim.diagnosis.recording_checks.wrong_readings import clipped_reading, in_another_unit, wrong_unit
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found
 from lathesim.identification.replay.controller_rate import MOST

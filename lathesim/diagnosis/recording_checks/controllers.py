@@ -103,13 +103,7 @@ def _settled(
     found: ControllerValue, experiments: tuple[Experiment, Experiment], values: Mapping[str, float], method: Method = STANDARD
 ) -> ControllerValue:
     """Return the value fitted to both recordings, with its standard error."""
-    free = Free(
-        found.name,
-        found.value,
-        method.little * found.value,
-        low=found.value / OTHER_VALUE,
-        high=found.value * OTHER_VALUE,
-    )
+    free = Free(found.name, found.value, method.little * found.value, low=found.value / OTHER_VALUE, high=found.value * OTHER_VALUE)
     values = {name: value for name, value in values.items() if name != found.name}
     fits = [fit(experiment.sensed, [free], values, slopes="central") for experiment in experiments]
     weights = np.array([1.0 / max(one.error(found.name), 1e-12 * found.value) ** 2 for one in fits])
@@ -164,11 +158,7 @@ def another_law(experiment: Experiment, validation: Experiment, values: Mapping[
             if share > method.larger_part and size > method.within_laws:
                 at_once = slice(0, 2 * len(references))
                 found.append(
-                    AnotherLaw(
-                        name,
-                        float(size),
-                        regressed_share(here[:, at_once], learned, there[:, at_once], scored) > method.nearly_all,
-                    )
+                    AnotherLaw(name, float(size), regressed_share(here[:, at_once], learned, there[:, at_once], scored) > method.nearly_all)
                 )
     return found
 

@@ -26,7 +26,7 @@ def of_another_period(experiment: Experiment, values: Mapping[str, float], metho
         name = experiment.machine.compare[row]
         # clocks of other devices, and seconds for milliseconds
         for factor in (0.5, 2.0, 0.8, 1.25, 0.1, 10.0, 1e-3, 1e3) if share > method.little else ():
-            if _unexplained_at(experiment, factor, values, row) < method.little:
+            if dict(unexplained_share(_at_period(experiment, factor), values))[row] < method.little:
                 return (
                     f"With a sample period of {factor * period:.4g} ms {name} follows from what its controller was given, with "
                     f"{period:.4g} ms {share:.0%} of it does not: the time column, or its unit, is off by a factor of {1.0 / factor:.4g}."
@@ -69,10 +69,6 @@ def _beyond_floor(experiment: Experiment, factor: float, values: Mapping[str, fl
     left = root_mean_square(residual[int(SETTLING * experiment.sensed.samples) :])
     size = float(np.std(np.nan_to_num(experiment.sensed.recorded[row])))
     return float(np.sqrt(max(left**2 - experiment.floors[experiment.machine.compare[row]] ** 2, 0.0))) / size if size > 0.0 else 0.0
-
-
-def _unexplained_at(experiment: Experiment, factor: float, values: Mapping[str, float], row: int) -> float:
-    return dict(unexplained_share(_at_period(experiment, factor), values))[row]
 
 
 def _at_period(experiment: Experiment, factor: float) -> Experiment:

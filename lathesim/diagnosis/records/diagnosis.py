@@ -195,69 +195,94 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
-    """The outcome of a diagnosis."""
+class AnsweredQuestion:
+    """Which recordings were held against which lesson, and how.
 
-    verdict: Verdict
-    sentence: str
+    ``before`` is a recording from before a change; empty where the question is not what changed. ``findings`` say what was found in the
+    recordings themselves and what was done about it, ``turned`` which channels were recorded with the other sign. With ``judges_itself``
+    one part of a recording judged what was fitted to another part, and ``together`` both were fitted, so that none was left to judge.
+    ``judges`` are the recordings that judged, where these are several; ``validation`` is the one of which the answer is shown.
+    """
+
     lesson: str
     recording: str
-    validation: str
-    effects: tuple[FoundEffect, ...] = ()
-    location: Location = field(default_factory=Location)
-    fit: Mapping[str, ChannelFit] = field(default_factory=dict)
-    removed_share: float = 0.0
-    adequate: bool = False
-    baseline: Mapping[str, BaselineValue] = field(default_factory=dict)
-    insert: tuple[Mapping[str, str], ...] = ()
-    left: tuple[str, ...] = ()
-    """What is still left, and where, one sentence each."""
-    not_told: tuple[str, ...] = ()
-    """What this recording could not tell, and which experiment would, one sentence each."""
-    findings: tuple[str, ...] = ()
-    """What was found in the recording itself, and what was done about it."""
-    discovered: str = ""
-    """The formula of a candidate that was discovered, with its unit; empty where none was."""
-    report: str = ""
-    wall_time: float = 0.0
-    complete: bool = True
-    """False where the diagnosis was stopped and tells what was known until then."""
-    evidence: Evidence = field(default_factory=Evidence)
-    plugin: str = ""
-    """The text of a plug-in file with the discovered candidate as an effect; empty where none was discovered."""
-    judges_itself: bool = False
-    """Whether one part of the recording judged what was fitted to another part of it."""
-    together: bool = False
-    """Whether both recordings were fitted, so that none was left to judge."""
-    unnamed: tuple[Unnamed, ...] = ()
-    """What is left that could be predicted and has no name."""
-    far_off: tuple[str, ...] = ()
-    """Values of the lesson that are further off than it declares possible."""
+    validation: str = ""
     before: str = ""
-    """The recording from before a change; empty where the question is not what changed."""
-    rule: str = ""
-    """The rule of the decision that held, in words."""
-    history: tuple[Step, ...] = ()
-    """The course of the search: the changes of the model that were accepted, in order."""
-    untried: tuple[str, ...] = ()
-    """Effects, with their places, that a search which was stopped had not fitted yet, the most promising first."""
-    explanations: tuple[Explanation, ...] = ()
-    """Every explanation that was tried, with what it predicts of held-out data."""
-    side: Mapping[str, str] = field(default_factory=dict)
-    """On which side of a spring the recordings show a sensor to sit, where the lesson does not say it."""
+    findings: tuple[str, ...] = ()
     turned: tuple[str, ...] = ()
-    """Which channels were recorded with the other sign, one sentence each."""
+    judges_itself: bool = False
+    together: bool = False
     judges: tuple[str, ...] = ()
-    """The recordings that judged, where these are several; ``validation`` is the one of which the answer is shown."""
-    unanswerable: tuple[Unanswerable, ...] = ()
-    """The effects that these recordings would not show, however large they are."""
-    easiest: str = ""
-    """The channel that no compared one shows and that is the easiest to log; empty where all are shown."""
 
     @property
     def is_one_stroke(self) -> bool:
         """Whether one stroke alone was recorded, so that what was fitted to all of it was judged on all of it."""
         return self.judges_itself and self.validation == self.recording
+
+
+@dataclass(frozen=True)
+class Searched:
+    """How an answer was found: the ``rule`` of the decision in words, the changes of the model that were accepted, and what competed.
+
+    ``untried`` are effects, with their places, that a search which was stopped had not fitted yet, the most promising first.
+    """
+
+    rule: str = ""
+    history: tuple[Step, ...] = ()
+    explanations: tuple[Explanation, ...] = ()
+    """Every explanation that was tried, with what it predicts of held-out data."""
+    untried: tuple[str, ...] = ()
+    wall_time: float = 0.0
+
+
+@dataclass(frozen=True)
+class Rest:
+    """What is left when the answer is believed: the share of the error that is gone, and whether nothing is left that could be predicted.
+
+    ``unnamed`` could be predicted and has no name, ``discovered`` is a formula for it with its unit. Sentences say what is ``left`` and
+    where, and what the recording could not tell (``not_told``) with the experiment that would.
+    """
+
+    removed_share: float = 0.0
+    adequate: bool = False
+    unnamed: tuple[Unnamed, ...] = ()
+    discovered: str = ""
+    left: tuple[str, ...] = ()
+    not_told: tuple[str, ...] = ()
+    far_off: tuple[str, ...] = ()
+    """Values of the lesson that are further off than it declares possible."""
+    unanswerable: tuple[Unanswerable, ...] = ()
+    """The effects that these recordings would not show, however large they are."""
+    easiest: str = ""
+    """The channel that no compared one shows and that is the easiest to log; empty where all are shown."""
+
+
+@dataclass(frozen=True)
+class LessonLines:
+    """What is written into a lesson: the effects to insert, on which ``side`` of a spring a sensor sits where the lesson does not say it,
+    and the text of a ``plugin`` file with a discovered formula as an effect, empty where there is none."""
+
+    insert: tuple[Mapping[str, str], ...] = ()
+    side: Mapping[str, str] = field(default_factory=dict)
+    plugin: str = ""
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The outcome of a diagnosis; one that is not ``complete`` was stopped and holds what was known until then."""
+
+    verdict: Verdict
+    sentence: str
+    question: AnsweredQuestion
+    effects: tuple[FoundEffect, ...] = ()
+    location: Location = field(default_factory=Location)
+    fit: Mapping[str, ChannelFit] = field(default_factory=dict)
+    baseline: Mapping[str, BaselineValue] = field(default_factory=dict)
+    rest: Rest = field(default_factory=Rest)
+    lines: LessonLines = field(default_factory=LessonLines)
+    search: Searched = field(default_factory=Searched)
+    evidence: Evidence = field(default_factory=Evidence)
+    complete: bool = True
 
     @property
     def names(self) -> bool:
@@ -272,15 +297,21 @@ def with_unit(number: str, unit: str) -> str:
 
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the JSON of a diagnosis; numbers that are not finite become null."""
+    place, values = diagnosis.location, ("unit", "given", "refit_without", "refit_with", "low", "high")
     return dict(
         eight_digits(
             {
                 "schema": SCHEMA,
-                "lesson": diagnosis.lesson,
+                "lesson": diagnosis.question.lesson,
                 "verdict": diagnosis.verdict,
                 "sentence": diagnosis.sentence,
                 "effects": [_effect(effect) for effect in diagnosis.effects],
-                "location": _location(diagnosis.location),
+                "location": {
+                    "components": place.components,
+                    "channels": place.channels,
+                    "windows_s": place.windows,
+                    "variables": place.variables,
+                },
                 "fit": diagnosis.fit,
                 "missing": [
                     {
@@ -293,35 +324,26 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                     }
                     for item in diagnosis.evidence.missing
                 ],
-                "removed_share": diagnosis.removed_share,
-                "adequate": diagnosis.adequate,
-                "baseline": {name: _baseline(item) for name, item in diagnosis.baseline.items()},
-                "insert": diagnosis.insert,
-                "side": diagnosis.side,
-                "left": diagnosis.left,
-                "not_told": diagnosis.not_told,
-                "recording": diagnosis.findings,
-                "discovered": diagnosis.discovered or None,
-                "rule": diagnosis.rule,
-                "history": [_step(number, step) for number, step in enumerate(diagnosis.history, start=1)],
+                "removed_share": diagnosis.rest.removed_share,
+                "adequate": diagnosis.rest.adequate,
+                "baseline": {name: {key: getattr(item, key) for key in values} for name, item in diagnosis.baseline.items()},
+                "insert": diagnosis.lines.insert,
+                "side": diagnosis.lines.side,
+                "left": diagnosis.rest.left,
+                "not_told": diagnosis.rest.not_told,
+                "recording": diagnosis.question.findings,
+                "discovered": diagnosis.rest.discovered or None,
+                "rule": diagnosis.search.rule,
+                "history": [_step(number, step) for number, step in enumerate(diagnosis.search.history, start=1)],
                 "complete": diagnosis.complete,
-                "report": diagnosis.report or None,
-                "wall_time_s": diagnosis.wall_time,
+                "report": None,
+                "wall_time_s": diagnosis.search.wall_time,
             }
             | _OF_EARLIER_METHODS
-            | {"untried": diagnosis.untried, "explanations": diagnosis.explanations, "unnamed": diagnosis.unnamed}
-            | {"unanswerable": diagnosis.unanswerable}
+            | {"untried": diagnosis.search.untried, "explanations": diagnosis.search.explanations, "unnamed": diagnosis.rest.unnamed}
+            | {"unanswerable": diagnosis.rest.unanswerable}
         )
     )
-
-
-def _location(location: Location) -> dict[str, Any]:
-    return {
-        "components": location.components,
-        "channels": location.channels,
-        "windows_s": location.windows,
-        "variables": location.variables,
-    }
 
 
 def _step(number: int, step: Step) -> dict[str, Any]:
@@ -352,7 +374,3 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "may_be_zero": effect.sizes.may_be_zero,
         **({"before": effect.before} if effect.before else {}),
     }
-
-
-def _baseline(item: BaselineValue) -> dict[str, Any]:
-    return {name: getattr(item, name) for name in ("unit", "given", "refit_without", "refit_with", "low", "high")}

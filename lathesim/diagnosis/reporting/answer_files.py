@@ -35,11 +35,11 @@ def write_answer(diagnosis: Diagnosis, lesson: Lesson, folder: Path, method: Met
     make_folder(folder)
     with WholeFiles() as whole:
         files = [whole.write_text(report_place(folder), report_html(diagnosis, method=method))]
-        if diagnosis.plugin:
-            files.append(whole.write_text(folder / "discovered_term.py", diagnosis.plugin))
-        if diagnosis.insert:
-            side = {"side": {**lesson.source.data.get("side", {}), **diagnosis.side}} if diagnosis.side else None
-            explained = changed_lesson(lesson, diagnosis.insert, refitted_values(diagnosis), folder, further=side)
+        if diagnosis.lines.plugin:
+            files.append(whole.write_text(folder / "discovered_term.py", diagnosis.lines.plugin))
+        if diagnosis.lines.insert:
+            side = {"side": {**lesson.source.data.get("side", {}), **diagnosis.lines.side}} if diagnosis.lines.side else None
+            explained = changed_lesson(lesson, diagnosis.lines.insert, refitted_values(diagnosis), folder, further=side)
             files.append(whole.write_text(folder / f"{lesson.name}_explained.yaml", explained))
     return files
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from lathesim.component import Declaration, Parameter
-from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import Determined, FoundEffect, Interval
 from lathesim.diagnosis.records.found import RankedEffect
 from lathesim.engine.assembly import Place
@@ -54,7 +54,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         tied,
         separating,
         item.share,
-        _first_line(candidate),
+        (candidate.effect.__doc__ or "").strip().splitlines()[0],
         candidate.seat.before,
         Determined(tuple(undetermined), (), interval_includes_neutral(candidate, values), _products(candidate, values, experiment)),
     )
@@ -126,10 +126,6 @@ def bounded(interval: Interval, declared: Declaration) -> Interval:
     return replace(interval, low=min(low, interval.value), high=max(high, interval.value), ends=ends)
 
 
-def _first_line(candidate: Candidate) -> str:
-    return (candidate.effect.__doc__ or "").strip().splitlines()[0]
-
-
 def _turned(candidate: Candidate, parameters: dict[str, Interval]) -> dict[str, Interval]:
     """Return each wave with a negative size as the same wave of positive size, half a turn on."""
     values = {f"{candidate.part}.{name}": item.value for name, item in parameters.items()}
@@ -139,3 +135,17 @@ def _turned(candidate: Candidate, parameters: dict[str, Interval]) -> dict[str, 
         item = parameters[name]
         turned[name] = Interval(-item.value, item.unit, -item.high, -item.low, item.ends[::-1])
     return turned
+
+
+def phases_to_turn(candidate: Candidate, values: Mapping[str, float]) -> list[str]:
+    """Return the phases (free names) of the waves whose size, or the largest of its sizes by what is usual, is negative.
+
+    The sizes of such a wave change their sign and its phase is turned, see :attr:`Term.waves`; what the effect gives stays what it was.
+    """
+    usual = dict(zip(candidate.parameters, np.abs(candidate.points).max(axis=0, initial=0.0), strict=True))
+    found = []
+    for phase, sizes in candidate.waves.items():
+        names = [name for name in sizes if name in values and usual[name] > 0.0]
+        if names and values[max(names, key=lambda name: abs(values[name]) / usual[name])] < 0.0:
+            found.append(phase)
+    return found

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 
 from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.explaining.chance import chance_level, due, is_clear
-from lathesim.diagnosis.explaining.plausible import is_plausible
+from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant
 from lathesim.diagnosis.explaining.rounds import is_finer
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
-from lathesim.diagnosis.explaining.values import IMPLAUSIBLE, deviations
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import KINDS, Explanation, Kind
 from lathesim.diagnosis.records.diagnosis import Diagnosis
@@ -178,15 +177,15 @@ def _flexible(doubt: Doubt, method: Method) -> Explanation:
 
 def explanation_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the table of a decision as lines of text; effects that were not fitted are counted."""
-    shown, more = _judged(diagnosis.explanations)
+    shown, more = _judged(diagnosis.search.explanations)
     rows = [tuple(plain(cell) for cell in row) for row in map(explanation_row, shown)]
-    gained = any(math.isfinite(one.gain) for one in diagnosis.explanations)
+    gained = any(math.isfinite(one.gain) for one in diagnosis.search.explanations)
     return ["", "How it was decided:", *text_table([HEAD, *rows]), *more, *(legend(method) if gained else ())]
 
 
 def explanation_rows(diagnosis: Diagnosis, most: int) -> tuple[list[tuple[str, ...]], list[str]]:
     """Return the rows of what was kept and of what else gains most, at most so many, and a sentence on the others."""
-    shown, more = _judged(diagnosis.explanations)
+    shown, more = _judged(diagnosis.search.explanations)
     likeliest = sorted(shown, key=lambda one: (not one.kept, -one.gain if math.isfinite(one.gain) else math.inf))
     left_out = max(0, len(shown) - most)
     printed = [f"{left_out} more stand in the table of lathesim diagnose --explain-decision."] if left_out else []

@@ -17,21 +17,14 @@ import lathesim
 from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import BaselineValue, ChannelFit, Diagnosis, MissingSignal, Verdict
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, MissingSignal, Verdict
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.answer_tables import before_text, effect_rows
 from lathesim.diagnosis.reporting.explanations import HEAD, explanation_rows, legend
-from lathesim.diagnosis.reporting.number_text import (
-    NOTHING,
-    interval_texts,
-    percent,
-    pretty,
-    quantity_text,
-    words,
-)
+from lathesim.diagnosis.reporting.number_text import NOTHING, interval_texts, percent, pretty, quantity_text, words
 from lathesim.diagnosis.reporting.remarks import not_answered
 from lathesim.diagnosis.reporting.summary import is_worse, needs_other_values, still_off, summary_lines
-from lathesim.diagnosis.reporting.wiring_diagram import Wires, wiring_diagram
+from lathesim.diagnosis.reporting.wiring_diagram import wiring_diagram
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import CONFIDENCE
 from lathesim.identification.roles import is_recorded_signal
@@ -58,9 +51,11 @@ def report_html(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
 
 
 def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
-    modelled = bool(diagnosis.effects or diagnosis.discovered)
+    modelled = bool(diagnosis.effects or diagnosis.rest.discovered)
     changed = modelled or needs_other_values(diagnosis, method)
-    order = _by_size(diagnosis.fit)
+    order = sorted(diagnosis.fit, key=lambda name: -_over(diagnosis.fit[name].before, diagnosis.fit[name].floor))
+    # candidates and recorded signals are no parts of the machine
+    wires = [pair for pair in diagnosis.evidence.wires if not any(is_recorded_signal(name) for name in pair)]
     changes = [_change(name, diagnosis) for name in order[: Shown.most_rows]]
     summary = summary_lines(diagnosis, method)
     decided, more = explanation_rows(diagnosis, 2 * Shown.most_rows)
@@ -70,14 +65,14 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "headline": summary[0].partition(". ")[::2],
         "summary": [pretty(line).partition(": ")[::2] for line in summary[1:]],
         "before": before_text(diagnosis),
-        "lesson": diagnosis.lesson,
+        "lesson": diagnosis.question.lesson,
         **_recordings(diagnosis),
-        "findings": list(diagnosis.findings),
+        "findings": list(diagnosis.question.findings),
         "effects": [(name, words(at), size, probability) for name, at, size, probability in effect_rows(diagnosis)],
         "docs": [(effect.effect, effect.doc) for effect in diagnosis.effects if effect.doc],
-        "discovered": diagnosis.discovered,
+        "discovered": diagnosis.rest.discovered,
         "located": f"seen in {', '.join(diagnosis.location.channels[:3])}" if diagnosis.location.channels else "",
-        "diagram": wiring_diagram(_own(diagnosis.evidence.wires), _suspects(diagnosis)),
+        "diagram": wiring_diagram(wires, _suspects(diagnosis)),
         "suspects": _suspects(diagnosis),
         "strip": _strip(diagnosis),
         "changed": changed,
@@ -91,24 +86,24 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         ],
         "drawings": _drawings(diagnosis, order),
         "baseline": [_baseline(name, item, method) for name, item in diagnosis.baseline.items()],
-        "left": list(map(pretty, diagnosis.left)),
-        "not_told": [*diagnosis.not_told, *not_answered(diagnosis.unanswerable)],
-        "insert": insert_lines(diagnosis.insert, diagnosis.side),
+        "left": list(map(pretty, diagnosis.rest.left)),
+        "not_told": [*diagnosis.rest.not_told, *not_answered(diagnosis.rest.unanswerable)],
+        "insert": insert_lines(diagnosis.lines.insert, diagnosis.lines.side),
         "version": lathesim.__version__,
-        "wall_time": f"{diagnosis.wall_time:.0f} s" if diagnosis.wall_time >= 1.0 else "",
-        "decided": decided, "decided_head": HEAD, "decided_legend": " ".join([*more, *legend(method)]), "rule": diagnosis.rule,
+        "wall_time": f"{diagnosis.search.wall_time:.0f} s" if diagnosis.search.wall_time >= 1.0 else "",
+        "decided": decided, "decided_head": HEAD, "decided_legend": " ".join([*more, *legend(method)]), "rule": diagnosis.search.rule,
     }  # fmt: skip
 
 
 def _recordings(diagnosis: Diagnosis) -> dict[str, str]:
     """Return which recording was fitted, which one judged, and which one the errors are of."""
-    if diagnosis.together:
-        both = f"{diagnosis.recording} and {diagnosis.validation}"
+    if diagnosis.question.together:
+        both = f"{diagnosis.question.recording} and {diagnosis.question.validation}"
         return {"recording": both, "held_out": "", "judged": f"on {both}"}
-    judge = diagnosis.validation
+    judge = diagnosis.question.validation
     return {
-        "recording": diagnosis.recording,
-        "held_out": judge if judge != diagnosis.recording else "",
+        "recording": diagnosis.question.recording,
+        "held_out": judge if judge != diagnosis.question.recording else "",
         "judged": f"on {judge}" if judge else "",
     }
 
@@ -121,11 +116,6 @@ def _shown_verdict(diagnosis: Diagnosis, method: Method) -> dict[str, str]:
     return {"look": look, "verdict_word": _WORDS[look]}
 
 
-def _own(wires: Wires) -> list[tuple[str, str]]:
-    """Leave out candidates and recorded signals: they are no parts of the machine."""
-    return [pair for pair in wires if not any(is_recorded_signal(name) for name in pair)]
-
-
 def insert_lines(entries: Sequence[Mapping[str, str]], side: Mapping[str, str]) -> str:
     """Return the ``insert:`` lines of a lesson, as they are pasted, and on which ``side`` of a spring its sensors sit."""
     if not entries:
@@ -133,11 +123,6 @@ def insert_lines(entries: Sequence[Mapping[str, str]], side: Mapping[str, str]) 
     lines = ["  - {" + ", ".join(f"{key}: {value}" for key, value in entry.items()) + "}" for entry in entries]
     sides = ["side: {" + ", ".join(f"{sensor}: {where}" for sensor, where in side.items()) + "}"] if side else []
     return "\n".join(["insert:", *lines, *sides])
-
-
-def _by_size(fit: Mapping[str, ChannelFit]) -> list[str]:
-    """Order the channels by how far they were over their floor, the worst first."""
-    return sorted(fit, key=lambda name: -_over(fit[name].before, fit[name].floor))
 
 
 def _over(size: float, floor: float) -> float:

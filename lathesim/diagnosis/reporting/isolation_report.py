@@ -18,7 +18,10 @@ TIED, TOLD, UNSEEN = "#", ".", "-"
 
 def as_json(found: Isolation) -> dict[str, Any]:
     """Return what a recording could tell for programs; sizes are SI, and what is never seen or told has none."""
-    return {"effects": [_effect(found, row) for row in range(len(found.effects))], "matrix": _matrix(found)}
+    # null where a column is no rival of a row
+    behind = [[_finite(value) for value in row] for row in found.behind.tolist()]
+    matrix = {"names": [one.name for one in found.effects], "behind": behind}
+    return {"effects": [_effect(found, row) for row in range(len(found.effects))], "matrix": matrix}
 
 
 def _effect(found: Isolation, row: int) -> dict[str, Any]:
@@ -36,14 +39,6 @@ def _effect(found: Isolation, row: int) -> dict[str, Any]:
         "effect": one.effect, "at": one.at, "family": one.family, "parameter": one.parameter, "unit": one.unit, "visible": one.is_visible,
         "smallest": _finite(one.smallest), "compared_at": _finite(one.size), "tied_with": tied, "why": one.why,
     }  # fmt: skip
-
-
-def _matrix(found: Isolation) -> dict[str, Any]:
-    """Return the names, and by how much each column stays behind a row, as a share of what tells them: ``null`` where it is no rival."""
-    return {
-        "names": [one.name for one in found.effects],
-        "behind": [[_finite(value) for value in row] for row in found.behind.tolist()],
-    }
 
 
 def _finite(value: float) -> float | None:

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect
 from lathesim.diagnosis.records.found import Found
-from lathesim.diagnosis.reporting.effect_report import declared_in
+from lathesim.diagnosis.reporting.effect_report import declared_in, phases_to_turn
 from lathesim.effects.effect import COMPUTED
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.least_squares import fit
@@ -97,12 +96,7 @@ def _may_be_nothing(effect: FoundEffect, candidate: Candidate) -> tuple[str, ...
 
 
 def _is_not_missed(
-    names: Sequence[str],
-    candidate: Candidate,
-    validation: Experiment,
-    found: Found,
-    values: Mapping[str, float],
-    method: Method = STANDARD,
+    names: Sequence[str], candidate: Candidate, validation: Experiment, found: Found, values: Mapping[str, float], method: Method = STANDARD
 ) -> bool:
     """Return whether the validation recording is explained as well with some parameters of an effect as they are where nobody names
     them."""

@@ -87,18 +87,16 @@ def next_step(diagnosis: Diagnosis, worse: Sequence[str], values: Sequence[str],
 def _after_values(diagnosis: Diagnosis, values: Sequence[str], *, needed: bool, off: bool) -> str:
     measure = f"Measure {listed(values) if 0 < len(values) <= Shown.most_named else 'these values'}"
     if off:
-        return " ".join([*([f"{measure}."] if values else []), _record_more(diagnosis), *_log_too(diagnosis)])
+        easiest = diagnosis.rest.easiest
+        log_too = [f"Log {easiest} too: of what nothing compared shows, it is the easiest."] if easiest else []
+        return " ".join([*([f"{measure}."] if values else []), _record_more(diagnosis), *log_too])
     if needed:
         return f"{measure}, and correct {'it' if len(values) == 1 else 'them'} in the lesson."
     return f"{measure if values else 'Nothing'}: the lesson may be used as it is, for motions like these."
 
 
-def _log_too(diagnosis: Diagnosis) -> list[str]:
-    return [f"Log {diagnosis.easiest} too: of what nothing compared shows, it is the easiest."] if diagnosis.easiest else []
-
-
 def _after_names(diagnosis: Diagnosis, *, off: bool) -> str:
-    if diagnosis.is_one_stroke:
+    if diagnosis.question.is_one_stroke:
         return "Record the stroke a second time, and give that recording with --validate."
     ordered = sorted(diagnosis.effects, key=lambda effect: effect.sizes.may_be_zero)
     open_ = next((effect for effect in ordered if effect.separating_experiment), None)
@@ -107,17 +105,17 @@ def _after_names(diagnosis: Diagnosis, *, off: bool) -> str:
     if open_ is not None:
         return f"To determine {open_.effect}: {open_.separating_experiment}"
     paste = "Paste the lines below into the lesson, or run the _explained.yaml beside the report, which holds them."
-    return paste if diagnosis.adequate and not off else f"{paste} The report shows when most is left."
+    return paste if diagnosis.rest.adequate and not off else f"{paste} The report shows when most is left."
 
 
 def _record_more(diagnosis: Diagnosis) -> str:
-    if diagnosis.judges_itself:
+    if diagnosis.question.judges_itself:
         return "One recording cannot well judge itself: record a second one, longer and at more speeds, and give it with --validate."
     return "Record more motion: longer, at other speeds and places."
 
 
 def _after_unknown(diagnosis: Diagnosis) -> str:
-    if diagnosis.discovered:
+    if diagnosis.rest.discovered:
         return "Try the formula below: the plug-in discovered_term.py beside the report holds it as an effect."
     at = f" at {diagnosis.location.components[0]}" if diagnosis.location.components else ""
     return f"Look in the report when and with which motion it is largest, and measure the force or position{at} there."

@@ -41,7 +41,7 @@ def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
 def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     """Return what is missing, and beside it what stays unexplained."""
     if diagnosis.names:
-        return " ".join([*diagnosis.turned, _named(diagnosis), *_left_over(diagnosis), *stays_off(diagnosis, method)])
+        return " ".join([*diagnosis.question.turned, _named(diagnosis), *_left_over(diagnosis), *stays_off(diagnosis, method)])
     if diagnosis.verdict == "recording_fault" or diagnosis.sentence != VERDICTS[diagnosis.verdict]:
         return diagnosis.sentence
     if diagnosis.verdict == "unknown":
@@ -65,7 +65,7 @@ def _named(diagnosis: Diagnosis) -> str:
         return f"Something is missing that {names} {verb} best. This recording does not determine {sizes} may be zero."
     faults = [effect for effect in finds if effect.family == OF_RECORDING]
     physics = [effect for effect in finds if effect.family != OF_RECORDING]
-    begins = f"New since {diagnosis.before}: " if diagnosis.before else "The simulation left out "
+    begins = f"New since {diagnosis.question.before}: " if diagnosis.question.before else "The simulation left out "
     sentences = [f"{begins}{_rivalled(physics)}."] if physics else []
     sentences += [f"The recording is at fault: {_rivalled(faults)}."] if faults else []
     return " ".join(sentences)
@@ -87,7 +87,7 @@ def _with_places(pairs: Sequence[tuple[str, str]]) -> str:
 
 def _left_over(diagnosis: Diagnosis) -> list[str]:
     """Return what is left that could be predicted and has no name, the largest gain first."""
-    return [without_name(diagnosis.unnamed[0])] if diagnosis.unnamed else []
+    return [without_name(diagnosis.rest.unnamed[0])] if diagnosis.rest.unnamed else []
 
 
 def without_name(left: Unnamed) -> str:
@@ -96,9 +96,13 @@ def without_name(left: Unnamed) -> str:
 
 
 def _nothing_missing(diagnosis: Diagnosis, method: Method) -> str:
-    since = f"Nothing is new since {diagnosis.before}" if diagnosis.before else "No physics is missing"
+    since = f"Nothing is new since {diagnosis.question.before}" if diagnosis.question.before else "No physics is missing"
     if diagnosis.verdict == "parameters_only":
-        return f"{since}, but {_far_off(diagnosis)}" if diagnosis.far_off else f"{since}: other values of the lesson explain the recording."
+        return (
+            f"{since}, but {_far_off(diagnosis)}"
+            if diagnosis.rest.far_off
+            else f"{since}: other values of the lesson explain the recording."
+        )
     if worse := _worse(diagnosis):
         return f"No effect that is missing shows, and the fitted values predict {listed(worse)} worse than the given ones."
     others = ", with other values than the given ones" if needs_other_values(diagnosis, method) else ""
@@ -110,7 +114,8 @@ def _worse(diagnosis: Diagnosis) -> list[str]:
 
 
 def _far_off(diagnosis: Diagnosis) -> str:
-    return f"{listed(diagnosis.far_off)} {'are' if len(diagnosis.far_off) > 1 else 'is'} further off than the lesson declares possible."
+    off = diagnosis.rest.far_off
+    return f"{listed(off)} {'are' if len(off) > 1 else 'is'} further off than the lesson declares possible."
 
 
 def _in_part(diagnosis: Diagnosis, method: Method) -> str:
@@ -118,8 +123,8 @@ def _in_part(diagnosis: Diagnosis, method: Method) -> str:
     explains = "The lesson explains a part of the recording."
     if diagnosis.verdict == "parameters_only":
         explains = "Other values of the lesson explain a part of the recording."
-        explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.far_off else explains
-    since = [f"Nothing is new since {diagnosis.before}."] if diagnosis.before else []
+        explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.rest.far_off else explains
+    since = [f"Nothing is new since {diagnosis.question.before}."] if diagnosis.question.before else []
     return " ".join([*since, explains, *stays_off(diagnosis, method), "No known effect and nothing recorded predicts that."])
 
 
@@ -166,14 +171,16 @@ def _size(diagnosis: Diagnosis) -> str:
         doubtful = [effect.effect for effect in diagnosis.effects if finds and effect.sizes.may_be_zero]
         if doubtful:
             sentences.append(f"{listed(doubtful)} help{'' if len(doubtful) > 1 else 's'} to predict too, of a size that may be zero.")
-        if diagnosis.removed_share > 0.0:
-            sentences.append(f"Where each part gets its recorded inputs, this explains {percent(diagnosis.removed_share)} of the error.")
+        if diagnosis.rest.removed_share > 0.0:
+            sentences.append(
+                f"Where each part gets its recorded inputs, this explains {percent(diagnosis.rest.removed_share)} of the error."
+            )
     elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
         most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in values[:most]]
         together = [] if moved_values(diagnosis) else ["only together other values explain more, and none of them alone"]
         sentences.append("; ".join([*sizes, *([f"{len(values) - most} more below"] if len(values) > most else []), *together]) + ".")
-    return " ".join([*sentences, *(_unnamed_text(left, diagnosis) for left in diagnosis.unnamed[:1])])
+    return " ".join([*sentences, *(_unnamed_text(left, diagnosis) for left in diagnosis.rest.unnamed[:1])])
 
 
 def _unnamed_text(left: Unnamed, diagnosis: Diagnosis) -> str:
@@ -245,9 +252,9 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     least = min((effect.probability for effect in finds), default=math.nan)
     probable = f"Each is {least_probable_text(least)}" if len(finds) > 1 else f"{probability_text(least)} probable"
     said = [f"{probable} among all that was compared."]
-    if diagnosis.is_one_stroke:
+    if diagnosis.question.is_one_stroke:
         said = ["Less than the gains say: one stroke cannot judge itself, and there is no second one."]
-    elif diagnosis.together:
+    elif diagnosis.question.together:
         said.append("No recording was left to judge that.")
     elif worse := _worse(diagnosis):
         said = [f"Less than the gains say: {listed(worse)} {'are' if len(worse) > 1 else 'is'} further off than with the lesson alone."]
@@ -259,9 +266,9 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
 
 def _certainly_missing(diagnosis: Diagnosis) -> list[str]:
     """Return that something is surely missing: a smooth function predicts it, or a rule of the decision says why."""
-    kept = [one for one in diagnosis.explanations if one.kind == "flexible" and one.kept]
+    kept = [one for one in diagnosis.search.explanations if one.kind == "flexible" and one.kept]
     if not kept:
-        return [f"{diagnosis.rule[0].upper()}{diagnosis.rule[1:]}."] if diagnosis.rule else []
+        return [f"{diagnosis.search.rule[0].upper()}{diagnosis.search.rule[1:]}."] if diagnosis.search.rule else []
     best = max(kept, key=lambda one: one.gain)
     level = f"its gain is {best.gain:.0f}, and {best.chance:.0f} may be chance"
     return [f"A smooth function of the motion, which has no name, predicts {best.place} clearly better: {level}."]
@@ -273,13 +280,15 @@ def _nothing_else(diagnosis: Diagnosis) -> list[str]:
     if rivals:
         return [f"The best of the effects, {rivals[0].text}, {rivals[0].reason}."]
     return (
-        ["No effect predicts the recording better than chance may."] if any(one.kind == "effect" for one in diagnosis.explanations) else []
+        ["No effect predicts the recording better than chance may."]
+        if any(one.kind == "effect" for one in diagnosis.search.explanations)
+        else []
     )
 
 
 def _rivals(diagnosis: Diagnosis) -> list[Explanation]:
     """Return the effects that are judged and not kept, the best first."""
-    judged = [one for one in diagnosis.explanations if one.kind == "effect" and not one.kept and math.isfinite(one.gain)]
+    judged = [one for one in diagnosis.search.explanations if one.kind == "effect" and not one.kept and math.isfinite(one.gain)]
     return sorted(judged, key=lambda one: -one.gain)
 
 
@@ -292,20 +301,22 @@ def _compared(diagnosis: Diagnosis, method: Method) -> str:
 
 def _competitors(diagnosis: Diagnosis) -> list[str]:
     """Return what was compared, and what judged it."""
-    effects = [one for one in diagnosis.explanations if one.kind == "effect"]
+    effects = [one for one in diagnosis.search.explanations if one.kind == "effect"]
     values, names = len(diagnosis.baseline), len({one.name for one in effects})
     competed = [f"other values of {counted(values, 'uncertain parameter')} of the lesson"] if values else []
     competed += [f"{names} effects at {len(effects)} places" if names > 1 else f"{effects[0].text}"] if effects else []
-    competed += ["smooth functions of the motion"] if any(one.kind == "flexible" for one in diagnosis.explanations) else []
-    judged = listed(diagnosis.judges) if diagnosis.judges else diagnosis.validation or "the recording that judges"
-    fitted = f"Each was fitted to {diagnosis.recording} and judged by {judged}."
-    if diagnosis.is_one_stroke:
-        fitted = f"{diagnosis.recording} holds one stroke, whose halves show other things: it was fitted whole and judges itself."
-    elif diagnosis.together:
-        fitted = f"{diagnosis.recording} and {judged} were fitted together: each alone leaves open what the two determine."
-    elif diagnosis.judges_itself:
-        part = judged.removeprefix(f"{diagnosis.recording}, ")
-        fitted = f"{diagnosis.recording} judges itself: each was fitted to one part of it and judged by the other ({part})."
+    competed += ["smooth functions of the motion"] if any(one.kind == "flexible" for one in diagnosis.search.explanations) else []
+    judged = (
+        listed(diagnosis.question.judges) if diagnosis.question.judges else diagnosis.question.validation or "the recording that judges"
+    )
+    fitted = f"Each was fitted to {diagnosis.question.recording} and judged by {judged}."
+    if diagnosis.question.is_one_stroke:
+        fitted = f"{diagnosis.question.recording} holds one stroke, whose halves show other things: it was fitted whole and judges itself."
+    elif diagnosis.question.together:
+        fitted = f"{diagnosis.question.recording} and {judged} were fitted together: each alone leaves open what the two determine."
+    elif diagnosis.question.judges_itself:
+        part = judged.removeprefix(f"{diagnosis.question.recording}, ")
+        fitted = f"{diagnosis.question.recording} judges itself: each was fitted to one part of it and judged by the other ({part})."
     return [f"with {listed(competed)}.", fitted] if competed else []
 
 
@@ -317,7 +328,7 @@ def _before_and_after(diagnosis: Diagnosis, method: Method) -> list[str]:
     order = sorted(diagnosis.fit, key=lambda name: (name not in worst, -change.get(name, 0.0)))
     shown = [name for place, name in enumerate(order) if place < Shown.most_named or is_worse(diagnosis, name)]
     states = "lesson alone -> with this" if diagnosis.effects else "values as given -> fitted"
-    there = f"in {diagnosis.validation}" if len(diagnosis.judges) > 1 else "there"
+    there = f"in {diagnosis.question.validation}" if len(diagnosis.question.judges) > 1 else "there"
     off = f"The whole simulation is off {there} by ({states})"
     return [f"{off}: {'; '.join(_change_of(diagnosis, name) for name in shown)}."] if shown else []
 

@@ -18,15 +18,15 @@ from lathesim.diagnosis.reporting.summary import moved_values, shown_values, sum
 def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the lines of an answer."""
     lines = [*summary_lines(diagnosis, method), *_tables(diagnosis)]
-    lines += _section("What is left:", diagnosis.left)
-    lines += _section("What this recording cannot tell:", (*diagnosis.not_told, *not_answered(diagnosis.unanswerable)))
-    lines += _section("About the recording:", [line for line in diagnosis.findings if line not in diagnosis.sentence])
-    if diagnosis.discovered:
-        lines += ["", f"A formula for what is left: {diagnosis.discovered}"]
-    if diagnosis.insert:
-        lines += ["", "Paste into the lesson:", insert_lines(diagnosis.insert, diagnosis.side), *_beside(diagnosis)]
-    if diagnosis.untried:
-        lines += ["", f"Not tried: {_first_of(diagnosis.untried, Shown.most_rows)}."]
+    lines += _section("What is left:", diagnosis.rest.left)
+    lines += _section("What this recording cannot tell:", (*diagnosis.rest.not_told, *not_answered(diagnosis.rest.unanswerable)))
+    lines += _section("About the recording:", [line for line in diagnosis.question.findings if line not in diagnosis.sentence])
+    if diagnosis.rest.discovered:
+        lines += ["", f"A formula for what is left: {diagnosis.rest.discovered}"]
+    if diagnosis.lines.insert:
+        lines += ["", "Paste into the lesson:", insert_lines(diagnosis.lines.insert, diagnosis.lines.side), *_beside(diagnosis)]
+    if diagnosis.search.untried:
+        lines += ["", f"Not tried: {_first_of(diagnosis.search.untried, Shown.most_rows)}."]
     return [plain(line) for line in lines]
 
 

@@ -20,9 +20,6 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.simulator import Simulator
 from lathesim.record import Record
 
-_FADED = 100
-"""A recording fades in and out over one part in so many of it."""
-
 
 @dataclass(frozen=True, eq=False)
 class JoinedSimulator(Simulator):
@@ -98,7 +95,8 @@ def joined(experiments: Sequence[Experiment]) -> JoinedExperiment:
 
 
 def _faded(samples: int) -> FloatArray:
-    edge = max(2, samples // _FADED)
+    # it fades in and out over a hundredth each
+    edge = max(2, samples // 100)
     ramp = np.minimum(np.arange(samples), edge) / edge
     return ramp * ramp[::-1]
 

@@ -7,19 +7,21 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 
 from lathesim.component import Output
-from lathesim.engine.assembly import Assembly, Place
-from lathesim.engine.wiring import Plan
+from lathesim.engine.assembly import Assembly, Part, Place, of_part
+from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, RecordingError
-from lathesim.identification.replay.controller_rate import clock_beside, decisions_for_each, dividing
-from lathesim.identification.replay.experiment import RecordedMachine
+from lathesim.identification.replay.controller_rate import at_controllers_rate, clock_beside, decisions_for_each, dividing
+from lathesim.identification.replay.experiment import RecordedMachine, build_experiments
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import closes_a_loop, is_led
 from lathesim.identification.signal import grid_spacing, smallest_step
 from lathesim.lessons.case import Given
+from lathesim.lessons.insertion import Machinery
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.part_values import si_value
 from lathesim.lessons.recording_mapping import mapping_of
@@ -248,3 +250,47 @@ def uncertainties(lesson: Lesson, plan: Plan) -> dict[str, float]:
             fact = f"{name} is {given:g}, and a share of it is no uncertainty."
             raise LessonError(fact, place=place, remedy="Write a quantity with its unit.")
     return found
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A case that lasts as long as its recording, sampled as that is; ``findings`` are sentences about the recording."""
+
+    prepared: Prepared
+    findings: tuple[str, ...]
+
+
+def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
+    """Return a prepared case with its driven inputs as they were recorded.
+
+    Places and speeds start where the recording shows them, those that were set from the command line excepted; no other start is fitted, as
+    ``compare`` does. Raises what ``compare`` raises of a recording, and :class:`LessonError` where the lesson lets it drive nothing.
+    """
+    machine, recorded = read_for(prepared, file, registry)
+    lesson = prepared.case.lesson
+    if not machine.drive:
+        place = lesson.source.place(("recordings",), key=True)
+        remedy = "Run it without --recording, or add drive: {x_controller.reference: {...}}."
+        raise LessonError("the recording drives nothing in this lesson.", place=place, remedy=remedy)
+    driven = machine.driven_by(machine.assembly, recorded.record)
+    assembly = replace(cast("Machinery", at_controllers_rate(driven, machine.decisions)), finish="")
+    starts = _recorded_starts(machine, recorded, wire(assembly))
+    for name, given in prepared.case.changed.set.items():
+        if given.of_command_line:
+            starts.pop(name, None)
+    assembly = replace(assembly, parts=tuple(_started(part, starts) for part in assembly.parts))
+    length = (len(recorded.record) - 1) * recorded.record.sample_period
+    case = replace(prepared.case, duration=Given(length, str(file), str(file)))
+    ready = replace(prepared, case=case, machinery=assembly, plan=wire(assembly), recording=str(file))
+    return Driven(ready, tuple(str(finding) for finding in recorded.findings))
+
+
+def _recorded_starts(machine: RecordedMachine, recorded: Recorded, plan: Plan) -> dict[str, float]:
+    """Return the starting values that the recorded motion shows."""
+    (experiment,) = build_experiments(machine, [(recorded.name, recorded.record)], ())
+    return {item.name: item.start for item in experiment.start_states(plan) if np.isfinite(item.uncertainty)}
+
+
+def _started(part: Part, starts: dict[str, float]) -> Part:
+    own = of_part(part.name, starts)
+    return replace(part, start={**part.start, **own}) if own else part

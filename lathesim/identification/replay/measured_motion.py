@@ -20,8 +20,6 @@ from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Place
 from lathesim.identification.roles import behind_effects, is_led
 from lathesim.identification.signal import channel_floor
 
-_CUTOFF = 100.0
-_CUTOFF_SHARE = 0.2
 _STEADY = 3e-3
 """Share of its usual speed by which noise may move the velocity of a feed ..."""
 _FEWEST, _LONGEST = 5, 0.2
@@ -33,7 +31,7 @@ _MOVING = 0.02
 def smooth(values: FloatArray, period: float) -> FloatArray:
     """Return values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values]."""
     rate = 1.0 / period
-    cutoff = min(_CUTOFF, _CUTOFF_SHARE * rate)
+    cutoff = min(100.0, 0.2 * rate)
     return np.asarray(sosfiltfilt(_low_pass(cutoff / (0.5 * rate)), values, padlen=min(len(values) - 2, int(3 * rate / cutoff))))
 
 

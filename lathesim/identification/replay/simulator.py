@@ -14,16 +14,7 @@ from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution import Remembered
-from lathesim.identification.noise import (
-    DIFFERENCED,
-    RATE,
-    WHITE,
-    NoiseShapes,
-    differences,
-    noise_shapes,
-    output_error,
-    window_of,
-)
+from lathesim.identification.noise import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, output_error, window_of
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import is_sensed_share
 from lathesim.identification.signal import BEYOND, LARGER_PART

@@ -40,7 +40,8 @@ def parted(
     machine: RecordedMachine, name: str, record: Record, effects: Iterable[type[Effect]]
 ) -> tuple[Experiment, Experiment, Experiment]:
     """Return the experiments of one recording: of what is fitted, of what judges (its name says how it was chosen), and of the whole."""
-    if halves_miss_a_switch(record, machine.drive) and not _shows_a_motion(machine, record):
+    compared = {name: record[name] for name in machine.compare}
+    if halves_miss_a_switch(record, machine.drive) and not recorded_motion(machine.assembly, compared):
         whole = build_experiments(machine, [(name, record)], effects)[0]
         to_fit, to_judge = dealt_out(whole.record, machine.drive)
         judge = replace(whole, weights=to_judge, name=f"{name}, every other stretch of one run")
@@ -74,10 +75,6 @@ def _is_stroke(speed: FloatArray) -> bool:
         return True
     first, second = (float(np.mean(rises[part][fast[part]])) for part in parts)
     return first - second > LARGER_PART
-
-
-def _shows_a_motion(machine: RecordedMachine, record: Record) -> bool:
-    return bool(recorded_motion(machine.assembly, {name: record[name] for name in machine.compare}))
 
 
 def halves(record: Record) -> tuple[Record, Record]:

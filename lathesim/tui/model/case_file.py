@@ -278,7 +278,7 @@ def with_what_was_found(case: CaseFile, setup: Setup) -> Setup:
 
     diagnosis = case.diagnosis
     assert diagnosis is not None
-    for entry in diagnosis.insert:
+    for entry in diagnosis.lines.insert:
         setup = setup.with_insert(dict(entry))
     for name, quantity in refitted_values(diagnosis).items():
         setup = setup.with_value(name, quantity)

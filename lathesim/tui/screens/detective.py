@@ -305,7 +305,7 @@ class DetectiveScreen(WorkbenchScreen):
         if case is None or case.diagnosis is None or setup is None:
             self.tell_fault("There is no diagnosis yet: s starts the search.")
             return
-        if not case.diagnosis.insert:
+        if not case.diagnosis.lines.insert:
             self.notify("Nothing was found that could be inserted.")
             return
         found = case_file.with_what_was_found(case, setup)

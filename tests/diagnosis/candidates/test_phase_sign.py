@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from lathesim.component import Parameter
-from lathesim.diagnosis.candidates.phase_sign import phases_to_turn
 from lathesim.diagnosis.records.diagnosis import FoundEffect, Interval
-from lathesim.diagnosis.reporting.effect_report import _turned
+from lathesim.diagnosis.reporting.effect_report import _turned, phases_to_turn
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry
 from lathesim.effects.drive_errors import Cogging, TorqueRipple
 from lathesim.effects.friction import PositionDependentFriction

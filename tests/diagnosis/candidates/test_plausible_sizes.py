@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.candidates.plausible_sizes import possible_sizes
 from lathesim.diagnosis.explaining.plausible import of_usual_size, runs_away
 from lathesim.diagnosis.explaining.starts import candidate_free
+from lathesim.diagnosis.explaining.study import possible_sizes
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.method import Method
 from lathesim.effects.force_law import WearForceGrowth

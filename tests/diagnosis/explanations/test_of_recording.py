@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from lathesim.components.axes import LedAxis
-from lathesim.diagnosis.explanations.conditions import Conditions, Motion, Term, Wave
+from lathesim.diagnosis.explanations.conditions import Conditions, Motion, Term, Wave, at_one_speed
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every, undone
 from lathesim.diagnosis.explanations.of_recording import of_channels
-from lathesim.diagnosis.explanations.one_speed import at_one_speed
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import RecordedMachine, build_experiments

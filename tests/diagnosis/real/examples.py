@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             place.write_text(picture(case, answer), encoding="utf-8")
             text = CHAPTER.read_text(encoding="utf-8")
             CHAPTER.write_text(with_answer(text, case.name, answer_block(answer, place)), encoding="utf-8")
-            print(f"{case.name}: {headline(answer)} {answer.wall_time:.0f} s", flush=True)
+            print(f"{case.name}: {headline(answer)} {answer.search.wall_time:.0f} s", flush=True)
     return 0
 
 

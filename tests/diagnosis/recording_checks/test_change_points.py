@@ -9,7 +9,7 @@ from lathesim.components.axes import ForceAxis
 from lathesim.components.drives import VoltageDrive
 from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.recording_checks.change_points import changed_midway, jumped_midway
-from lathesim.diagnosis.recording_checks.clipping import clipped_reading
+from lathesim.diagnosis.recording_checks.wrong_readings import clipped_reading
 from lathesim.engine.assembly import Assembly, FloatArray, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments

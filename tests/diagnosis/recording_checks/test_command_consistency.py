@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from lathesim.components.sensors import DAConverter
-from lathesim.diagnosis.recording_checks.command_consistency import contradicted
-from lathesim.diagnosis.recording_checks.exchanged_channels import swapped
-from lathesim.diagnosis.recording_checks.mistaken_unit import in_another_unit, wrong_unit
+from lathesim.diagnosis.recording_checks.command_consistency import contradicted, swapped
 from lathesim.diagnosis.recording_checks.sample_clock import of_another_period
+from lathesim.diagnosis.recording_checks.wrong_readings import in_another_unit, wrong_unit
 from lathesim.effects.offset_and_gain import ScaleFactorError
 from lathesim.engine.assembly import FloatArray, Part, Wire
 from lathesim.identification.catalogue import insert_candidates

@@ -73,7 +73,7 @@ def test_the_answer_names_the_value_and_no_physics(controlled: tuple[RecordedMac
     told = found.baseline["x_controller.velocity_gain"]
     assert told.refit_with == pytest.approx(true, rel=1e-3)
     assert told.low < told.refit_with < told.high
-    assert any("x_controller.velocity_gain" in line for line in found.findings)
+    assert any("x_controller.velocity_gain" in line for line in found.question.findings)
     assert found.location.components == ("x_controller",)
     # before is the lesson as it is written
     assert found.fit[VOLTAGE].before > 10.0 * found.fit[VOLTAGE].after

@@ -69,7 +69,7 @@ def test_coarse_counts_that_leave_no_error_to_take_away_are_all_there_is() -> No
     """Rounding is noise to a replay: that nothing is taken away there speaks not against the counts."""
     found = diagnosed(rounded(8e-6), rounded(8e-6, seed=2), (Quantisation, ForceOffset))
     assert (found.verdict, [effect.effect for effect in found.effects]) == ("named", ["Quantisation"])
-    assert found.adequate
+    assert found.rest.adequate
 
 
 def test_the_counts_of_the_lesson_are_nothing_to_tell() -> None:
