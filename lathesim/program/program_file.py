@@ -116,7 +116,6 @@ def load_program(
     path: str | Path,
     dialect: str = "paper",
     *,
-    block_delete: bool = True,
     start: tuple[float, float] | None = None,
     tools: Mapping[int, Tool] | None = None,
 ) -> Program:
@@ -125,7 +124,7 @@ def load_program(
     ``dialect`` "auto" finds it, see :func:`lathesim.program.loading.detect_dialect`. ``start`` is where the tool stands at first
     (x, z) [m], without it the dialect's. ``tools`` are the tools by number, for nose compensation.
     """
-    blocks = read_program_file(path, block_delete=block_delete)
+    blocks = read_program_file(path)
     return interpret(blocks, detect_dialect(blocks).dialect if dialect == "auto" else dialect, start=start, tools=tools)
 
 

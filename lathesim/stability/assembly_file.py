@@ -245,13 +245,12 @@ class Overhang:
     lowest_frequency: float
 
 
-def tip_response(assembly: ToolAssembly, frequency: FloatArray | None = None) -> FrequencyResponse:
+def tip_response(assembly: ToolAssembly) -> FrequencyResponse:
     """Return displacement over force at the tip."""
-    if frequency is None:
-        low, high = LOWEST, HIGHEST
-        if assembly.base is not None and assembly.base.frequency is not None:
-            low, high = float(assembly.base.frequency[0]), float(assembly.base.frequency[-1])
-        frequency = np.linspace(low, high, LINES)
+    low, high = LOWEST, HIGHEST
+    if assembly.base is not None and assembly.base.frequency is not None:
+        low, high = float(assembly.base.frequency[0]), float(assembly.base.frequency[-1])
+    frequency = np.linspace(low, high, LINES)
     return FrequencyResponse(frequency, assembly.tip(frequency)[..., 0, 0], title=assembly.title)
 
 
