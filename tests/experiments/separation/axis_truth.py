@@ -20,10 +20,7 @@ GIVEN = AxisPhysics(
     encoder_resolution=5e-8, scale_resolution=5e-8, encoder_noise=2e-8, scale_noise=5e-8, current_noise=0.005, current_resolution=0.002,
 )  # fmt: skip
 UNCERTAIN = {"mass": 0.03, "viscous": 0.15, "effort_constant": 0.01}
-RIG = {
-    "rated": 351.5, "lead": 0.005, "top": 0.1, "acceleration": 2.0, "mass": 95.1, "viscous": 203.5, "bandwidth": 90.0, "known": 0.0,
-    "resolution": 5e-8, "stroke": 0.1, "peak": 3.0,
-}  # fmt: skip
+RIG = {"rated": 351.5, "lead": 0.005, "acceleration": 2.0, "mass": 95.1, "viscous": 203.5, "bandwidth": 90.0}
 
 
 class AxisTruth:

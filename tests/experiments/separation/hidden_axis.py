@@ -1,8 +1,7 @@
 """Effects of the catalogue as they are hidden in an axis: sizes within the catalogue's ranges, in forms of their own.
 
-``rig`` holds numbers of the axis the sizes refer to: ``rated`` force [N] (full voltage), ``lead`` [m], ``top`` speed [m/s],
-``acceleration`` [m/s2], ``mass`` [kg], ``bandwidth`` [rad/s] of the velocity loop, ``known`` Coulomb level of the lesson [N],
-``resolution`` [m] of the encoder, ``peak`` command [V] of the plain course.
+``rig`` holds numbers of the axis the sizes refer to: ``rated`` force [N] (full voltage), ``lead`` [m], ``acceleration`` [m/s2], ``mass``
+[kg], ``viscous`` friction [N s/m], ``bandwidth`` [rad/s] of the velocity loop.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ def coulomb(rng: np.random.Generator, rig: Rig) -> Hidden:
 
 
 def stribeck(rng: np.random.Generator, rig: Rig) -> Hidden:
-    """On a known Coulomb friction where there is one, else as the peak that stands alone (boundary friction of a wet way)."""
-    excess = max(rig["known"], 15.0) * rng.uniform(0.25, 1.0)
+    """The peak stands alone, as the boundary friction of a wet way does."""
+    excess = 15.0 * rng.uniform(0.25, 1.0)
     speed, shape = log_uniform(rng, 2e-3, 20e-3), float(rng.uniform(1.0, 2.0))
     changes = {"stribeck_excess": excess, "stribeck_speed": speed, "stribeck_shape": shape}
     return Hidden("stribeck", changes, {"excess": (excess, "N"), "stribeck_velocity": (speed, "m/s")})
@@ -38,7 +37,7 @@ def bristles(rng: np.random.Generator, rig: Rig) -> Hidden:
 
 
 def asymmetric(rng: np.random.Generator, rig: Rig) -> Hidden:
-    if rig["known"] > 0.0 or rng.random() < 0.4:
+    if rng.random() < 0.4:
         slope = either_sign(rng) * rig["viscous"] * rng.uniform(0.1, 0.4)
         return Hidden("asymmetric", {"viscous_asymmetry": slope}, {"viscous_difference": (slope, "N*s/m")})
     level, share = log_uniform(rng, 10.0, 60.0), either_sign(rng) * float(rng.uniform(0.1, 0.4))

@@ -24,7 +24,7 @@ SPINDLE = SpindlePhysics(
     loop_rate=3.0, torque_limit=1.0,
 )  # fmt: skip
 UNCERTAIN_SPINDLE = {"inertia": 0.04, "viscous": 0.15, "gain": 0.003}
-RIG = {"rated": 1.0, "peak": 1.0, "load": 0.2, "top": 250.0}
+RIG = {"rated": 1.0, "peak": 1.0}
 
 
 def course_of(lesson: Path | str) -> Course:
