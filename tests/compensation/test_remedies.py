@@ -50,6 +50,12 @@ def remedied(tmp_path: Path, data: Any, *options: str, lesson: str = AXIS, code:
     return tmp_path / "out"
 
 
+def one_sentence(capsys: pytest.CaptureFixture[str]) -> str:
+    """Return the one sentence of a refusal."""
+    (row,) = [row for row in capsys.readouterr().err.strip().splitlines() if not row.startswith("Compiling")]
+    return row
+
+
 def concealed(tmp_path: Path, effect: str) -> str:
     """Hide an effect in the axis; return the lesson for who looks for it."""
     tmp_path.mkdir(exist_ok=True)
@@ -228,9 +234,7 @@ def test_a_remedy_that_sizes_what_it_does_not_have_is_refused(tmp_path: Path, ca
 )
 def test_a_diagnosis_at_fault_gets_one_sentence(data: Any, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     remedied(tmp_path, data, code=1)
-    error = capsys.readouterr().err
-    assert told in error
-    assert len(error.strip().splitlines()) == 1
+    assert told in one_sentence(capsys)
 
 
 @pytest.mark.slow
@@ -314,9 +318,7 @@ def test_what_bends_under_the_cut_is_mirrored_and_what_a_recorder_does_is_not(tm
 @pytest.mark.slow
 def test_a_mirrored_path_that_gouges_or_leaves_the_travel_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     remedied(tmp_path, diagnosis(("Backlash", "x_scale", {"width": (5e-3, "m")})), "--as", "program", code=1)
-    error = capsys.readouterr().err
-    assert "gouges" in error
-    assert len(error.strip().splitlines()) == 1
+    assert "gouges" in one_sentence(capsys)
     source = load_lesson(AXIS)
     machine = (source.path.parent / "machines" / "cascade_axis.yaml").read_text()
     (tmp_path / "machines").mkdir()
@@ -326,9 +328,7 @@ def test_a_mirrored_path_that_gouges_or_leaves_the_travel_is_refused(tmp_path: P
     (tmp_path / "lesson.yaml").write_text(text)
     found = diagnosis(("CumulativePitchError", "x_scale", {"slope": (-1e-4, "1"), "origin": (0.05, "m")}))
     remedied(tmp_path, found, "--as", "program", lesson=str(tmp_path / "lesson.yaml"), code=1)
-    error = capsys.readouterr().err
-    assert "the machine travels from 0" in error
-    assert len([row for row in error.strip().splitlines() if not row.startswith("Compiling")]) == 1
+    assert "the machine travels from 0" in one_sentence(capsys)
 
 
 def removed_again(tmp_path: Path, effect: str, found: dict[str, Any], *options: str, change: tuple[str, str] = ("", "")) -> float:
