@@ -49,8 +49,9 @@ class CrossCouplingController(Component):
         """The PID law on the contour error."""
         slope = (deviation - held_deviation) / sample_period if started > ON else 0.0
         voltage, total = limited_pid(
-            deviation, slope, deviation_sum, proportional, integral, derivative_gain, 0.0, -largest_voltage, largest_voltage, sample_period
-        )
+            proportional * deviation, derivative_gain * slope, 0.0, integral, deviation_sum, deviation * sample_period, -largest_voltage,
+            largest_voltage,
+        )  # fmt: skip
         return voltage, deviation, total, normal_x, normal_z, 1.0
 
     @staticmethod

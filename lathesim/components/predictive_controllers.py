@@ -81,8 +81,9 @@ class FeedforwardController(Component):
         direction = within(rate / friction_speed, -1.0, 1.0)
         ahead = velocity_feedforward * rate + acceleration_feedforward * change + friction_feedforward * direction + correction
         voltage, total = limited_pid(
-            error, slope, error_sum, proportional, integral, derivative_gain, ahead, smallest_voltage, largest_voltage, sample_period
-        )
+            proportional * error, derivative_gain * slope, ahead, integral, error_sum, error * sample_period, smallest_voltage,
+            largest_voltage,
+        )  # fmt: skip
         return voltage, error, total, reference, rate, samples + 1.0 if samples < _TWO else 2.0
 
     @staticmethod

@@ -7,20 +7,20 @@ from lathesim.elementary import within
 
 
 def limited_pid(
-    error: float, slope: float, error_sum: float, proportional: float, integral: float, derivative_gain: float, ahead: float,
-    smallest_voltage: float, largest_voltage: float, sample_period: float,
-) -> tuple[float, float]:  # fmt: skip
-    """Return the voltage of a PID law with what is fed ``ahead``, within the limits, and the sum of errors times sample period.
+    of_error: float, of_slope: float, ahead: float, integral: float, error_sum: float, added: float, smallest: float, largest: float
+) -> tuple[float, float]:
+    """Return the voltage of a PID law between two limits, and the sum of errors times sample period, to which this sample's is ``added``.
 
-    A sample that would push a voltage further beyond a limit is not added to the sum (conditional integration).
+    Error and slope have their gains already; ``ahead`` is what is fed forward. A sample that would push a voltage further beyond a limit is
+    not added to the sum (conditional integration).
     """
-    total = error_sum + error * sample_period
-    voltage = proportional * error + integral * total + derivative_gain * slope + ahead
-    growth = integral * error
-    if (voltage > largest_voltage and growth > 0.0) or (voltage < smallest_voltage and growth < 0.0):
+    total = error_sum + added
+    voltage = of_error + integral * total + of_slope + ahead
+    growth = integral * added
+    if (voltage > largest and growth > 0.0) or (voltage < smallest and growth < 0.0):
         total = error_sum
-        voltage = proportional * error + integral * total + derivative_gain * slope + ahead
-    return within(voltage, smallest_voltage, largest_voltage), total
+        voltage = of_error + integral * total + of_slope + ahead
+    return within(voltage, smallest, largest), total
 
 
 class PositionController(Component):
@@ -75,8 +75,8 @@ class PositionController(Component):
         change = error - held_error if started > ON else 0.0
         filtered = (derivative_filter * slope + change) / (derivative_filter + sample_period)
         voltage, total = limited_pid(
-            error, filtered, error_sum, proportional, integral, derivative_gain, correction, smallest_voltage, largest_voltage,
-            sample_period,
+            proportional * error, derivative_gain * filtered, correction, integral, error_sum, error * sample_period, smallest_voltage,
+            largest_voltage,
         )  # fmt: skip
         return voltage, error, total, filtered, 1.0
 
@@ -135,8 +135,9 @@ class AngularPositionController(Component):
         change = error - held_error if started > ON else 0.0
         filtered = (derivative_filter * slope + change) / (derivative_filter + sample_period)
         voltage, total = limited_pid(
-            error, filtered, error_sum, proportional, integral, derivative_gain, 0.0, smallest_voltage, largest_voltage, sample_period
-        )
+            proportional * error, derivative_gain * filtered, 0.0, integral, error_sum, error * sample_period, smallest_voltage,
+            largest_voltage,
+        )  # fmt: skip
         return voltage, error, total, filtered, 1.0
 
     @staticmethod

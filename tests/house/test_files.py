@@ -33,8 +33,8 @@ FIELDS, ARGUMENTS, LENGTH = 12, 8, 60
 """Fields of a dataclass, arguments of a function that is no law of a part, and lines of a function: what a reader keeps in mind."""
 WIDE = {"Identification"}
 """Dataclasses with more fields, a set that only shrinks; authors of plug-ins write an ``Identification``, of few entries."""
-MANY_ARGUMENTS = {"limited_pid"}
-"""Functions with more arguments, a set that only shrinks. ``limited_pid`` is a part of laws, of floats alone."""
+MANY_ARGUMENTS: set[str] = set()
+"""Functions with more arguments that are no laws of a part: a set that only shrinks."""
 REPEATED: set[str] = set()
 """File names that several folders have: a set that only shrinks."""
 VAGUE = re.compile(r"(\w+_)?(utils?|helpers?|managers?)|common|base|misc|tools|stuff")
