@@ -35,6 +35,12 @@ def parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@functools.cache
+def nodes(module: ast.Module) -> tuple[ast.AST, ...]:
+    """Return all nodes of a module; to walk a tree takes longer than to read it, and ten counts look at each node."""
+    return tuple(ast.walk(module))
+
+
 def files(root: Path) -> dict[str, ast.Module]:
     """Return the modules of the diagnosis by their dotted names."""
     found = [path for folder in FOLDERS for path in sorted((root / "lathesim" / folder).glob("**/*.py"))]
@@ -51,7 +57,7 @@ def arrows(modules: dict[str, ast.Module]) -> set[tuple[str, str]]:
     """Return the imports between these modules: from, to."""
     pairs = set()
     for name, tree in modules.items():
-        for node in ast.walk(tree):
+        for node in nodes(tree):
             if isinstance(node, ast.ImportFrom) and node.module:
                 targets = [node.module, *(f"{node.module}.{item.name}" for item in node.names)]
                 pairs |= {(name, target) for target in targets if target in modules and target != name}
@@ -115,7 +121,7 @@ def named_numbers(tree: ast.Module) -> Iterator[str]:
 
 def bare_numbers(tree: ast.Module) -> Iterator[int]:
     """Return the lines of comparisons with a number that has no name."""
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Compare):
             for item in ast.walk(node):
                 number = isinstance(item, ast.Constant) and isinstance(item.value, int | float) and not isinstance(item.value, bool)
@@ -125,7 +131,7 @@ def bare_numbers(tree: ast.Module) -> Iterator[int]:
 
 def limits(tree: ast.Module) -> Iterator[str]:
     """Return the basis of each limit of a module."""
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Limit" and len(node.args) >= 3:
             basis = node.args[3] if len(node.args) > 3 else None
             yield str(basis.value) if isinstance(basis, ast.Constant) else "assumed"
@@ -133,7 +139,7 @@ def limits(tree: ast.Module) -> Iterator[str]:
 
 def decisions_on_names(tree: ast.Module) -> Iterator[int]:
     """Return the lines that decide by the text of a name: how it begins or ends, what is in it, or what family it is called."""
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("startswith", "endswith"):
             yield node.lineno
         elif isinstance(node, ast.Compare):
@@ -150,7 +156,7 @@ def text_splits(root: Path) -> list[str]:
     """Return where ``lathesim`` takes the text of a place, ``part.port``, apart; the names of modules are no places."""
     found = []
     for path in sorted((root / "lathesim").rglob("*.py")):
-        for node in ast.walk(parsed(path)):
+        for node in nodes(parsed(path)):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in SPLITTING and node.args:
                 at_point = isinstance(node.args[0], ast.Constant) and node.args[0].value == "."
                 if at_point and not (isinstance(node.func.value, ast.Attribute) and node.func.value.attr in ("__module__", "__name__")):
@@ -161,7 +167,7 @@ def text_splits(root: Path) -> list[str]:
 def functions(modules: dict[str, ast.Module]) -> Iterator[tuple[str, ast.FunctionDef]]:
     """Return every function with its place."""
     for name, tree in modules.items():
-        for node in ast.walk(tree):
+        for node in nodes(tree):
             if isinstance(node, ast.FunctionDef):
                 yield f"{name}.{node.name}", node
 

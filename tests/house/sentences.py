@@ -14,6 +14,7 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.manual.chapters import chapters
 from lathesim.shipped import shipped_files
 from tests.cli.command import ROOT
+from tests.house.counts import nodes, parsed
 
 LONG, LONGEST = 25, 30
 """Words above which a sentence is long, and above which none may be."""
@@ -94,9 +95,9 @@ def suspect_messages() -> Iterator[tuple[str, str]]:
         source = path.read_text(encoding="utf-8")
         if not PRIVATE.search(source) and not re.search(r"[\"'](Leave|Take)[\"']", source):
             continue  # no text of it can hold one
-        tree = ast.parse(source)
-        notes = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-        for node in ast.walk(tree):
+        every = nodes(parsed(path))
+        notes = {id(node.value) for node in every if isinstance(node, ast.Expr)}
+        for node in every:
             if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in notes:
                 yield f"{path.relative_to(ROOT)}:{node.lineno}", node.value
 

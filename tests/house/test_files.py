@@ -11,7 +11,7 @@ import pytest
 
 from lathesim.component import ON
 from tests.cli.command import ROOT
-from tests.house.counts import bare_numbers, counts, decisions_on_names, parsed
+from tests.house.counts import bare_numbers, counts, decisions_on_names, nodes, parsed
 from tests.house.descents import own_descents
 
 PACKAGE = ROOT / "lathesim"
@@ -72,8 +72,7 @@ def public(node: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[
 
 def begins_oddly(path: Path) -> list[str]:
     """Return the functions of a module whose docstring begins with a verb that may mean either to return or to show."""
-    nodes = ast.walk(parsed(path))
-    functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    functions = [node for node in nodes(parsed(path)) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     return [node.name for node in functions if (ast.get_docstring(node) or "").startswith(UNCLEAR)]
 
 
@@ -101,7 +100,7 @@ def arguments(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 
 def halves(tree: ast.Module) -> Iterator[int]:
     """Return the lines of comparisons of something with 0.5."""
-    for node in ast.walk(tree):
+    for node in nodes(tree):
         if isinstance(node, ast.Compare):
             sides = [node.left, *node.comparators]
             yield from (side.lineno for side in sides if isinstance(side, ast.Constant) and side.value == ON)
@@ -163,7 +162,7 @@ def test_no_constant_of_a_module_is_given_twice() -> None:
 
 
 def test_no_class_shares_its_name() -> None:
-    names = Counter(node.name for path in MODULES for node in ast.walk(parsed(path)) if isinstance(node, ast.ClassDef))
+    names = Counter(node.name for path in MODULES for node in nodes(parsed(path)) if isinstance(node, ast.ClassDef))
     assert {name for name, count in names.items() if count > 1} == set()
 
 
