@@ -17,7 +17,7 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.engine.failure import EndlessLawWatch, LawRunsOnError, check_step, describe_failure, may_run_on
 from lathesim.engine.fuse import FusedModule, fuse
 from lathesim.engine.machine_code import CompiledMachine
-from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module, say
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, plain_module, say, wiring_time
 from lathesim.engine.run_arrays import RecordedValues, RunArrays, draw_noise, start_arrays
 from lathesim.engine.wiring import Plan
 from lathesim.errors import SimulationError
@@ -245,7 +245,8 @@ def _machine_code(fused: FusedModule, state: _Progress) -> CompiledMachine | Non
 def _is_worth_compiling(fused: FusedModule, state: _Progress, spent: float) -> bool:
     """Hold the rest of a plain run against compiling; a run of unknown length is taken to be half done."""
     rest = spent * (state.expected / state.first - 1.0) if state.expected > state.first else spent
-    return rest > (_WORTH_IF_OFTEN if state.hints.often else _WORTH) * compile_time(fused)
+    worth = rest / (_WORTH_IF_OFTEN if state.hints.often else _WORTH)
+    return worth > wiring_time(fused) and worth > compile_time(fused)
 
 
 def _one_block(plan: Plan, module: Any, live: RunArrays, state: _Progress, count: int, noise: FloatArray) -> tuple[int, FloatArray, bool]:

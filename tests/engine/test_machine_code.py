@@ -171,6 +171,7 @@ def test_auto_compiles_only_what_pays(said: list[str], empty_cache: Path, monkey
     assert compile_time(fuse(plan)) > 0.5
     assert run(plan, duration=5.0).meta["engine"] == "plain"
     assert said == []
+    monkeypatch.setattr("lathesim.engine.run.wiring_time", lambda _: 0.0)
     monkeypatch.setattr("lathesim.engine.run.compile_time", lambda _: 0.01)
     assert run(plan, duration=50.0).meta["engine"] == "compiled"
     assert len(said) == 1
