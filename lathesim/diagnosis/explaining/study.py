@@ -1,4 +1,4 @@
-"""What every step of a diagnosis takes first: the recordings in their machine, the limits, and who is told of progress."""
+"""What every step of a diagnosis takes first: the recordings in their machine, the limits, and how large effects could be there."""
 
 from __future__ import annotations
 
@@ -54,7 +54,12 @@ class Study:
 
 def possible_sizes(experiment: Experiment) -> dict[str, float]:
     """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, ways or speeds, grow with a
-    speed, or are losses for each effort. A wavelength is read off the recording and has no bound here."""
+    speed, or are losses for each effort. A wavelength is read off the recording and has no bound here.
+
+    Usual sizes are those of a small lathe, and a press has a hundred times as much of everything. The bound is the largest effort that acts
+    on the host, the whole way and the largest speed of its motion, and the effort over that speed for what grows with the speed; the
+    smaller the machine the more a belt may slip for each newton metre.
+    """
     found: dict[str, float] = {}
     for host, bounds in _bounds(experiment).items():
         for candidate in (

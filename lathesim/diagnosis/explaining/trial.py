@@ -112,7 +112,9 @@ def without(study: Study, model: Model, gone: Candidate) -> Model:
 def was_there_before(study: Study, trial: Tried) -> bool:
     """Return whether the larger part of what an effect gains is gained before the change too; never without an earlier recording.
 
-    Gains add up over samples, so that of the earlier recording is taken for as many samples as were fitted.
+    Such an effect is no part of the change: the errors of the lesson look alike in both. Gains add up over samples, so that of the earlier
+    recording is taken for as many samples as were fitted.
+    Source: Campbell, Stanley, Experimental and Quasi-Experimental Designs for Research, 1963 (a control beside a treatment).
     """
     experiment = study.earlier
     if experiment is None:

@@ -1,4 +1,4 @@
-"""From a lesson and the files of its recordings to what a diagnosis works on."""
+"""From a lesson and the files of its recordings to what a diagnosis works on, and to a lesson that a recording leads."""
 
 from __future__ import annotations
 
