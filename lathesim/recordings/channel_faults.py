@@ -6,6 +6,7 @@ Time offsets between channels, from what they have in common: their motion, or t
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import numpy.typing as npt
@@ -313,15 +314,37 @@ def _is_rounding(command: RecordedChannel) -> bool:
 def _is_as_far_apart(pair: Pair, late: float) -> bool:
     """Return whether two places differ as a shift by so many samples would make them.
 
-    Rates of two staircases may be alike at any shift, while the places themselves are never a count apart.
+    Rates of two staircases may be alike at any shift, while the places themselves are never a count apart. A place and a speed are as alike
+    at any shift in a single slow stroke.
     """
-    if abs(late) > _SHORT or pair.first.unit != pair.second.unit:
+    if pair.first.unit != pair.second.unit:
+        return _is_more_alike(pair.expected, pair.second.values, late)
+    if abs(late) > _SHORT:
         return True
     speed = rate(pair.expected, 1.0)
     apart = pair.expected - pair.second.values
     apart = apart - apart.mean()
     shown = float(apart @ speed) / max(float(speed @ speed), 1e-300)
     return shown * late > _HALF * late * late
+
+
+def _is_more_alike(first: FloatArray, second: FloatArray, late: float) -> bool:
+    """Return whether two signals (samples,) are more alike at a shift [samples] than at none, by more than chance gives at one of M.
+
+    With h the correlation, (1 - h^2) of the power is left. The gain n/2 log((1 - h_0^2) / (1 - h^2)) counts n independent samples of that,
+    n = N (1 - r) / (1 + r) with r the correlation of one sample with the next (Bartlett, J. Royal Statistical Society 98, 1935).
+    Among M shifts chance reaches log(M).
+    """
+    one, other = first - first.mean(), second - second.mean()
+    lags, height = _correlation(one, other)
+    unshifted, shifted = (float(height[int(np.argmin(np.abs(lags - place)))]) for place in (0.0, late))
+    moved = round(late)
+    behind, ahead = one[max(0, -moved) : len(one) - max(0, moved)], other[max(0, moved) : len(other) + min(0, moved)]
+    left = ahead - float(ahead @ behind) / float(behind @ behind) * behind
+    alike = max(0.0, float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300))
+    independent = len(left) * (1.0 - alike) / (1.0 + alike)
+    gained = 0.5 * independent * math.log(max(1.0 - unshifted**2, 1e-300) / max(1.0 - shifted**2, 1e-300))
+    return gained > math.log(len(lags))
 
 
 def _told(late: float, period: float) -> str:

@@ -14,7 +14,9 @@ from tests.cli.command import ROOT
 def test_a_commit_is_checked_as_the_whole_is() -> None:
     hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))["repos"][0]["hooks"]
     last = (ROOT / ".ci" / "run").read_text(encoding="utf-8").partition('echo "== style, types, floors"\n')[2]
-    assert [hook["entry"] for hook in hooks] == re.split(r" && |\n", last.strip())
+    # two of them may run at the same time there
+    commands = re.sub(r" *(?<!&)&(?!&).*|^types=.*\n|^wait.*", "", last, flags=re.M)
+    assert [hook["entry"] for hook in hooks] == re.split(r" && |\n", commands.strip())
 
 
 def test_the_changelog_begins_with_this_version() -> None:
