@@ -26,7 +26,7 @@ WEIGHED = f", spindle.gravity: {WEIGHT} N*m, spindle.lowest: {LOWEST} rad"
 
 
 def write_log(file: Path, seed: int, *, geared: bool = False) -> None:
-    """Write 8 s of an arm that a PD controller moves along two sines; friction holds it while less than its level pushes. A gear loses a
+    """Write 5 s of an arm that a PD controller moves along two sines; friction holds it while less than its level pushes. A gear loses a
     share of the mean of the torques of drive and weight, a joint a constant torque."""
     rng = np.random.default_rng(seed)
     angle, speed, step, rows = 0.2, 0.0, PERIOD / FINE, []
@@ -34,7 +34,7 @@ def write_log(file: Path, seed: int, *, geared: bool = False) -> None:
     def wanted(now: float) -> float:
         return 0.9 * math.sin(2.0 * math.pi * (0.15 + 0.02 * now) * now + seed) + 0.4 * math.sin(2.0 * math.pi * 0.63 * now)
 
-    for sample in range(2000):
+    for sample in range(1250):
         now = PERIOD * sample
         rate = (wanted(now + 1e-3) - wanted(now - 1e-3)) / 2e-3
         torque = float(np.clip(18.0 * (wanted(now) - angle) + 0.9 * (rate - speed), -3.0, 3.0))
