@@ -15,6 +15,7 @@ from lathesim.diagnosis.explaining.plausible import is_plausible
 from lathesim.diagnosis.explaining.resolution import significant
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import settled_trial, tried
+from lathesim.diagnosis.method.method import HOPELESS, NEAR, RIVAL
 from lathesim.diagnosis.records.found import Screened, Tried
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.execution import together
@@ -81,7 +82,7 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     def fine(made: Tried) -> Tried:
         """Return a trial fitted further where it may be the best: near it, or alike, where a first fit of a delay stops a sample short."""
         like = (made.candidate.family, made.candidate.at) == trace
-        near = 0.0 if like else 0.6 * most.get(is_full_band(made.model.candidates), 0.0)
+        near = 0.0 if like else NEAR * most.get(is_full_band(made.model.candidates), 0.0)
         if made.predicted.nats > max(near, due(study.method)):
             made = settled_trial(study, model, made)
         text = f"{made.name} gains {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"
@@ -107,7 +108,7 @@ def _is_off(study: Study, model: Model) -> bool:
 def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str], least: float) -> list[list[Screened]]:
     """Return the candidates that are worth a fit, in batches of which each holds the best that are left by their screening gain, of at
     least ``least``; the first holds what should be fitted with them too."""
-    least = max([least, *(0.1 * item.gain for item in ranked[:1])])
+    least = max([least, *(HOPELESS * item.gain for item in ranked[:1])])
     worth = [item for item in ranked if item.gain > least]
     first = _first(worth, study, rivals) if worth else []
     rest = [item for item in worth if not any(item is one for one in first)]
@@ -117,7 +118,7 @@ def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str]
 
 def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> list[Screened]:
     """Return the best candidates, with the simpler forms of each and the twins of these, what leaves a like trace, and ``rivals``."""
-    rival = 0.4 * worth[0].gain
+    rival = RIVAL * worth[0].gain
     near = [item for item in worth if item.gain > rival][:_AT_ONCE]
     simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
     alike = {(item.candidate.family, item.candidate.at) for item in near[:2]}

@@ -18,6 +18,7 @@ from lathesim.diagnosis.explaining.resolution import as_good, best_of, significa
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, was_there_before, without, worth
+from lathesim.diagnosis.method.method import FIRSTS, MOST_EFFECTS, SEARCH_TIME
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.found import Found, Screened, Tried
 from lathesim.engine.assembly import FloatArray, Place
@@ -26,8 +27,6 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import until
 from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import baseline_free
-
-_MOST_EFFECTS = 4
 
 
 def explains_the_motion(study: Study, model: Model) -> bool:
@@ -41,7 +40,7 @@ def explains_the_motion(study: Study, model: Model) -> bool:
 def explain(study: Study) -> Found:
     """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then."""
     # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
-    ends = study.ends.share(0.65)
+    ends = study.ends.share(SEARCH_TIME)
     sensed = study.estimation.sensed
     fitted = fit(sensed, [*baseline_free(study.estimation.machine), *study.estimation.start_states(sensed.plan)], rounds=3)
     baseline = modelled(study, (), fitted)
@@ -103,7 +102,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
     By the error of a simulation only what explains the motion is found: what is left then is not as white as it is taken for.
     """
     others: list[Tried] = []
-    while len(found.model.candidates) < _MOST_EFFECTS and not _is_done(study, found):
+    while len(found.model.candidates) < MOST_EFFECTS and not _is_done(study, found):
         model = found.model
         trials = rounds.on(model)
         found = found.having_tried(trials)
@@ -149,10 +148,10 @@ def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Round
     least = study.share_of_rest
     near = [one for one in trials if min(one.fitted.share, one.predicted.share) > least and is_plausible(study, one.model)]
     near = [one for one in near if min(one.fitted.nats, one.predicted.nats) > due(study.method, one.parameters)]
-    if not near or len(found.model.candidates) + 2 > _MOST_EFFECTS:
+    if not near or len(found.model.candidates) + 2 > MOST_EFFECTS:
         return found
     plain = [one for one in near if not is_finer(one.candidate, [other.candidate for other in near])]
-    for first in sorted(plain, key=lambda one: -one.predicted.nats)[:3]:
+    for first in sorted(plain, key=lambda one: -one.predicted.nats)[:FIRSTS]:
         study.progress(f"{first.name} explains {first.predicted.share:.0%}, though not surely; trying another effect beside it")
         found, both = _beside(study, found, first, rounds)
         if both is None or not significant(both, study):
@@ -171,7 +170,7 @@ def _on_another(study: Study, found: Found, others: Sequence[Tried], rounds: Rou
     if not others or explains_the_motion(study, found.model):
         return found
     gone = found.model.candidates[-1]
-    for first in sorted(others, key=lambda one: -one.predicted.nats)[:3]:
+    for first in sorted(others, key=lambda one: -one.predicted.nats)[:FIRSTS]:
         study.progress(f"{gone.name} does not explain the motion: trying {first.name} in its place, and another effect beside it")
         found, both = _beside(study, found, first, rounds)
         if both is not None and significant(both, study):
@@ -330,7 +329,7 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         trials = [one for one in rounds.on(left) if one.candidate.part != candidate.part]
         found = found.having_tried(trials)
         best = chosen(study, [own, *trials])
-        if best is not None and best is not own and swaps < _MOST_EFFECTS and _better(study, found.model, best, own):
+        if best is not None and best is not own and swaps < MOST_EFFECTS and _better(study, found.model, best, own):
             study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
             swaps, found = swaps + 1, found.changed("swap", best, "predicts better, or as well with fewer values", [candidate])
             waiting = list(found.model.candidates)

@@ -7,6 +7,18 @@ from dataclasses import dataclass, replace
 
 from lathesim.limit import Limit
 
+MOST_EFFECTS = 4
+"""Effects of an explanation at most."""
+SEARCH_TIME = 0.65
+"""Share of the time until a deadline that a search may take: the rest is for what describes its answer."""
+HOPELESS = 0.1
+"""Share of the best screening gain below which a candidate is not fitted."""
+RIVAL = 0.4
+"""Share of the best screening gain from which on a candidate is fitted in the first batch."""
+NEAR = 0.6
+"""Share of the best gain from which on a trial is fitted until nothing moves."""
+FIRSTS = 3
+"""First ones of two effects that are tried, the best first."""
 OTHER_VALUE = 4.0
 """Factor up to which another value of the lesson, or of a controller, is looked for, larger or smaller."""
 MOST_SHIFTED = 3
