@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -60,19 +59,18 @@ def simplest(best: Tried, trials: Sequence[Tried], study: Study) -> Tried:
 def moves(study: Study, before: Model, after: Model) -> bool:
     """Return whether a model does something else than another one by more than the declared errors of laws and the noise of sensors.
 
-    Both are held against one validation recording, so that their residuals differ only by what they simulate: there is no noise in the
-    difference, nor in the force that makes it. Beside a recording from before a change neither counts: errors of laws and of sensors were
-    there before it too.
+    The forces that both lack on the validation recording differ only by what they simulate: there is no noise in the difference. Beside a
+    recording from before a change neither counts: errors of laws and of sensors were there before it too.
     """
     if study.earlier is not None:
         return True
     validation = study.validation
-    simulated = before.validation_fit.residual - after.validation_fit.residual
     for row in range(len(validation.machine.compare)):
-        if root_mean_square(simulated[row]) < max(validation.sensed.seen_floors[row], _least_reading(study, row)):
+        reading = root_mean_square(before.validation_fit.residual[row] - after.validation_fit.residual[row])
+        if reading < max(validation.sensed.seen_floors[row], _least_reading(study, row)):
             continue
-        made = lacking(validation, replace(after.validation_fit, residual=simulated), row)
-        if not made.is_force or root_mean_square(made.values) > least_size(study, after, row):
+        first, second = lacking(validation, before.validation_fit, row), lacking(validation, after.validation_fit, row)
+        if not first.is_force or root_mean_square(first.values - second.values) > least_size(study, after, row):
             return True
     return False
 
