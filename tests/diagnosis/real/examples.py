@@ -72,14 +72,17 @@ def with_answer(text: str, name: str, block: str) -> str:
 
 
 def picture(case: Case, answer: Diagnosis) -> str:
-    """Return the picture of the channel that decides: its simulation, or what it lacks beside the other recorded ones."""
+    """Return the picture of the channel that decides, or else of the one that is furthest off: its simulation, or what it lacks beside the
+    other recorded ones."""
     evidence, channel = answer.evidence, case.deciding.channel if case.deciding else ""
     missing = next((item for item in evidence.missing if item.at == channel), None)
     trace = next((item for item in evidence.traces if item.channel == channel), None)
     if case.deciding and case.deciding.within == "missing" and missing is not None:
         drawn = missing_svg(missing, (), case.name, WHOLE, POINTS)
     else:
-        assert trace is not None, f"{channel} was not compared"
+        # recordings that were fitted together are judged by their readings, and not by what a part lacks
+        trace = trace or max(evidence.traces, key=lambda item: answer.fit[item.channel].after / answer.fit[item.channel].floor)
+        channel = trace.channel
         drawn = trace_svg(trace, answer.fit[channel].floor, (), case.name, WHOLE, POINTS)
     return standing_alone(drawn)
 
