@@ -53,6 +53,18 @@ def from_the_motor(tmp_path_factory: pytest.TempPathFactory) -> tuple[RecordedMa
     return machine, recorded.record, case.rig.physics.ratio
 
 
+@pytest.fixture(scope="module")
+def from_a_motor(tmp_path_factory: pytest.TempPathFactory) -> Axis:
+    """An axis under a PID controller, and a sound recording of it that ends in motion."""
+    folder = write_case(case_of("servo_current_2k", "sound"), tmp_path_factory.mktemp("servo"))[1]
+    registry = load_registry()
+    machine, recorded = read_for(prepare(load_lesson(folder / "lesson.yaml"), registry), folder / "fit.csv", registry)
+    record = recorded.record
+    moving = int(np.argmax(np.abs(np.diff(record[POSITION][:4000]))))
+    channels = {name: replace(channel, values=channel.values[:moving]) for name, channel in record.channels.items()}
+    return machine, Record(record.time[:moving], channels, dict(record.meta))
+
+
 def answered(machine: RecordedMachine, *records: Record) -> Diagnosis:
     """Return the answer to two recordings, or to one twice, with no effect as a candidate."""
     return diagnose(ask("An axis", machine, [Recorded(f"{place}.csv", records[place % len(records)], ()) for place in (0, 1)], ()))
@@ -93,6 +105,13 @@ def test_a_column_at_fault_is_told_with_what_mends_it(name: str, axis: Axis) -> 
     found = answered(axis[0], changed(axis[1], channel, spoil(axis[1][channel])))
     assert (found.verdict, found.effects) == ("recording_fault", ())
     assert found.sentence.startswith(AT_FAULT + sentence)
+
+
+def test_of_a_recording_that_ends_in_motion_the_late_column_is_told(from_a_motor: Axis) -> None:
+    """A reading that stands still in its last row makes a large command of a derivative, and blamed the reference."""
+    machine, record = from_a_motor
+    late = changed(record, POSITION, np.r_[record[POSITION][0], record[POSITION][:-1]])
+    assert faults(machine, late).startswith("x_encoder.position is 1 sample (0.5 ms) late")
 
 
 def test_a_command_and_a_current_that_are_exchanged_are_told(axis: Axis) -> None:

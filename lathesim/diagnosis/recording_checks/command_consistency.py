@@ -80,7 +80,7 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
     for channel in (other for other in experiment.machine.compare if other in fed):
 
         def left(samples: float, channel: str = channel) -> float:
-            return dict(unexplained_share(_shifted(experiment, channel, samples), values))[row]
+            return dict(unexplained_share(_shifted(experiment, channel, samples), values, MOST_SHIFTED))[row]
 
         found = minimize_scalar(left, bounds=(-MOST_SHIFTED, MOST_SHIFTED), method="bounded", options={"xatol": 0.01, "maxiter": 25})
         if found.fun < method.little * share:

@@ -47,13 +47,14 @@ def controller_commands(experiment: Experiment) -> list[tuple[int, str]]:
     return [(row, name) for row, name in enumerate(experiment.machine.compare) if makes_a_command(parts[Place.of(name).part].component)]
 
 
-def unexplained_share(experiment: Experiment, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
-    """Return for each controller's command its place among the compared channels and the share of it that a replay does not explain."""
+def unexplained_share(experiment: Experiment, values: Mapping[str, float], ends: int = 0) -> Iterator[tuple[int, float]]:
+    """Return for each controller's command its place among the compared channels and the share of it that a replay does not explain; the
+    last samples, ``ends`` of them, do not count."""
     rows = [row for row, _ in controller_commands(experiment)]
     residual = experiment.sensed.one(values) if rows else np.zeros((0, 0))
     for row in rows:
         size = float(np.std(np.nan_to_num(experiment.sensed.recorded[row])))
-        settled = residual[row][int(SETTLING * experiment.sensed.samples) :]
+        settled = residual[row][int(SETTLING * experiment.sensed.samples) : experiment.sensed.samples - ends]
         yield row, root_mean_square(settled) / size if size > 0.0 else 0.0
 
 

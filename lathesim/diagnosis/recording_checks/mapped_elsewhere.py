@@ -187,7 +187,8 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
         if not method.recordings.command_floor < share:
             continue
         shifts = [(name, rows) for name in (command, *fed) for rows in range(-MOST_SHIFTED, MOST_SHIFTED + 1) if rows]
-        left = {one: dict(unexplained_share(_moved(experiment, *one), values))[row] for one in shifts}
+        # a column that is moved ends where nothing was recorded: a derivative makes a large command of that
+        left = {one: dict(unexplained_share(_moved(experiment, *one), values, MOST_SHIFTED))[row] for one in shifts}
         best = min(left, key=lambda one: left[one], default=None)
         if best is not None and left[best] < method.little * share:
             name, rows = best
