@@ -166,6 +166,11 @@ class Free:
     uncertainty: float = np.inf
     given: float = 0.0
 
+    @property
+    def is_declared(self) -> bool:
+        """Whether a lesson declares how sure this value is; how a recording begins has no bounds."""
+        return bool(np.isfinite(self.low + self.high) and 0.0 < self.uncertainty < np.inf)
+
 
 @dataclass(frozen=True)
 class Fitted:

@@ -150,8 +150,8 @@ IMPLAUSIBLE = 0.98 * POSSIBLE
 
 def deviations(fitted: Fitted) -> FloatArray:
     """Return by how many declared standard deviations each value of the lesson is off; how a recording starts is none of them."""
-    known = [(value, one) for value, one in zip(fitted.values, fitted.free, strict=True) if np.isfinite(one.low + one.high)]
-    return np.array([abs(value - one.given) / one.uncertainty for value, one in known if np.isfinite(one.uncertainty)], dtype=float)
+    known = [(value, one) for value, one in zip(fitted.values, fitted.free, strict=True) if one.is_declared]
+    return np.array([abs(value - one.given) / one.uncertainty for value, one in known], dtype=float)
 
 
 def released(study: Study) -> list[Free]:

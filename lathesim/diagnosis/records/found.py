@@ -133,7 +133,7 @@ class Found:
         off = {
             one.name: abs(value - one.given) / one.uncertainty
             for value, one in zip(fitted.values, fitted.free, strict=True)
-            if one.given and 0.0 < one.uncertainty < float("inf")
+            if one.given and one.is_declared
         }
         return tuple(sorted((name for name, away in off.items() if away > POSSIBLE), key=lambda name: -off[name]))
 

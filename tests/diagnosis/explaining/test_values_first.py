@@ -1,10 +1,14 @@
 """Values of the lesson that are far off compete with effects, and win where they predict as well."""
 
+from dataclasses import replace
+
 import pytest
 
+from lathesim.diagnosis.records.found import Found
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ScaleFactorError
-from tests.diagnosis.pushed_table import Hidden, experiments, recording, searched
+from lathesim.identification.records import Model
+from tests.diagnosis.pushed_table import Hidden, baselines, experiments, recording, searched
 
 
 @pytest.mark.parametrize(
@@ -17,3 +21,12 @@ def test_values_far_off_are_found_and_no_effect_beside_them(hidden: Hidden) -> N
     assert found.model.candidates == ()
     assert found.model.fitted.by_name["x_axis.mass"] == pytest.approx(hidden.mass, rel=0.02)
     assert found.model.fitted.by_name["x_axis.viscous"] == pytest.approx(hidden.viscous, rel=0.02)
+
+
+def test_how_a_recording_begins_is_no_value_of_the_lesson() -> None:
+    """A speed that the first rows show to be another one is not further off than the lesson declares possible."""
+    fitted, validation = baselines(Hidden())
+    begun = [one if one.is_declared else replace(one, given=1.0, uncertainty=1e-3) for one in fitted.free]
+    assert any(not one.is_declared for one in begun)
+    model = Model((), replace(fitted, free=tuple(begun)), validation)
+    assert Found(model, model, values=model).jointly_off == ()
