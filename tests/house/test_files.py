@@ -79,6 +79,8 @@ def begins_oddly(path: Path) -> list[str]:
 def named(node: ast.AST, prefix: str = "") -> Iterator[tuple[str, Definition]]:
     """Return all classes and functions inside a node, with the names of the classes that they stand in."""
     for item in ast.iter_child_nodes(node):
+        if isinstance(item, ast.expr):
+            continue  # in which nothing is defined
         own = f"{prefix}{item.name}" if isinstance(item, Definition) else ""
         if isinstance(item, Definition):
             yield own, item
