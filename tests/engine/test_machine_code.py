@@ -23,7 +23,7 @@ from lathesim.engine.assembly import Assembly, Part
 from lathesim.engine.fuse import fuse
 from lathesim.engine.law_text import law_text
 from lathesim.engine.machine_code import is_kept, load_code
-from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, tell_compiling_to
+from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, tell_compiling_to, wiring_time
 from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
 from lathesim.errors import SimulationError
@@ -176,6 +176,13 @@ def test_auto_compiles_only_what_pays(said: list[str], empty_cache: Path, monkey
     assert run(plan, duration=50.0).meta["engine"] == "compiled"
     assert len(said) == 1
     assert run(plan, duration=5.0).meta["engine"] == "compiled"
+
+
+def test_laws_that_are_kept_are_not_compiled_again(empty_cache: Path) -> None:
+    fused = fuse(wire(loop()))
+    with_laws = compile_time(fused)
+    compile_loop(loop())
+    assert wiring_time(fused) <= compile_time(fused) < with_laws
 
 
 def test_code_is_known_by_the_module_it_was_made_from(empty_cache: Path) -> None:
