@@ -72,21 +72,23 @@ def motion(hidden: Hidden, count: int, seed: int, size: float) -> tuple[FloatArr
 def travel(pushed: FloatArray, hidden: Hidden) -> FloatArray:
     """Return the place of the table at each sample [m], from rest at 0."""
     step, place, speed = PERIOD / _STEPS, 0.0, 0.0
-    law: Law = hidden.law or (lambda v, q, t: 0.0)
+    law, dry, viscous = hidden.law, hidden.dry, hidden.viscous
+    # the viscous force is taken at the middle of the step, which makes the step second order
+    inertia = hidden.mass + 0.5 * viscous * step
     found = np.zeros(len(pushed))
     for sample, push in enumerate(pushed.tolist()):
         found[sample] = place
         for substep in range(_STEPS):
-            load = push - hidden.viscous * speed - law(speed, place, (sample + substep / _STEPS) * PERIOD)
-            resting = abs(speed) < _REST and abs(load) <= hidden.dry
-            before = speed
-            if resting:
+            load, before = push - viscous * speed, speed
+            if law is not None:
+                load -= law(speed, place, (sample + substep / _STEPS) * PERIOD)
+            resting = -_REST < speed < _REST
+            if resting and abs(load) <= dry:
                 speed = 0.0
             else:
-                direction = math.copysign(1.0, speed if abs(speed) >= _REST else load)
-                # the viscous force is taken at the middle of the step, which makes the step second order
-                speed += (load - hidden.dry * direction) / (hidden.mass + 0.5 * hidden.viscous * step) * step
-                speed = 0.0 if hidden.dry and before * speed < 0.0 else speed
+                level = -dry if (load if resting else speed) < 0.0 else dry
+                speed += (load - level) / inertia * step
+                speed = 0.0 if dry and before * speed < 0.0 else speed
             place += 0.5 * (before + speed) * step
     return found
 

@@ -19,7 +19,7 @@ from tests.experiments.separation.turning_truth import FACE, STOCK, CutTruth, Sp
 
 
 def test_chips_are_those_of_the_lesson(registry: Registry) -> None:
-    run = run_prepared(prepare(load_lesson(str(CutTruth.lesson)), registry), engine="compiled")
+    run = run_prepared(prepare(load_lesson(str(CutTruth.lesson)), registry), engine="plain")
     for own, name in zip(chip_of(course_of(CutTruth.lesson)), ("feed", "depth_of_cut", "cutting_speed"), strict=True):
         other = np.asarray(run[f"geometry.{name}"])[: len(own)]
         # a block may begin a sample earlier or later
@@ -28,7 +28,7 @@ def test_chips_are_those_of_the_lesson(registry: Registry) -> None:
 
 
 def test_spindle_follows_the_words_of_the_program(registry: Registry) -> None:
-    run = run_prepared(prepare(load_lesson(str(SpindleTruth.lesson)), registry), engine="compiled")
+    run = run_prepared(prepare(load_lesson(str(SpindleTruth.lesson)), registry), engine="plain")
     own, other = course_of(SpindleTruth.lesson).spindle, np.asarray(run["exercise.spindle_reference"])
     count = 15900  # the program ends at 16 s
     assert np.mean(np.abs(own[:count] - other[:count]) > 1e-6) < 2e-3
