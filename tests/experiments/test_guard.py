@@ -11,21 +11,21 @@ LESSON = "32_the_forged_sensor"
 BEGIN = 5.0
 
 
-def first_alarm(registry: Registry, variant: str, seed: int = 1) -> float:
-    """Return when the guard first alarms [s]; NaN where it never does."""
-    record = run_prepared(prepare(load_lesson(LESSON), registry, variant), engine="compiled", seed=seed)
+def first_alarm(registry: Registry, variant: str, seed: int = 1, engine: str = "plain") -> float:
+    """Return when the guard first alarms [s]; NaN where it never does. A few runs take less than the compiler."""
+    record = run_prepared(prepare(load_lesson(LESSON), registry, variant), engine=engine, seed=seed)
     alarms = record.time[record["guard.alarm"] > 0.5]
     return float(alarms[0]) if len(alarms) else float("nan")
 
 
 def test_replayed_laps_are_told_within_a_second(registry: Registry) -> None:
-    delays = [first_alarm(registry, "replay", seed) - BEGIN for seed in range(20)]
+    delays = [first_alarm(registry, "replay", seed, "compiled") - BEGIN for seed in range(20)]
     assert min(delays) > 0.0
     assert max(delays) < 1.0
 
 
 def test_honest_laps_raise_no_alarm_and_lose_less_than_two_micrometres(registry: Registry) -> None:
-    assert np.isnan([first_alarm(registry, "honest", seed) for seed in range(5)]).all()
+    assert np.isnan([first_alarm(registry, "honest", seed, "compiled") for seed in range(5)]).all()
     lesson = load_lesson(LESSON)
     marked = run_prepared(prepare(lesson, registry, "honest"), engine="compiled")["x_axis.position"]
     plain = run_prepared(prepare(lesson, registry, "honest", {"watermark.size": 0.0}), engine="compiled")["x_axis.position"]
