@@ -31,11 +31,11 @@ class Rounds:
     """The rounds of a search; one on top of the same model is not made twice: the same values free, between the same bounds, and fitted no
     better.
 
-    ``rivals`` are the parts of effects that predicted as well as one that came in: they are fitted in each later round.
+    ``rivals`` are, by the part of an effect that came in, those that predicted as well: they are fitted in each later round.
     """
 
     study: Study
-    rivals: set[str] = field(default_factory=set)
+    rivals: dict[str, tuple[Candidate, ...]] = field(default_factory=dict)
     _made: dict[frozenset[tuple[str, float, float]], tuple[float, list[Tried]]] = field(default_factory=dict)
 
     def is_new(self, model: Model) -> bool:
@@ -45,7 +45,8 @@ class Rounds:
     def on(self, model: Model) -> list[Tried]:
         """Return the most promising candidates, each fitted on top of a model, and those that were nothing there."""
         if self.is_new(model):
-            self._made[_key(model)] = model.fitted.score, _round(self.study, model, self.rivals)
+            rivals = {one.part for others in self.rivals.values() for one in others}
+            self._made[_key(model)] = model.fitted.score, _round(self.study, model, rivals)
         return self._made[_key(model)][1]
 
 

@@ -116,11 +116,12 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             others = []
             continue
         found = _simpler_pair(study, _finer_instead(study, found, best), best, trials, rounds)
+        found = _rival_instead(study, found, best, rounds) if found.model is model else found
         if found.model is not model:
             yield found
             continue
         good = [one for one in trials if significant(one, study)]
-        rounds.rivals |= {one.candidate.part for one in good if as_good(one.model, best, study)}
+        rounds.rivals[best.candidate.part] = tuple(one.candidate for one in good if one is not best and as_good(one.model, best, study))
         others = [one for one in good if one is not best and is_plausible(study, one.model)]
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
@@ -272,6 +273,23 @@ def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
 def _repeats_there_too(added: Candidate, candidate: Candidate) -> bool:
     """Return whether two effects repeat on one wire: the second may be the shape of the wave of the first."""
     return added.at == candidate.at and bool(added.effect.identification.periodic and candidate.effect.identification.periodic)
+
+
+def _rival_instead(study: Study, found: Found, added: Tried, rounds: Rounds) -> Found:
+    """Return the search with a rival in the place of an effect where it predicts as well as a further effect beside that one would, with
+    no more values; as it was where none does.
+
+    A filter of a reading does what the lag of a motor does until a friction is found. Beside the lag another sensor is then late too.
+    """
+    for candidate in found.model.candidates:
+        rivals = [one for one in rounds.rivals.get(candidate.part, ()) if one is not added.candidate and not found.holds(one)]
+        trials = [_in_place(study, found.model, candidate, one) for one in rivals if one.counted <= candidate.counted + added.parameters]
+        found = found.having_tried(trials)
+        best = chosen(study, trials)
+        if best is not None and as_good(best.model, added, study):
+            study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
+            return found.changed("swap", best, f"predicts as well as {added.name} would beside it", [candidate])
+    return found
 
 
 def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate) -> Tried:
