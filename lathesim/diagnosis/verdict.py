@@ -173,6 +173,7 @@ def outdone(study: Study, found: Found, doubted: tuple[Doubt, ...]) -> tuple[Fou
     """Return a search without its effects, and what is then left, where smooth functions of what the machine does predict far more than the
     effects do, and these add nothing to them: effects that stand for something else. Else both as they are.
 
+    An effect beside the functions has to explain of what they leave as much as any other explanation has to: a model is never quite right.
     The forces behind a spring that is named are no longer those of the lesson: there the effects stay.
     """
     candidates, alike = found.model.candidates, study.method.alike
@@ -183,7 +184,10 @@ def outdone(study: Study, found: Found, doubted: tuple[Doubt, ...]) -> tuple[Fou
     pairs = [(one, without[one.channel]) for one in doubted if one.clear]
     least = study.method.larger_part
     if not all(
-        other.clear and alike * other.after < one.before and other.after <= one.after and one.structured > least * other.structured
+        other.clear
+        and alike * other.after < one.before
+        and (1.0 - study.least_share) * other.after**2 <= one.after**2
+        and one.structured > least * other.structured
         for one, other in pairs
     ):
         return found, doubted

@@ -1,12 +1,15 @@
 """Forces that no effect of the catalogue makes: none is named for them, and the answer says on what they depend."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from lathesim.diagnosis.explaining.plausible import repeats
+from lathesim.diagnosis.explaining.trial import tried
 from lathesim.diagnosis.explanations.held_out import Worth
+from lathesim.diagnosis.records.found import Screened
 from lathesim.diagnosis.verdict import doubts, outdone
 from lathesim.effects.drive_errors import Cogging
 from lathesim.effects.friction import CoulombFriction
@@ -32,6 +35,19 @@ def test_a_force_outside_the_catalogue_gets_no_name(law: Law, on: str) -> None:
     found, left = outdone(asked, found, doubts(asked, found.model))
     assert not found.model.candidates
     assert any(one.clear and one.depends_on[0].startswith(on) for one in left)
+
+
+def test_an_offset_that_adds_next_to_nothing_to_smooth_functions_gets_no_name() -> None:
+    """A constant force is the mean of a buffer, and takes 2 % of the power of what functions of the place leave."""
+    records = [recording(Hidden(law=lambda v, q, t: 10e3 * max(0.0, q - 0.004)), seed=seed) for seed in (7, 8)]
+    first, second = experiments(*records, effects=(ForceOffset,))
+    asked, found = study(first, second), searched(first, second)
+    assert not found.model.candidates
+    offset = tried(asked, found.model, Screened(first.candidates[0], 0.0, (np.array([5.0]),), np.ones(1)), None)
+    found = replace(found, model=offset.model)
+    found, left = outdone(asked, found, doubts(asked, found.model))
+    assert not found.model.candidates
+    assert any(one.clear and one.depends_on[0].startswith("depends on position of x_axis") for one in left)
 
 
 def test_half_a_wave_on_the_way_is_no_wave() -> None:
