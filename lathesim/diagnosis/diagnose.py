@@ -164,7 +164,7 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
     study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
     simulated = prepared.by_output_error()
     study_of_simulated = _study(simulated, study.progress)
-    other = explain(study_of_simulated)
+    other = explain(study_of_simulated, of_motion=True)
     if not other.model.candidates or not explains_the_motion(study_of_simulated, other.model):
         # without an effect the two errors differ only by which noise they believe
         return prepared, study, found

@@ -41,6 +41,14 @@ def test_the_start_and_its_jacobian_are_one_call() -> None:
     assert decay.calls == [3, 2]
 
 
+def test_slopes_of_a_place_that_is_not_left_are_those_of_the_end() -> None:
+    decay = Decay()
+    found = descend(Descent(Problem(decay, FREE)), np.array(DECAY))
+    assert found.fresh
+    assert decay.calls[0] == 3, "the start and its slopes are one call"
+    assert found.values == pytest.approx(DECAY)
+
+
 def test_slopes_that_predict_well_are_kept_by_the_next_fit() -> None:
     linear = [Free("height", 0.0, 1.0), Free("slope", 0.0, 1.0)]
     calls: list[int] = []

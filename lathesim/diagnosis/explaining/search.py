@@ -37,8 +37,11 @@ def explains_the_motion(study: Study, model: Model) -> bool:
     return bool(np.all(np.mean(residual**2, axis=1) < (study.method.larger_part * size) ** 2))
 
 
-def explain(study: Study) -> Found:
-    """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then."""
+def explain(study: Study, *, of_motion: bool = False) -> Found:
+    """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then.
+
+    With ``of_motion`` only what explains the motion is of use: the effects that grew are not held against rivals where they do not.
+    """
     # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
     ends = study.ends.share(SEARCH_TIME)
     sensed = study.estimation.sensed
@@ -46,7 +49,7 @@ def explain(study: Study) -> Found:
     baseline = modelled(study, (), fitted)
     found = Found(baseline, baseline)
     try:
-        for state in _states(replace(study, progress=until(ends, study.progress)), found):
+        for state in _states(replace(study, progress=until(ends, study.progress)), found, of_motion):
             found = state
     except KeyboardInterrupt:
         study.progress("stopped; what was found until here is kept")
@@ -54,7 +57,7 @@ def explain(study: Study) -> Found:
     return replace(found, complete=True)
 
 
-def _states(study: Study, found: Found) -> Iterator[Found]:
+def _states(study: Study, found: Found, of_motion: bool) -> Iterator[Found]:
     """Yield the search as far as it has come."""
     rounds = Rounds(study)
     found = _with_other_values(study, found, rounds)
@@ -64,6 +67,8 @@ def _states(study: Study, found: Found) -> Iterator[Found]:
     while True:
         for found in _refined(study, found):  # noqa: B020
             yield found
+        if of_motion and not explains_the_motion(study, found.model):
+            return
         refined = len(found.model.candidates)
         for found in _compared(study, found, rounds):  # noqa: B020
             yield found

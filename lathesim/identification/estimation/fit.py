@@ -193,16 +193,14 @@ def descending(how: Descent, start: FloatArray | Fit, iterations: int, report: R
     for turn in range(iterations if len(here.values) and np.isfinite(here.cost) else 0):
         if report is not None:
             report(turn + 1, here.cost)
-        anew = here.fresh or here.slopes is None
         if here.slopes is None:
-            here = replace(here, slopes=(yield from problem.sloping(here.values, here.residual, taken)))
-            taken += 1
-        here = replace(here, fresh=False)
+            slopes = yield from problem.sloping(here.values, here.residual, taken)
+            here, taken = replace(here, slopes=slopes, fresh=True), taken + 1
         lines = how.lines(here, lines)
         if not how.goes_on(here, lines):
             break  # no step within the bounds could gain as much
-        found = yield from how.trying(here, lines, damping, anew=anew)
-        if found is None and anew:
+        found = yield from how.trying(here, lines, damping, anew=here.fresh)
+        if found is None and here.fresh:
             break
         if found is None:
             here = replace(here, slopes=None)  # from slopes of another place no step gets better: once more with those of this one
