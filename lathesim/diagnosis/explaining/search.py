@@ -120,8 +120,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
                 break
             others = []
             continue
-        found = _simpler_pair(study, _finer_instead(study, found, best), best, trials, rounds)
-        found = _rival_instead(study, found, best, rounds) if found.model is model else found
+        found = _otherwise(study, found, best, trials, rounds)
         if found.model is not model:
             yield found
             continue
@@ -197,6 +196,14 @@ def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str, 
     study.progress(f"{first.name} and {both.name} {why}")
     step = Step("add", (first.name, both.name), tuple(went), both.fitted.nats, both.predicted.nats, why)
     return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
+
+
+def _otherwise(study: Study, found: Found, best: Tried, trials: Sequence[Tried], rounds: Rounds) -> Found:
+    """Return the search with what is simpler than the best further effect and predicts as well: a finer form, a simpler pair or a rival; as
+    it was where there is none."""
+    model = found.model
+    found = _simpler_pair(study, _finer_instead(study, found, best), best, trials, rounds)
+    return found if found.model is not model else _rival_instead(study, found, best, rounds)
 
 
 def _simpler_pair(study: Study, found: Found, best: Tried, trials: Sequence[Tried], rounds: Rounds) -> Found:
