@@ -22,6 +22,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from lathesim.cache_folder import keep_sealed, kept_sealed
 from lathesim.component import ON
@@ -99,8 +100,8 @@ _Op = _Loop | _Block | _Finish | _Keep
 
 
 _Key = tuple[str, frozenset[str], frozenset[tuple[str, bool]]]
-_WRITTEN: dict[_Key, LaneModule] = {}
-"""Modules by the text of their machine, what varies and what idles."""
+_WRITTEN: dict[_Key, LaneModule | None] = {}
+"""Modules by the text of their machine, what varies and what idles; none where the cache has none."""
 
 
 def lane_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule:
@@ -115,11 +116,15 @@ def lane_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) ->
 def known_module(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule | None:
     """Return the module of a plan for lanes if it was written before."""
     key = fuse(plan).digest, varied, frozenset(idle.items())
-    if key not in _WRITTEN and (kept := kept_sealed(_file_name(key))) is not None:
-        told = json.loads(kept)
-        pieces = tuple(Piece(name, text, tuple(uses), digest) for name, text, uses, digest in told["pieces"])
-        _WRITTEN[key] = LaneModule(_fused(told["source"], pieces), told["rows"])
-    return _WRITTEN.get(key)
+    if key not in _WRITTEN:
+        kept = kept_sealed(_file_name(key))
+        _WRITTEN[key] = None if kept is None else _restored(json.loads(kept))
+    return _WRITTEN[key]
+
+
+def _restored(kept: Mapping[str, Any]) -> LaneModule:
+    pieces = tuple(Piece(name, text, tuple(uses), digest) for name, text, uses, digest in kept["pieces"])
+    return LaneModule(_fused(kept["source"], pieces), kept["rows"])
 
 
 def _written(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule:

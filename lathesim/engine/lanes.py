@@ -40,13 +40,14 @@ _NOT_WORTH = 1.5
 @dataclass
 class _Spent:
     """What is known of a kind of batch: seconds of its runs one by one, of the last, of a group of lanes, of the compiler; what has varied
-    in it; and whether lanes are refused."""
+    in it; whether machine code of its lanes was looked for, and whether lanes are refused."""
 
     total: float = 0.0
     last: float = 0.0
     group: float = 0.0
     price: float | None = None
     varied: frozenset[str] = frozenset()
+    looked: bool = False
     refused: bool = False
 
 
@@ -74,7 +75,7 @@ class Choice:
                     self.alike[part.name] = bool(np.all(idles))
         self._spent = _SPENT.setdefault((fuse(plan).digest, frozenset(self.alike.items())), _Spent())
         if not self._spent.varied.issuperset(varied):
-            self._spent.varied, self._spent.price = self._spent.varied.union(varied), None
+            self._spent.varied, self._spent.price, self._spent.looked = self._spent.varied.union(varied), None, False
         self.varied = self._spent.varied
 
     @property
@@ -109,9 +110,9 @@ class Choice:
             module = (lane_module if total >= WORTH_A_LOOK else known_module)(self.plan, self.varied, self.alike)
             if module is None:
                 return None
-            if spent.price is None and is_compiled(module.fused):
-                spent.price = 0.0
-            elif spent.price is None and total >= WORTH_A_LOOK:  # looked up once: it looks for files
+            if spent.price is None and not spent.looked:  # once: it goes through all files of a cache, of which there may be thousands
+                spent.looked, spent.price = True, 0.0 if is_compiled(module.fused) else None
+            if spent.price is None and total >= WORTH_A_LOOK:
                 spent.price = compile_time(module.fused) / _CAUTION
             if spent.price is not None and total >= spent.price:
                 return Lanes(self.plan, module, compiled_machine(module.fused), samples)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from lathesim.component import Component, DiscreteState, Input, Memory, Noise, Output, Parameter, Table
-from lathesim.engine import batch, lanes
+from lathesim.engine import batch, lane_text, lanes
 from lathesim.engine.assembly import Part, Wire
 from lathesim.engine.batch import Batch
 from lathesim.engine.fuse import idle_values
@@ -196,18 +196,32 @@ def test_members_may_have_tables_and_noise_of_their_own(at_once: list[int]) -> N
 def test_lanes_are_compiled_only_where_the_runs_take_longer_than_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     plan = wire(loop(0.0005))
     asked: list[object] = []
+    looked: list[object] = []
 
     def later(fused: object) -> float:
         asked.append(fused)
         return 1e9
 
+    def absent(fused: object) -> bool:
+        looked.append(fused)
+        return False
+
+    monkeypatch.setattr(lanes, "_SPENT", {})
     monkeypatch.setattr(lanes, "compile_time", later)
-    monkeypatch.setattr(lanes, "is_compiled", lambda fused: False)
+    monkeypatch.setattr(lanes, "is_compiled", absent)
     Batch(plan, 50, threads=1).run(["axis.lag"], np.linspace(0.1, 0.2, 20)[:, None])
     assert not asked  # not even a text is written for so little
     monkeypatch.setattr(lanes, "WORTH_A_LOOK", 0.0)
-    Batch(plan, 50, threads=1).run(["axis.lag"], np.linspace(0.1, 0.2, 20)[:, None])
-    assert asked
+    for _ in range(3):
+        Batch(plan, 50, threads=1).run(["axis.lag"], np.linspace(0.1, 0.2, 20)[:, None])
+    assert len(asked) == len(looked) == 1  # the folder that is looked through may hold thousands of files
+
+
+def test_a_text_for_lanes_is_written_once_and_read_by_a_later_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, varied = trial_plan(), frozenset(NAMES)
+    written = lane_module(plan, varied, {})
+    monkeypatch.setattr(lane_text, "_WRITTEN", {})
+    assert lane_text.known_module(plan, varied, {}) == written
 
 
 @pytest.mark.parametrize(
