@@ -16,7 +16,7 @@ from lathesim.record import Record
 from tests.diagnosis.pushed_table import study
 from tests.diagnosis.rigs.cases import case_of, write_case
 
-ROWS = 5000
+ROWS = 1000
 
 
 def cut(recorded: Recorded) -> tuple[str, Record]:
