@@ -11,12 +11,6 @@ from tests.cli.command import call, done, python
 HEAVY = ["scipy", "matplotlib", "numba", "textual", "numpy", "pint", "pydantic", "yaml", "h5py", "rich"]
 LOADED = f"import json, sys, time\n{{}}\nprint(json.dumps([sorted(set({HEAVY}) & set(sys.modules)), time.process_time()]), file=sys.stderr)"
 HELP = "from lathesim.cli.main import run_command_line\nassert run_command_line(['--help']) == 0"
-RUN = """\
-import os, tempfile
-os.chdir(tempfile.mkdtemp())
-from lathesim.cli.main import run_command_line
-assert run_command_line(['run', '01_contour_error', '--variant', 'I', '--plain', '--json', '--no-plots']) == 0
-"""
 
 
 def test_help_imports_nothing_heavy_and_takes_no_time() -> None:
@@ -25,12 +19,6 @@ def test_help_imports_nothing_heavy_and_takes_no_time() -> None:
     loaded = [json.loads(done.stderr) for done in tries]
     assert loaded[0][0] == []
     assert min(seconds for _, seconds in loaded) < 0.15
-
-
-def test_a_run_without_plots_loads_no_more_than_it_needs() -> None:
-    done = python(LOADED.format(RUN))
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stderr)[0] == ["h5py", "numpy", "pydantic", "yaml"]
 
 
 def test_help_lists_the_commands_that_are_there(capsys: pytest.CaptureFixture[str]) -> None:

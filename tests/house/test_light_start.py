@@ -4,11 +4,12 @@ import json
 
 from tests.cli.command import python
 
-HEAVY = ["matplotlib", "numba", "numpy", "scipy", "textual"]
+HEAVY = ["h5py", "llvmlite", "matplotlib", "numba", "numpy", "pydantic", "rich", "scipy", "textual", "yaml"]
 HELP = f"""\
 import json, sys
 from lathesim.cli.main import run_command_line, stock_commands
 assert all(run_command_line([*name, "--help"]) == 0 for name in [[], *[[name] for name in stock_commands()]])
+assert run_command_line(["--version"]) == 0
 print(json.dumps(sorted(set({HEAVY}) & set(sys.modules))), file=sys.stderr)
 """
 

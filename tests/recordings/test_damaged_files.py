@@ -17,6 +17,7 @@ from lathesim.recordings.mapping import RecordingMapping, SignalMapping, map_rec
 from lathesim.recordings.raw_table import RawTable, read_recording
 from lathesim.recordings.recording_faults import recording_faults
 from lathesim.recordings.stock_readers import stock_readers
+from tests.recordings.forked_trial import trial_in_a_fork
 
 TIME = np.arange(60) * 1e-3
 PLACE, VOLTAGE = np.sin(9.0 * TIME), np.cos(9.0 * TIME)
@@ -82,7 +83,6 @@ BINARY: dict[str, Callable[[Path], None]] = {
     "plain.mat": lambda path: write_mat(path, packed=False),
     "packed.mat": lambda path: write_mat(path, packed=True),
 }
-"""Each of these is tried in a process of its own, which takes a fifth of a second."""
 WORDS = (b"1e999", b"nan", b"-", b",", b"\n", b"\t", b"1e308", b'"', b";", b"\r", b"\x00", b"9" * 21)
 
 
@@ -147,7 +147,8 @@ def damage(folder: Path, kinds: dict[str, Callable[[Path], None]], number: int, 
     return ended
 
 
-def test_damaged_recordings_make_no_fault(tmp_path: Path) -> None:
+def test_damaged_recordings_make_no_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lathesim.recordings.binary_files.refuse_deadly_file", trial_in_a_fork)
     ended = damage(tmp_path, TEXTS, 150, 5) + damage(tmp_path, BINARY, 6, 6)
     assert ended["mapped"] > 25 and ended["refused"] > 25
 

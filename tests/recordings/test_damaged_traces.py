@@ -7,10 +7,7 @@ What no form can notice: digits of a value, a name, or a sampling period changed
 """
 
 import gc
-import os
 import random
-import sys
-import warnings
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,9 +18,9 @@ import pytest
 from lathesim.errors import LatheSimError
 from lathesim.recordings.raw_table import RawTable, read_recording
 from lathesim.recordings.stock_readers import stock_readers
+from tests.recordings.forked_trial import trial_in_a_fork
 from tests.recordings.trace_files import FILES
 
-resource = pytest.importorskip("resource")
 MOST_ROWS = 12
 """Rows that damage of 64 bytes touches, the shortest of which has 8 bytes, with the rows in which a value is held."""
 CLOCKLESS = ("Heidenhain scope", "halscope", "halscope, until 2.8")
@@ -127,25 +124,6 @@ def damage(folder: Path, form: str, number: int, seed: int) -> Counter[str]:
                 ended["right"] += 1
         target.write_bytes(contents[target])
     return ended
-
-
-def trial_in_a_fork(path: Path, script: str) -> None:
-    """Do what :func:`refuse_deadly_file` does, in a fork: that has the library already, which takes most of a second to import."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # a fork of a process with threads, of which only this one goes on
-        child = os.fork()
-    if child == 0:
-        resource.setrlimit(resource.RLIMIT_CPU, (5, 5))
-        for stream in (1, 2):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-        sys.argv = ["trial", str(path)]
-        try:
-            exec(script)  # noqa: S102 - the text of a reader
-        except BaseException:
-            os._exit(1)
-        os._exit(0)
-    if os.WIFSIGNALED(os.waitpid(child, 0)[1]):
-        raise OSError("the library does not come back")
 
 
 @pytest.fixture
