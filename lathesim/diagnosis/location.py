@@ -273,7 +273,7 @@ def resting(experiment: Experiment, candidates: Sequence[Candidate], method: Met
     hosts = dict.fromkeys(one.at for one in candidates if one.effect.site == "effort" and one.effect.identification.sticks)
     still = {host: float(np.mean(way == 0.0)) for host in hosts if (way := _direction(experiment, host, method=method)) is not None}
     return [
-        f"{host} stands still in {share:.0%} of the samples; dry friction holds there whatever pushes."
+        f"{host} stands still in {100.0 * share:.0f} % of the samples, where dry friction may hold any force below its level."
         for host, share in still.items()
         if share > method.little
     ]

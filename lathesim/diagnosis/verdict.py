@@ -211,7 +211,7 @@ class DecidingChannel:
     apart: float
 
     def __str__(self) -> str:
-        return f"Not isolable with these channels: record {self.channel} too, where the explanations differ by {self.apart:.0%}."
+        return f"Record {self.channel} too, where the explanations differ by {100.0 * self.apart:.0f} %."
 
 
 def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, method: Method) -> DecidingChannel | None:

@@ -138,7 +138,7 @@ class PeriodicPitchError(Effect):
         "Table scale less motor encoder has a line at the lead in position; the force has none. Balls pass at 0.3 to 0.45 of the lead."
     )
     confused_with = ("TorqueRipple, which shows in the force", "EncoderEccentricity")
-    experiment = "Constant speed: see whether the line stands in the scale difference or in the force."
+    experiment = "At constant speed, see whether the spectral line is in the scale difference or in the force."
     source = "ISO 3408-3: travel variation within 2 pi rad is 6 um (class 3), 8 um (5)."
 
     incoming = Input("{signal}", doc="position by the turns of the screw")

@@ -21,7 +21,7 @@ def _limited(value: float, level: float) -> float:
 
 
 class AmplifierDeadZone(Effect):
-    """An amplifier that gives nothing for a small command, and lacks that much of a large one.
+    """An amplifier that ignores a small command and subtracts its dead zone from a larger one.
 
     u_out = u_in - clip(u_in, -half_width, half_width)
     """
@@ -109,7 +109,7 @@ class CurrentLimit(Effect):
 
 
 class SlewLimit(Effect):
-    """A drive that changes no faster than a rate.
+    """A drive whose output changes no faster than a given rate.
 
     |du_out/dt| <= rate
 
@@ -146,7 +146,7 @@ class SlewLimit(Effect):
 
 
 class TorqueRipple(Effect):
-    """Ripple of the motor force with its angle, a part of it in proportion to the drive.
+    """Ripple of the motor force over its angle, a part of it proportional to the drive force.
 
     F_out = F_in - (amplitude + share applied) sin(2 pi q / period + phase)
     """
@@ -160,7 +160,7 @@ class TorqueRipple(Effect):
     )
     fingerprint = "A line of the missing force that stays in position, with the same sign in both directions, and grows with the drive."
     confused_with = ("Cogging", "PositionDependentFriction", "PeriodicPitchError", "EncoderEccentricity")
-    experiment = "Constant speed at three speeds, plotted over orders of the motor; the same with a larger load."
+    experiment = "Three constant speeds, plotted over orders of the motor; the same with a larger load."
     source = "Krishnan, Electric Motor Drives, Prentice Hall 2001, ch. 9; 1 to 5 % of rated, orders 1, 2, 6 ... 24. Range assumed."
 
     incoming = Input("{signal}", doc="disturbance before the ripple")

@@ -59,7 +59,7 @@ def demand_to_rest(applied: float, incoming: float, inertia: float, flow: float,
 
 
 class CoulombFriction(Effect):
-    """Friction of constant size against the motion, which holds the body at rest while less than that pushes it.
+    """Friction of constant size against the motion; at rest it balances any smaller force.
 
     F_out = F_in + level sgn(v)                              sliding
     F_out = F_in + (applied - F_in), at most level           sticking

@@ -14,7 +14,7 @@ from lathesim.effects.effect import Effect, Identification
 
 
 class AxialResonance(Effect):
-    """Motor and table as two masses with the screw as a spring between them; the host is the motor side.
+    """Motor and load as two masses with a spring between them; the part with the effect is the motor side.
 
     r m x2'' = -S - F_in - (1 - n) b x2',   (1 - r) m x1'' = F - F_m + S - n b x1'
     S = r m (w^2 d + 2 damping w d'),   d = x2 - x1,   w = 2 pi frequency

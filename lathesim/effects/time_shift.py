@@ -124,7 +124,7 @@ def _still_to_come(change: float, now: float) -> float:
 
 
 class ChannelTimeShift(Effect):
-    """One channel of a recording that is shifted against the others.
+    """One channel of a recording that is shifted in time against the others.
 
     y_out(t) = y_in(t - shift);   a negative shift is extrapolated by the parabola through the last three samples
     """

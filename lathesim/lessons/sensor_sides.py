@@ -86,13 +86,13 @@ def assumed_sides(assembly: Assembly, host: str, found: Mapping[str, str] | None
     A diagnosis has ``found`` the sides of some (sensor -> side).
     """
     every = [one for one in sensors_of(assembly.by_name, assembly.wired, getattr(assembly, "seen_as", {}), host) if one.assumed]
-    told = [f"By the recordings {sensor.name} is on the {found[sensor.name]} side." for sensor in every if found and sensor.name in found]
+    told = [f"The recordings show {sensor.name} on the {found[sensor.name]} side." for sensor in every if found and sensor.name in found]
     assumed = [sensor for sensor in every if not found or sensor.name not in found]
     if not assumed:
         return " ".join(told)
     sit = ", ".join(f"{sensor.name} on the {sensor.side} side" for sensor in assumed)
     written = ", ".join(f"{sensor.name}: {sensor.side}" for sensor in assumed)
-    told += [f"Assumed at the spring of {host}: {sit}. If so, write 'side: {{{written}}}' in the lesson; else write the other side."]
+    told += [f"Assumed at the spring of {host}: {sit}. Confirm with 'side: {{{written}}}' in the lesson, or write the other side."]
     return " ".join(told)
 
 

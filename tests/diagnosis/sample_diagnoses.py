@@ -64,7 +64,7 @@ COULOMB = FoundEffect(
     (),
     None,
     0.97,
-    "Friction of constant size against the motion, which holds the body at rest while less than that pushes it.",
+    "Friction of constant size against the motion; at rest it balances any smaller force.",
 )
 
 
@@ -87,10 +87,10 @@ def _tried(name: str, at: str, gain: float, reason: str, *, kept: bool = False) 
 EXPLANATIONS = (
     Explanation("the lesson, its uncertain values refitted", "", "lesson", 0.0, 0.0, 0.0, False, "the others compete with it"),
     _tried("CoulombFriction", "x_axis", 7871.2, "predicts best", kept=True),
-    _tried("PreslidingFriction", "x_axis", 7862.7, "is a finer form of CoulombFriction, and explains little of what that leaves"),
-    _tried("AsymmetricFriction", "x_axis", 7870.9, "is a finer form of CoulombFriction, and explains little of what that leaves"),
-    _tried("Backlash", "x_scale", 11.0, "gains no more than chance may"),
-    _tried("TorqueRipple", "x_axis", 12.4, "gains no more than chance may"),
+    _tried("PreslidingFriction", "x_axis", 7862.7, "refines CoulombFriction and explains little more"),
+    _tried("AsymmetricFriction", "x_axis", 7870.9, "refines CoulombFriction and explains little more"),
+    _tried("Backlash", "x_scale", 11.0, "gains no more than chance could"),
+    _tried("TorqueRipple", "x_axis", 12.4, "gains no more than chance could"),
     _tried("TransportDelay", "x_drive", -31.0, "predicts worse than without it"),
     _tried("ForceOffset", "x_axis", math.nan, "gains too little, by a linear estimate, to be fitted"),
 )

@@ -110,7 +110,7 @@ def test_of_many_explanations_the_page_shows_what_was_kept_and_the_best_others()
 
 def test_the_other_verdicts_say_what_is_theirs(pages: dict[str, str]) -> None:
     assert "A formula for what is left, empirical and unverified" in Page(pages["unknown"]).text
-    assert "TorqueRipple at x_axis 12 1 12 no gains no more than chance may" in Page(pages["no_mismatch"]).text
+    assert "TorqueRipple at x_axis 12 1 12 no gains no more than chance could" in Page(pages["no_mismatch"]).text
     assert "The search was stopped before it had tried everything." in Page(pages["stopped"]).text
     assert "This recording cannot tell ForceOffset from ConverterOffset at x_drive." in Page(pages["tied"]).text
     fault = Page(pages["recording_fault"]).text

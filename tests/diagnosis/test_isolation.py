@@ -49,12 +49,12 @@ def test_an_effect_that_no_size_shows_is_said_with_its_reason() -> None:
     asked = study(estimation, validation)
     _, (unanswerable,) = locked(asked, searched(estimation, validation))
     assert (unanswerable.effect, unanswerable.at) == ("CoulombFriction", "x_axis")
-    assert unanswerable.why == "x_axis moves in one direction only; x_axis moves at one speed; x_axis.viscous can stand for it"
+    assert unanswerable.why == "x_axis moves in one direction only; x_axis moves at one speed; a change of x_axis.viscous looks the same"
 
 
 def test_what_is_not_answered_stands_in_the_answer() -> None:
     told = varied(NAMED, unanswerable=(Unanswerable("Backlash", "x_encoder", "x_axis moves in one direction only"),))
     lines = answer_lines(told)
     assert "What this recording cannot tell:" in lines
-    assert "- Backlash at x_encoder would not show, however large: x_axis moves in one direction only." in lines
+    assert "- This recording would not show Backlash at x_encoder at any size: x_axis moves in one direction only." in lines
     assert as_json(told)["unanswerable"] == [{"effect": "Backlash", "at": "x_encoder", "why": "x_axis moves in one direction only"}]

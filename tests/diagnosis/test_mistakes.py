@@ -83,7 +83,7 @@ def test_friction_and_a_push_are_tied_where_the_table_never_turns() -> None:
     assert {effect.effect, *effect.tied_with} == {"CoulombFriction", "ForceOffset"}
     assert effect.probability < 0.6
     assert effect.separating_experiment
-    assert any(sentence.startswith("The lines to paste hold") for sentence in found.rest.not_told)
+    assert any(sentence.startswith("The lines to paste use") for sentence in found.rest.not_told)
 
 
 def pushed_ahead(seed: int) -> Record:
@@ -224,5 +224,5 @@ def test_a_current_tells_an_offset_of_a_force_from_one_of_a_converter(tmp_path: 
     assert not at_drive.kept and at_drive.reason == "fits the first recording hardly better"
     assert told[without].verdict == "tied"
     (effect,) = told[without].effects
-    assert (effect.separating_experiment or "").startswith("Not isolable with these channels: record x_drive.current too, where ")
+    assert (effect.separating_experiment or "").startswith("Record x_drive.current too, where ")
     assert told[lesson].effects[0].effect == "ForceOffset"

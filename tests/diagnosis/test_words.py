@@ -63,25 +63,23 @@ def test_a_named_effect_is_told_with_place_size_doubt_comparison_and_next_step()
     assert headline(NAMED) == "The simulation left out CoulombFriction at x_axis."
     told = lines(NAMED)
     assert told["Where"] == "x_axis and x_drive."
-    assert told["Size"].startswith(
-        "CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). Where each part gets its recorded inputs, this"
-    )
+    assert told["Size"].startswith("CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). With recorded inputs at each part, this")
     assert told["Size"].endswith(" explains 98.3 % of the error.")
     assert told["Sure"] == (
-        "97.4 % probable among all that was compared. The closest rival, AsymmetricFriction at x_axis, "
-        "is a finer form of CoulombFriction, and explains little of what that leaves."
+        "97.4 % probable among all explanations compared. The closest rival, AsymmetricFriction at x_axis, "
+        "refines CoulombFriction and explains little more."
     )
     assert told["Compared"].startswith(
         "with other values of 3 uncertain parameters of the lesson and 7 effects at 7 places. "
-        "Each was fitted to recording.csv and judged by validate.csv. "
-        "The whole simulation is off there by (lesson alone -> with this): x_encoder.position 27 um -> 0.44 um; "
+        "Each was fitted to recording.csv and validated on validate.csv. "
+        "RMS error of the whole simulation on validate.csv (lesson alone -> with this): x_encoder.position 27 um -> 0.44 um; "
     )
     assert told["Next"].startswith("Paste the lines below into the lesson")
 
 
 def test_one_recording_that_judges_itself_is_said_to_do_so() -> None:
     halves = varied(NAMED, validation="recording.csv, second half", judges_itself=True)
-    said = "recording.csv judges itself: each was fitted to one part of it and judged by the other (second half)."
+    said = "Each was fitted to one part of recording.csv and validated on the other (second half)."
     assert said in lines(halves)["Compared"]
 
 
@@ -97,13 +95,13 @@ def test_beside_a_recording_from_before_a_change_the_answer_is_what_is_new() -> 
 )
 def test_a_channel_that_stays_off_and_that_nothing_predicts_is_said_beside_the_verdict(diagnosis: Diagnosis, beginning: str) -> None:
     off = varied(diagnosis, fit=OFF, easiest="x_drive.current")
-    stays = f"{SCALE} stays off by 1.77 µm, 5.9 times its noise."
+    stays = f"The error of {SCALE} remains 1.77 µm, 5.9 times its noise."
     part = f"{beginning.removesuffix(' the recording')} a part of the recording."
-    assert headline(off) == f"{part[0].upper()}{part[1:]} {stays} No known effect and nothing recorded predicts that."
+    assert headline(off) == f"{part[0].upper()}{part[1:]} {stays} No known effect and no recorded signal predicts it."
     told = lines(off)
     assert "Where" not in told
     more = "Record more motion: longer, at other speeds and places."
-    assert told["Next"].endswith(f"{more} Log x_drive.current too: of what nothing compared shows, it is the easiest.")
+    assert told["Next"].endswith(f"{more} Log x_drive.current too: of the signals that would show more, it is the easiest to log.")
     assert "with --validate." in lines(varied(off, judges_itself=True))["Next"]
     assert ", in part<" in report_html(off) or "Explained in part" in report_html(off)
     assert "may be used as it is" not in "".join(answer_lines(off)) + report_html(off)
@@ -113,16 +111,16 @@ def test_a_channel_that_stays_off_and_that_nothing_predicts_is_said_beside_the_v
 def test_a_channel_that_stays_off_is_named_also_where_effects_are() -> None:
     assert (
         headline(replace(NAMED, fit=OFF))
-        == f"The simulation left out CoulombFriction at x_axis. {SCALE} stays off by 1.77 µm, 5.9 times its noise."
+        == f"The simulation left out CoulombFriction at x_axis. The error of {SCALE} remains 1.77 µm, 5.9 times its noise."
     )
-    assert lines(replace(NAMED, fit=OFF))["Next"].endswith("The report shows when most is left.")
+    assert lines(replace(NAMED, fit=OFF))["Next"].endswith("The report shows when the remaining error is largest.")
 
 
 def test_a_value_that_is_far_off_is_named() -> None:
     far = varied(PARAMETERS, far_off=("x_axis.mass",))
     said = "x_axis.mass is further off than the lesson declares possible."
     assert headline(replace(far, fit=CLEAN.fit)) == f"No physics is missing, but {said}"
-    assert f"explain a part of the recording. {said} {SCALE} stays off by " in headline(replace(far, fit=OFF))
+    assert f"explain a part of the recording. {said} The error of {SCALE} remains " in headline(replace(far, fit=OFF))
 
 
 @pytest.mark.parametrize("name", ["named", "tied", "unknown", "parameters_only"])
@@ -132,7 +130,7 @@ def test_what_predicts_the_judging_recording_worse_is_said_so(name: str, after: 
     told = lines(replace(ALL[name], fit=fit))
     assert re.search(rf"x_encoder\.position 27 um -> 2[79][.\d]* um, {word}", told["Compared"])
     assert ("Do not " in told["Next"]) == (word == "WORSE" and name != "unknown")
-    doubt = "Less than the gains say: x_encoder.position is further off than with the lesson alone."
+    doubt = "Less than the fit suggests: x_encoder.position has a larger error than with the lesson alone."
     assert told["Sure"].startswith(doubt) == (word == "WORSE" and name in ("named", "tied"))
 
 
@@ -147,23 +145,20 @@ def test_what_is_certain_is_named_also_where_something_is_left() -> None:
     rest = Unnamed("x_axis.disturbance", 0.62, "N", ("depends on position of x_axis",))
     left = varied(NAMED, adequate=False, unnamed=(rest,))
     assert headline(left) == (
-        "The simulation left out CoulombFriction at x_axis. "
-        "What is left at x_axis.disturbance depends on position of x_axis and has no name."
+        "The simulation left out CoulombFriction at x_axis. The unexplained error at x_axis.disturbance depends on position of x_axis."
     )
-    assert re.search(
-        r"Without a name: 620 mN \(root mean square\) at x_axis\.disturbance, [\d.]+ % of what acts there\.$", lines(left)["Size"]
-    )
+    assert re.search(r"Unexplained: 620 mN RMS at x_axis\.disturbance, [\d.]+ % of the total there\.$", lines(left)["Size"])
 
 
 def test_what_has_no_name_is_said_with_its_place_size_and_how_sure_that_is() -> None:
     assert headline(UNKNOWN) == (
         "Physics is missing at x_axis that no known effect explains. "
-        "What is left at x_axis.disturbance depends on position and direction of x_axis and has no name."
+        "The unexplained error at x_axis.disturbance depends on position and direction of x_axis."
     )
     told = lines(UNKNOWN)
-    assert told["Sure"].startswith("A smooth function of the motion, which has no name, predicts x_controller.voltage clearly better: ")
-    assert told["Sure"].endswith(" its gain is 2220, and 630 may be chance.")
-    assert told["Size"].startswith("Without a name: 3.1 N (root mean square) at x_axis.disturbance, ")
+    assert told["Sure"].startswith("A smooth function of the motion predicts x_controller.voltage clearly better: ")
+    assert told["Sure"].endswith(" its gain is 2220, and 630 could be chance.")
+    assert told["Size"].startswith("Unexplained: 3.1 N RMS at x_axis.disturbance, ")
     law = varied(UNKNOWN, explanations=(), unnamed=(), rule="a controller follows another law than the lesson's")
     assert lines(law)["Sure"] == "A controller follows another law than the lesson's."
 
@@ -178,7 +173,7 @@ def test_an_effect_whose_interval_holds_zero_is_no_find() -> None:
     )
     both = replace(NAMED, effects=(COULOMB, doubtful))
     assert headline(both) == "The simulation left out CoulombFriction at x_axis."
-    assert " ForceOffset helps to predict too, of a size that may be zero." in lines(both)["Size"]
+    assert " ForceOffset improves the prediction too, but its size may be zero." in lines(both)["Size"]
     assert "ForceOffset 200 mN (95 % interval -400 to 800 mN), may be zero" in lines(replace(both, effects=(doubtful,)))["Size"]
     only = headline(replace(both, effects=(doubtful,)))
     assert only == (
@@ -208,30 +203,31 @@ def test_effects_at_one_place_name_it_once_and_a_fault_of_the_recording_is_no_ph
     cogging = replace(COULOMB, effect="Cogging", tied_with=("TorqueRipple",))
     told = headline(replace(NAMED, effects=(COULOMB, late, cogging)))
     assert told.startswith("The simulation left out CoulombFriction and Cogging (or TorqueRipple) at x_axis. ")
-    assert told.endswith("The recording is at fault: ChannelTimeShift at x_scale.")
+    assert told.endswith("The recording has a fault: ChannelTimeShift at x_scale.")
 
 
 def test_a_tie_names_the_rivals_of_each_effect_and_what_would_tell() -> None:
     told = lines(TIED)
     assert (
-        told["Sure"] == "52 % probable among all that was compared. This recording cannot tell ForceOffset from ConverterOffset at x_drive."
+        told["Sure"]
+        == "52 % probable among all explanations compared. This recording cannot tell ForceOffset from ConverterOffset at x_drive."
     )
     assert told["Next"].startswith("To tell ForceOffset from ConverterOffset at x_drive: Record the current as well")
     open_ = replace(COULOMB, separating_experiment="Creep both ways.")
     assert lines(replace(NAMED, effects=(open_,)))["Next"] == "To determine CoulombFriction: Creep both ways."
     second = replace(COULOMB, effect="Cogging", tied_with=("TorqueRipple",))
     several = lines(replace(TIED, effects=(*TIED.effects, second)))["Sure"]
-    assert several.startswith("Each is 52 % probable or more among")
+    assert several.startswith("Each is at least 52 % probable among")
     sure = tuple(replace(effect, probability=1.0) for effect in (COULOMB, second))
     assert lines(replace(NAMED, effects=sure))["Sure"].startswith("Each is > 99.9 % probable among")
     assert several.endswith("cannot tell ForceOffset from ConverterOffset at x_drive, nor Cogging from TorqueRipple.")
 
 
 def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> None:
-    assert lines(CLEAN)["Sure"] == "No effect predicts the recording better than chance may."
-    pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 669.0, False, "needs a size that machines do not have")
+    assert lines(CLEAN)["Sure"] == "No effect predicts the recording better than chance could."
+    pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 669.0, False, "needs an implausible size")
     told = lines(varied(CLEAN, explanations=(*CLEAN.search.explanations, pitch)))["Sure"]
-    assert told == f"The best of the effects, PeriodicPitchError at {SCALE}, needs a size that machines do not have."
+    assert told == f"The best effect, PeriodicPitchError at {SCALE}, needs an implausible size."
     assert "Sure" not in lines(varied(CLEAN, explanations=()))
 
 
@@ -241,13 +237,13 @@ def test_every_reason_for_which_an_effect_is_left_out_reads_as_a_sentence_after_
     made = [one for one in ast.walk(tree) if isinstance(one, ast.FunctionDef) and one.name in ("_why_not", "_too_small", "_why_another")]
     texts = [one for function in made for one in ast.walk(function) if isinstance(one, ast.Return)]
     begun = [word for one in texts for word in re.findall(r"(?:return |if kept else )f?['\"](\w+)", ast.unparse(one))]
-    verbs = {"predicts", "explains", "gains", "fits", "needs", "changes", "is", "was"}
+    verbs = {"predicts", "explains", "gains", "fits", "needs", "changes", "is", "refines", "was"}
     assert len(begun) >= 14
     assert set(begun) <= verbs
     for reason in {one["reason"] for answer in stored().values() for one in answer["explanations"] if one["kind"] == "effect"}:
         assert reason.split()[0] in verbs
         one = Explanation("Backlash", SCALE, "effect", 90.0, 1.0, 3.0, False, reason)
-        assert lines(varied(CLEAN, explanations=(one,)))["Sure"] == f"The best of the effects, Backlash at {SCALE}, {reason}."
+        assert lines(varied(CLEAN, explanations=(one,)))["Sure"] == f"The best effect, Backlash at {SCALE}, {reason}."
 
 
 def test_where_the_verdict_is_of_the_lesson_and_values_moved_both_are_told() -> None:
@@ -277,7 +273,7 @@ def test_values_that_moved_only_together_are_told_too() -> None:
 
 def test_each_recording_that_judged_is_named() -> None:
     told = lines(varied(NAMED, judges=("a.csv", "b.csv"), validation="a.csv"))["Compared"]
-    assert "judged by a.csv and b.csv. The whole simulation is off in a.csv by (" in told
+    assert "validated on a.csv and b.csv. RMS error of the whole simulation on a.csv (" in told
 
 
 def test_values_that_moved_are_told_with_interval_and_the_given_value() -> None:
@@ -311,15 +307,15 @@ def test_a_search_that_was_stopped_says_what_it_had_not_tried() -> None:
 def test_a_name_comes_with_its_probability_and_its_values() -> None:
     text = "\n".join(answer_lines(NAMED))
     assert "CoulombFriction  x_axis  level 20.41 N (20.22 to 20.60 N)  97.4 %\n" in text
-    assert "x_encoder.position           27 um   0.44 um  0.21 um\n" in text
+    assert "x_encoder.position    27 um   0.44 um  0.21 um\n" in text
     assert "\nPaste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: 20.41 N}" in text
 
 
 def test_values_that_are_others_beside_what_is_pasted_are_told() -> None:
     """A line pasted without them leaves more: what a friction is, is worked out beside another viscosity."""
-    assert not any(line.startswith("These lines belong") for line in answer_lines(NAMED))
+    assert not any(line.startswith("Use these lines") for line in answer_lines(NAMED))
     moved = replace(NAMED, baseline={**NAMED.baseline, "ways.level": BaselineValue("N", 40.0, 61.0, 49.22, 48.1, 50.3)})
-    assert "These lines belong with ways.level = 49.22 N, as in the _explained.yaml." in answer_lines(moved)
+    assert "Use these lines with ways.level = 49.22 N, as in the _explained.yaml." in answer_lines(moved)
 
 
 def test_what_is_not_determined_is_marked_and_a_pure_number_has_no_unit() -> None:
@@ -340,9 +336,7 @@ def test_the_table_of_the_decision_holds_all_that_competed_and_says_what_its_col
     assert [line.split("  ")[0] for line in lines[4:8]] == [
         "the lesson, its uncertain values refitted", "TorqueRipple at x_axis", "Backlash at x_scale", "TransportDelay at x_drive"
     ]  # fmt: skip
-    smooth = (
-        "smooth functions, for what is left at x_controller.voltage  2220  210    630           yes   predicts what is left; it depends on"
-    )
+    smooth = "smooth functions, for the remaining error at x_controller.voltage  2220  210    630           yes   predicts what is left"
     assert lines[8].startswith(smooth)
     assert lines[9] == "Not fitted, as a linear estimate promises too little: 1 effect."
     last = UNKNOWN.search.explanations[-1]
@@ -364,11 +358,9 @@ BASELINE = {PRESSURE: BaselineValue("N/m^2", 8.5e8, 1.05e9, 1.05e9)}
 
 def test_a_value_that_is_impossible_is_told_with_what_it_does() -> None:
     (whole,) = value_instead((PRESSURE,), BASELINE, whole=True)
-    assert whole.startswith(
-        f"{PRESSURE} of 1.05e+09 N/m^2 (+24%) explains by itself what is missing, though the lesson holds it impossible."
-    )
+    assert whole.startswith(f"{PRESSURE} of 1.05e+09 N/m^2 (+24%) explains the error by itself, though the lesson declares it impossible.")
     (part,) = value_instead((PRESSURE, "cutting.width"), BASELINE, whole=False)
-    assert "takes away a part of what is missing, and not the whole" in part
+    assert "explains a part of the error, though" in part
     assert "; so would another value of cutting.width." in part
     assert value_instead((), BASELINE, whole=True) == []
 
@@ -385,15 +377,15 @@ def test_ties_and_open_values_say_what_the_lines_to_paste_hold_and_each_experime
         FoundEffect("StribeckFriction", "x_axis", "reversal", 1.0, {}, (), "Creep.", sizes=Determined(("stribeck_velocity", "excess"))),
     )
     name, values, experiment = not_determined(effects)
-    assert name == "The lines to paste hold LostCounts at x_scale, and not LostCounts at x_encoder."
+    assert name == "The lines to paste use LostCounts at x_scale; LostCounts at x_encoder would fit as well."
     assert values.startswith(
-        "stribeck velocity and excess of StribeckFriction are not determined by this recording; the lines to paste hold a set"
+        "This recording does not determine stribeck velocity and excess of StribeckFriction; the lines to paste hold a set"
     )
-    assert experiment == "What would tell more of StribeckFriction: Creep."
+    assert experiment == "To determine StribeckFriction: Creep."
 
 
 def test_a_value_that_no_channel_shows_is_said_to_be_one() -> None:
     slopes = np.array([[[0.0, 1e-5]], [[0.0, 1e-2]], [[0.0, 0.0]]])
     fitted: Any = SimpleNamespace(names=["tachometer.gain", "spindle.inertia", "spindle.speed"], sensitivity=slopes)
     (sentence,) = not_shown(fitted, {"tachometer.gain": 1.0, "spindle.inertia": 1.0}, np.array([0.1]))
-    assert sentence.startswith("tachometer.gain moves nothing that is compared")
+    assert sentence.startswith("tachometer.gain moves no compared channel")

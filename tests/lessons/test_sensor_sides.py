@@ -48,15 +48,15 @@ def test_a_side_that_nobody_says_is_told(tmp_path: Path, registry: Registry) -> 
     case = prepared(tmp_path, registry, "")
     assert at_load(case) == ["scale"]
     assert run_warnings(case.case, case.plan) == (
-        "Assumed at the spring of table: encoder on the motor side. If so, write 'side: {encoder: motor}' in the lesson; "
-        "else write the other side.",
+        "Assumed at the spring of table: encoder on the motor side. Confirm with 'side: {encoder: motor}' in the lesson, "
+        "or write the other side.",
     )
 
 
 def test_a_side_that_a_diagnosis_has_found_is_told_and_no_longer_assumed(tmp_path: Path, registry: Registry) -> None:
     assert (
         assumed_sides(prepared(tmp_path, registry, "").machinery, "table", {"encoder": "motor"})
-        == "By the recordings encoder is on the motor side."
+        == "The recordings show encoder on the motor side."
     )
 
 

@@ -312,7 +312,7 @@ _OF_MOTION: dict[str, Callable[[_Moved], FloatArray]] = {
 """The functions of a motion, by what they depend on."""
 
 
-ONE_SPEED = "At one speed a wave over time and one over a position are the same: record other speeds."
+ONE_SPEED = "At constant speed a wave over time and one over position look the same: record other speeds."
 
 
 def at_one_speed(term: Term, conditions: Conditions, method: Method = STANDARD) -> str:

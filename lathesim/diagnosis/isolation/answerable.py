@@ -207,20 +207,20 @@ def _taken_up(looking: Looking, one: Visible) -> list[str]:
     change = one.nearest
     floors = looking.study.estimation.sensed.seen_floors
     if change is None:
-        return ["the machine does not run with it"]
+        return ["the machine would not run"]
     moved, left = (np.array([root_mean_square(row) for row in rows]) for rows in (change.run, change.left))
     if not np.any(moved > floors):
-        return ["it moves no recorded channel by more than its noise"]
+        return ["no recorded channel changes by more than its noise"]
     row = int(np.argmax(moved / floors))
     if left[row] > looking.study.method.larger_part * moved[row]:
-        return ["it does less than errors of laws and noise do, at any size that is believed"]
+        return ["at any plausible size the change stays below model error and noise"]
     amounts = looking.taken.amounts(change.run, looking.fitted.noise)
     parts = np.array([root_mean_square(amount * slope[row]) for amount, slope in zip(amounts, looking.taken.slopes, strict=True)])
     least = looking.study.method.larger_part * parts.max(initial=0.0)
     named = [looking.taken.names[place] for place in np.argsort(-parts)[: Shown.most_named] if parts[place] > least]
     by_part = {candidate.part: f"{candidate.name} at {candidate.place}" for candidate in looking.study.estimation.candidates}
     named = list(dict.fromkeys(by_part.get(Place.of(name).part, name) for name in named))
-    return [f"{' and '.join(named)} can stand for it"]
+    return [f"a change of {' and '.join(named)} looks the same"]
 
 
 def locked(study: Study, found: Found) -> tuple[Found, tuple[Unanswerable, ...]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.diagnosis.records.diagnosis import Diagnosis, Interval
-from lathesim.diagnosis.reporting.number_text import NOTHING, interval_texts, probability_text, quantity_text
+from lathesim.diagnosis.reporting.number_text import NOT_DETERMINED, NOTHING, interval_texts, probability_text, quantity_text
 from lathesim.diagnosis.reporting.summary import is_worse
 
 Rows = list[tuple[str, ...]]
@@ -34,7 +34,7 @@ def before_text(diagnosis: Diagnosis) -> str:
 def item_text(item: Interval, undetermined: bool) -> str:
     """Return a size with its interval: ``"20.4 N (20.2 to 20.6 N)"``."""
     value, interval = interval_texts(item.value, item.low, item.high, item.unit, item.ends)
-    doubt = ", not determined here" if undetermined else ", may be zero" if item.low < 0.0 < item.high else ""
+    doubt = f", {NOT_DETERMINED}" if undetermined and interval != NOT_DETERMINED else ", may be zero" if item.low < 0.0 < item.high else ""
     return f"{value} ({interval}{doubt if math.isfinite(item.low + item.high) else ''})"
 
 

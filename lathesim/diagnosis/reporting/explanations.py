@@ -114,7 +114,7 @@ def _effect(study: Study, found: Found, one: Tried) -> Explanation:
 
 def _why_kept(found: Found, one: Tried) -> str:
     if one.candidate.part in found.there_before:
-        return "explains the recording from before the change too"
+        return "explains the recording from before the change as well"
     rivals = [rival.name for rival in found.rivals.get(one.candidate.part, ())]
     return f"predicts as well as {listed(rivals)}" if rivals else "predicts clearly better than without it"
 
@@ -127,11 +127,11 @@ def _why_not(study: Study, found: Found, one: Tried) -> str:
     if one.predicted.nats <= 0.0:
         return "predicts worse than without it"
     if not is_clear(one.predicted, method, one.parameters):
-        return "gains no more than chance may"
+        return "gains no more than chance could"
     if not significant(one, study):
         return _too_small(one, study)
     if not is_plausible(study, one.model):
-        return "needs a size that machines do not have"
+        return "needs an implausible size"
     return _why_another(study, found, one)
 
 
@@ -140,8 +140,8 @@ def _too_small(one: Tried, study: Study) -> str:
     share = max(0.0, min(one.predicted.share, one.fitted.share))
     least = study.method.larger_part if one.candidate.effect.identification.size_of_recording else study.least_share
     if share <= least:
-        return f"explains {percent(share)} of what is left, less than {percent(least)}"
-    return "changes readings less than their noise, or forces less than errors of laws"
+        return f"explains {percent(share)} of the remaining error, less than the {percent(least)} required"
+    return "changes readings by less than their noise, or forces by less than the model error"
 
 
 def _why_another(study: Study, found: Found, one: Tried) -> str:
@@ -154,7 +154,7 @@ def _why_another(study: Study, found: Found, one: Tried) -> str:
         if any(one.candidate.part == rival.candidate.part for rival in found.rivals.get(candidate.part, ())):
             return f"predicts as well as {candidate.name} at {candidate.place}, and may be there in its place"
         if is_finer(one.candidate, [candidate]):
-            return f"is a finer form of {candidate.name}, and explains little of what that leaves"
+            return f"refines {candidate.name} and explains little more"
     beside = [other for other in found.tried if other.before is one.before and any(other.candidate.part == of.part for of in kept)]
     taken = best_of(study, beside)
     if taken is None and found.values is not None:
@@ -162,15 +162,15 @@ def _why_another(study: Study, found: Found, one: Tried) -> str:
     if taken is None:
         return "is not needed beside what was kept" if kept else "was not taken, as the best of its round was dropped"
     if as_good(one.model, taken, study):
-        return f"predicts hardly better than {taken.name}, which has fewer values or comes first in the list"
+        return f"predicts about as well as {taken.name}, which has no more values"
     return f"predicts worse than {taken.name}, and is not needed beside it"
 
 
 def _flexible(doubt: Doubt, method: Method) -> Explanation:
     """Return the smooth functions of what is left behind a channel as one of the explanations that compete."""
     gained = Gain(doubt.gain, doubt.error)
-    small = "less than errors of laws or the noise" if is_clear(gained, method) else "predicts nothing of what is left"
-    why = "predicts what is left, which no effect explains" if doubt.clear else small
+    small = "less than the model error or the noise" if is_clear(gained, method) else "predicts nothing of the remaining error"
+    why = "predicts the remaining error, which no effect explains" if doubt.clear else small
     on = doubt.depends_on[0] if doubt.depends_on else ON_NOTHING
     return _row((on, doubt.channel, "flexible"), gained, method, kept=doubt.clear, why=why)
 
@@ -210,7 +210,7 @@ def explanation_row(one: Explanation) -> tuple[str, ...]:
     text, why = one.text, one.reason
     if one.kind == "flexible":
         text, why = (
-            f"smooth functions, for what is left at {one.place}",
+            f"smooth functions, for the remaining error at {one.place}",
             f"{why}; it {one.name}" if one.kept and one.name != ON_NOTHING else why,
         )
     numbers = (number(value, 0) if math.isfinite(value) else NOTHING for value in (one.gain, one.standard_error, one.chance))

@@ -16,6 +16,8 @@ _NEAR_AN_END = 0.05
 """Distance from nothing or all within which a share has a decimal."""
 MINUS = "\N{MINUS SIGN}"
 NOTHING = "\N{EN DASH}"
+NOT_DETERMINED = "not determined here"
+"""The interval of a value that a recording says nothing of."""
 ARROW = "\N{RIGHTWARDS ARROW}"
 
 
@@ -61,7 +63,7 @@ def interval_texts(value: float, low: float, high: float, unit: str, ends: tuple
     factor, name = shared_unit([value, low, high], unit)
     shown, least, most = value / factor, low / factor, high / factor
     if not (math.isfinite(least) and math.isfinite(most)) or all(ends):
-        return quantity_text(value, unit), "not determined here"
+        return quantity_text(value, unit, 2), NOT_DETERMINED
     half = 0.5 * abs(most - least)
     decimals = min(8, 1 - math.floor(math.log10(half))) if half > 0.0 else None
     texts = [number(item, decimals) for item in (shown, least, most)]
@@ -85,8 +87,8 @@ def probability_text(probability: float) -> str:
 
 
 def least_probable_text(probability: float) -> str:
-    """Return how probable each of some names is, by the least of them: ``"52 % probable or more"``."""
-    return f"{probability_text(probability)} probable{'' if probability > _ALMOST_ALL else ' or more'}"
+    """Return how probable each of some names is, by the least of them: ``"at least 52 % probable"``."""
+    return f"{'' if probability > _ALMOST_ALL else 'at least '}{probability_text(probability)} probable"
 
 
 _PLAIN = str.maketrans({"µ": "u", "·": "*", "²": "^2", "³": "^3", MINUS: "-", NOTHING: "-"})

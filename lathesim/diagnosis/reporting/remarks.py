@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -20,7 +20,7 @@ def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray
     found = []
     for name, slope in zip(fitted.names, fitted.sensitivity if fitted.sensitivity is not None else (), strict=False):
         if name in uncertain and not np.any(np.abs(slope) * POSSIBLE * uncertain[name] > Shown.hardly_shown * floors[:, None]):
-            found.append(f"{name} moves nothing that is compared: whether it is another one, these recordings cannot tell.")
+            found.append(f"{name} moves no compared channel, so these recordings cannot check it.")
     return found
 
 
@@ -31,10 +31,10 @@ def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue],
         return []
     item = baseline[names[0]]
     off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
-    does = "explains by itself what is missing" if whole else "takes away a part of what is missing, and not the whole"
-    told = f"{names[0]} of {with_unit(f'{item.refit_with:.4g}', item.unit)}{off} {does}, though the lesson holds it impossible"
+    does = "explains the error by itself" if whole else "explains a part of the error"
+    told = f"{names[0]} of {with_unit(f'{item.refit_with:.4g}', item.unit)}{off} {does}, though the lesson declares it impossible"
     others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
-    return [f"{told}{others}. Measure it, and say in the lesson how sure it is."]
+    return [f"{told}{others}. Measure it, and give its uncertainty in the lesson."]
 
 
 def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
@@ -44,25 +44,32 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     for effect in effects:
         if effect.tied_with:
             name = f"{effect.effect} at {effect.at}" if any(" at " in other for other in effect.tied_with) else effect.effect
-            sentences.append(f"The lines to paste hold {name}, and not {' or '.join(effect.tied_with)}.")
+            sentences.append(f"The lines to paste use {name}; {' or '.join(effect.tied_with)} would fit as well.")
         pasted = [name for name in effect.sizes.undetermined if name not in effect.sizes.left_out]
         several = "a set of values that fits" if len(pasted) > 1 else "one value that fits"
         for names, done in ((effect.sizes.left_out, "leave that part of it out"), (pasted, f"hold {several}")):
             if names:
-                verb = "is" if len(names) == 1 else "are"
                 named = listed([name.replace("_", " ") for name in names])
-                sentences.append(f"{named} of {effect.effect} {verb} not determined by this recording; the lines to paste {done}.")
+                sentences.append(f"This recording does not determine {named} of {effect.effect}; the lines to paste {done}.")
         if effect.separating_experiment:
-            experiments.append(f"What would tell more of {effect.effect}: {effect.separating_experiment}")
+            experiments.append(f"To determine {effect.effect}: {effect.separating_experiment}")
     return (*sentences, *experiments[1:])
 
 
 def not_answered(found: Sequence[Unanswerable]) -> list[str]:
     """Return which effects recordings do not show, those with one reason in one sentence."""
-    names: dict[str, list[str]] = {}
+    names: dict[str, list[tuple[str, str]]] = {}
     for one in found:
-        names.setdefault(one.why, []).append(f"{one.effect} at {one.at}")
-    return [f"{listed(some)} would not show, however large: {why}." for why, some in names.items()]
+        names.setdefault(one.why, []).append((one.effect, one.at))
+    return [f"This recording would not show {with_places(some)} at any size: {why}." for why, some in names.items()]
+
+
+def with_places(pairs: Iterable[tuple[str, str]]) -> str:
+    """Return names with their places, each place once: ``"A and B at x_axis and C at x_drive"``."""
+    by_place: dict[str, list[str]] = {}
+    for name, place in pairs:
+        by_place.setdefault(place, []).append(name)
+    return listed([f"{listed(names)} at {place}" for place, names in by_place.items()])
 
 
 def next_step(diagnosis: Diagnosis, worse: Sequence[str], values: Sequence[str], *, needed: bool, off: bool) -> str:
@@ -74,7 +81,7 @@ def next_step(diagnosis: Diagnosis, worse: Sequence[str], values: Sequence[str],
     if not diagnosis.complete:
         return "Give the search more time (--at-most), and ask again."
     if diagnosis.verdict == "recording_fault":
-        return "Mend the recording, or what the lesson says of its columns, and diagnose again."
+        return "Correct the recording, or its columns in the lesson, and diagnose again."
     if worse and diagnosis.verdict != "unknown":
         return f"Do not rely on it yet: it predicts {listed(list(worse))} worse. {_record_more(diagnosis)}"
     if diagnosis.names:
@@ -88,7 +95,7 @@ def _after_values(diagnosis: Diagnosis, values: Sequence[str], *, needed: bool, 
     measure = f"Measure {listed(values) if 0 < len(values) <= Shown.most_named else 'these values'}"
     if off:
         easiest = diagnosis.rest.easiest
-        log_too = [f"Log {easiest} too: of what nothing compared shows, it is the easiest."] if easiest else []
+        log_too = [f"Log {easiest} too: of the signals that would show more, it is the easiest to log."] if easiest else []
         return " ".join([*([f"{measure}."] if values else []), _record_more(diagnosis), *log_too])
     if needed:
         return f"{measure}, and correct {'it' if len(values) == 1 else 'them'} in the lesson."
@@ -105,12 +112,12 @@ def _after_names(diagnosis: Diagnosis, *, off: bool) -> str:
     if open_ is not None:
         return f"To determine {open_.effect}: {open_.separating_experiment}"
     paste = "Paste the lines below into the lesson, or run the _explained.yaml beside the report, which holds them."
-    return paste if diagnosis.rest.adequate and not off else f"{paste} The report shows when most is left."
+    return paste if diagnosis.rest.adequate and not off else f"{paste} The report shows when the remaining error is largest."
 
 
 def _record_more(diagnosis: Diagnosis) -> str:
     if diagnosis.question.judges_itself:
-        return "One recording cannot well judge itself: record a second one, longer and at more speeds, and give it with --validate."
+        return "Make a second recording, longer and at more speeds, and give it with --validate."
     return "Record more motion: longer, at other speeds and places."
 
 

@@ -15,7 +15,7 @@ from lathesim.diagnosis.records.comparison import Explanation
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Unnamed
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.number_text import interval_texts, least_probable_text, number, percent, probability_text, quantity_text
-from lathesim.diagnosis.reporting.remarks import next_step
+from lathesim.diagnosis.reporting.remarks import next_step, with_places
 from lathesim.errors import listed
 from lathesim.identification.signal import root_mean_square
 from lathesim.recordings.raw_table import counted
@@ -60,29 +60,21 @@ def _named(diagnosis: Diagnosis) -> str:
     """Return what was left out, with what may be in its place. An effect whose size may be zero is no find."""
     finds = found_effects(diagnosis)
     if not finds:
-        names = _with_places([(effect.effect, effect.at) for effect in diagnosis.effects])
+        names = with_places([(effect.effect, effect.at) for effect in diagnosis.effects])
         verb, sizes = ("describe", "their sizes, which") if len(diagnosis.effects) > 1 else ("describes", "its size, which")
         return f"Something is missing that {names} {verb} best. This recording does not determine {sizes} may be zero."
     faults = [effect for effect in finds if effect.family == OF_RECORDING]
     physics = [effect for effect in finds if effect.family != OF_RECORDING]
     begins = f"New since {diagnosis.question.before}: " if diagnosis.question.before else "The simulation left out "
     sentences = [f"{begins}{_rivalled(physics)}."] if physics else []
-    sentences += [f"The recording is at fault: {_rivalled(faults)}."] if faults else []
+    sentences += [f"The recording has a fault: {_rivalled(faults)}."] if faults else []
     return " ".join(sentences)
 
 
 def _rivalled(effects: Sequence[FoundEffect]) -> str:
     """Return effects with their places, and in brackets those that may be in the place of each."""
-    rivals = [f" (or {', '.join(effect.tied_with)})" if effect.tied_with else "" for effect in effects]
-    return _with_places([(f"{effect.effect}{or_}", effect.at) for effect, or_ in zip(effects, rivals, strict=True)])
-
-
-def _with_places(pairs: Sequence[tuple[str, str]]) -> str:
-    """Return names with their places, each place once: ``"A and B at x_axis and C at x_drive"``."""
-    by_place: dict[str, list[str]] = {}
-    for name, place in pairs:
-        by_place.setdefault(place, []).append(name)
-    return listed([f"{listed(names)} at {place}" for place, names in by_place.items()])
+    rivals = [f" (or {' or '.join(effect.tied_with)})" if effect.tied_with else "" for effect in effects]
+    return with_places([(f"{effect.effect}{or_}", effect.at) for effect, or_ in zip(effects, rivals, strict=True)])
 
 
 def _left_over(diagnosis: Diagnosis) -> list[str]:
@@ -91,8 +83,8 @@ def _left_over(diagnosis: Diagnosis) -> list[str]:
 
 
 def without_name(left: Unnamed) -> str:
-    """Return what is left at a place and on what it depends."""
-    return f"What is left at {left.at} {f'{left.depends_on[0]} and ' if left.depends_on else ''}has no name."
+    """Return that something is left at a place which no effect explains, and on what it depends."""
+    return f"The unexplained error at {left.at} {left.depends_on[0] if left.depends_on else 'remains'}."
 
 
 def _nothing_missing(diagnosis: Diagnosis, method: Method) -> str:
@@ -125,7 +117,7 @@ def _in_part(diagnosis: Diagnosis, method: Method) -> str:
         explains = "Other values of the lesson explain a part of the recording."
         explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.rest.far_off else explains
     since = [f"Nothing is new since {diagnosis.question.before}."] if diagnosis.question.before else []
-    return " ".join([*since, explains, *stays_off(diagnosis, method), "No known effect and nothing recorded predicts that."])
+    return " ".join([*since, explains, *stays_off(diagnosis, method), "No known effect and no recorded signal predicts it."])
 
 
 def stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
@@ -134,9 +126,11 @@ def stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
     if not off:
         return []
     item, others = diagnosis.fit[off[0]], off[1:]
-    more = f", and {others[0] if len(others) == 1 else f'{len(others)} more channels'} too" if others else ""
+    more = (
+        f"; {f'{others[0]} also exceeds its' if len(others) == 1 else f'{len(others)} more channels exceed their'} noise" if others else ""
+    )
     times = number(float(f"{item.after / item.floor:.2g}"), digits=2)
-    return [f"{off[0]} stays off by {_shown(item.after, item.unit)}, {times} times its noise{more}."]
+    return [f"The error of {off[0]} remains {_shown(item.after, item.unit)}, {times} times its noise{more}."]
 
 
 def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
@@ -170,11 +164,10 @@ def _size(diagnosis: Diagnosis) -> str:
         sentences.append(f"{'; '.join(f'{effect.effect} {_size_text(effect)}' for effect in finds or diagnosis.effects)}.")
         doubtful = [effect.effect for effect in diagnosis.effects if finds and effect.sizes.may_be_zero]
         if doubtful:
-            sentences.append(f"{listed(doubtful)} help{'' if len(doubtful) > 1 else 's'} to predict too, of a size that may be zero.")
+            verb, whose = ("improve", "their sizes") if len(doubtful) > 1 else ("improves", "its size")
+            sentences.append(f"{listed(doubtful)} {verb} the prediction too, but {whose} may be zero.")
         if diagnosis.rest.removed_share > 0.0:
-            sentences.append(
-                f"Where each part gets its recorded inputs, this explains {percent(diagnosis.rest.removed_share)} of the error."
-            )
+            sentences.append(f"With recorded inputs at each part, this explains {percent(diagnosis.rest.removed_share)} of the error.")
     elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
         most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in values[:most]]
@@ -185,16 +178,17 @@ def _size(diagnosis: Diagnosis) -> str:
 
 def _unnamed_text(left: Unnamed, diagnosis: Diagnosis) -> str:
     """Return how large what has no name is, a force beside all that acts there."""
-    size = f"Without a name: {quantity_text(left.size, left.unit, 2)} (root mean square) at {left.at}"
+    size = f"Unexplained: {quantity_text(left.size, left.unit, 2)} RMS at {left.at}"
     acts = next((root_mean_square(one.total) for one in diagnosis.evidence.missing if one.at == left.at and one.unit in FORCES), 0.0)
-    return f"{size}, {percent(left.size / acts)} of what acts there." if acts > left.size else f"{size}."
+    return f"{size}, {percent(left.size / acts)} of the total there." if acts > left.size else f"{size}."
 
 
 def _size_text(effect: FoundEffect) -> str:
     """Return a size of an effect with its interval: the first that is surely not zero, else the first that the recording determines; of a
-    product, and of one that is not the effect's first, which one it is."""
+    product, of a pure number, and of one that is not the effect's first, which one it is."""
     named = [
-        ("" if place == 0 else f"{name.replace('_', ' ')} ", name, item) for place, (name, item) in enumerate(effect.parameters.items())
+        ("" if place == 0 and item.unit != "1" else f"{name.replace('_', ' ')} ", name, item)
+        for place, (name, item) in enumerate(effect.parameters.items())
     ]
     sizes = [(label, item) for label, name, item in named if name not in effect.sizes.undetermined]
     sizes.sort(key=lambda one: not (math.isfinite(one[1].high - one[1].low) and one[1].low * one[1].high > 0.0))
@@ -251,13 +245,14 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     finds = found_effects(diagnosis) or list(diagnosis.effects)
     least = min((effect.probability for effect in finds), default=math.nan)
     probable = f"Each is {least_probable_text(least)}" if len(finds) > 1 else f"{probability_text(least)} probable"
-    said = [f"{probable} among all that was compared."]
+    said = [f"{probable} among all explanations compared."]
     if diagnosis.question.is_one_stroke:
-        said = ["Less than the gains say: one stroke cannot judge itself, and there is no second one."]
+        said = ["Less than the fit suggests: one stroke cannot validate itself, and there is no second one."]
     elif diagnosis.question.together:
-        said.append("No recording was left to judge that.")
+        said.append("No recording was left for validation.")
     elif worse := _worse(diagnosis):
-        said = [f"Less than the gains say: {listed(worse)} {'are' if len(worse) > 1 else 'is'} further off than with the lesson alone."]
+        errors = "have larger errors" if len(worse) > 1 else "has a larger error"
+        said = [f"Less than the fit suggests: {listed(worse)} {errors} than with the lesson alone."]
     tied = [f"{effect.effect} from {listed(list(effect.tied_with))}" for effect in finds if effect.tied_with]
     if tied:
         return [*said, f"This recording cannot tell {', nor '.join(tied)}."]
@@ -270,17 +265,17 @@ def _certainly_missing(diagnosis: Diagnosis) -> list[str]:
     if not kept:
         return [f"{diagnosis.search.rule[0].upper()}{diagnosis.search.rule[1:]}."] if diagnosis.search.rule else []
     best = max(kept, key=lambda one: one.gain)
-    level = f"its gain is {best.gain:.0f}, and {best.chance:.0f} may be chance"
-    return [f"A smooth function of the motion, which has no name, predicts {best.place} clearly better: {level}."]
+    level = f"its gain is {best.gain:.0f}, and {best.chance:.0f} could be chance"
+    return [f"A smooth function of the motion predicts {best.place} clearly better: {level}."]
 
 
 def _nothing_else(diagnosis: Diagnosis) -> list[str]:
     """Return that no effect predicts better than chance, or which one does and yet was left out."""
     rivals = [one for one in _rivals(diagnosis) if one.is_clear]
     if rivals:
-        return [f"The best of the effects, {rivals[0].text}, {rivals[0].reason}."]
+        return [f"The best effect, {rivals[0].text}, {rivals[0].reason}."]
     return (
-        ["No effect predicts the recording better than chance may."]
+        ["No effect predicts the recording better than chance could."]
         if any(one.kind == "effect" for one in diagnosis.search.explanations)
         else []
     )
@@ -309,14 +304,16 @@ def _competitors(diagnosis: Diagnosis) -> list[str]:
     judged = (
         listed(diagnosis.question.judges) if diagnosis.question.judges else diagnosis.question.validation or "the recording that judges"
     )
-    fitted = f"Each was fitted to {diagnosis.question.recording} and judged by {judged}."
+    fitted = f"Each was fitted to {diagnosis.question.recording} and validated on {judged}."
     if diagnosis.question.is_one_stroke:
-        fitted = f"{diagnosis.question.recording} holds one stroke, whose halves show other things: it was fitted whole and judges itself."
+        fitted = (
+            f"{diagnosis.question.recording} holds one stroke with unlike halves: it was fitted whole, and nothing is left for validation."
+        )
     elif diagnosis.question.together:
-        fitted = f"{diagnosis.question.recording} and {judged} were fitted together: each alone leaves open what the two determine."
+        fitted = f"{diagnosis.question.recording} and {judged} were fitted together, as neither alone determines all values."
     elif diagnosis.question.judges_itself:
         part = judged.removeprefix(f"{diagnosis.question.recording}, ")
-        fitted = f"{diagnosis.question.recording} judges itself: each was fitted to one part of it and judged by the other ({part})."
+        fitted = f"Each was fitted to one part of {diagnosis.question.recording} and validated on the other ({part})."
     return [f"with {listed(competed)}.", fitted] if competed else []
 
 
@@ -328,8 +325,8 @@ def _before_and_after(diagnosis: Diagnosis, method: Method) -> list[str]:
     order = sorted(diagnosis.fit, key=lambda name: (name not in worst, -change.get(name, 0.0)))
     shown = [name for place, name in enumerate(order) if place < Shown.most_named or is_worse(diagnosis, name)]
     states = "lesson alone -> with this" if diagnosis.effects else "values as given -> fitted"
-    there = f"in {diagnosis.question.validation}" if len(diagnosis.question.judges) > 1 else "there"
-    off = f"The whole simulation is off {there} by ({states})"
+    there = f" on {diagnosis.question.validation}" if diagnosis.question.validation else ""
+    off = f"RMS error of the whole simulation{there} ({states})"
     return [f"{off}: {'; '.join(_change_of(diagnosis, name) for name in shown)}."] if shown else []
 
 

@@ -38,7 +38,7 @@ def _tables(diagnosis: Diagnosis) -> list[str]:
     if shown_values(diagnosis):
         lines += ["", *_table(("value of the lesson", "given", "fitted", "95 % interval"), value_rows(diagnosis))]
     if diagnosis.fit:
-        lines += ["", *_table(("error (root mean square) of", "before", "after", "noise"), channel_rows(diagnosis)), before_text(diagnosis)]
+        lines += ["", *_table(("RMS error of", "before", "after", "noise"), channel_rows(diagnosis)), before_text(diagnosis)]
     return lines
 
 
@@ -59,4 +59,4 @@ def _first_of(names: Sequence[str], most: int) -> str:
 def _beside(diagnosis: Diagnosis) -> list[str]:
     """Return which values of the lesson are others beside what is to be pasted: without them it leaves more."""
     moved = [f"{name} = {quantity_text(item.refit_with, item.unit)}" for name, item in moved_values(diagnosis)]
-    return [f"These lines belong with {', '.join(moved)}, as in the _explained.yaml."] if moved else []
+    return [f"Use these lines with {', '.join(moved)}, as in the _explained.yaml."] if moved else []
