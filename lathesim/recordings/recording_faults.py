@@ -86,10 +86,12 @@ _FAR = 8.0
 """A jump is this many times larger than what the steps around it let expect."""
 
 
-def dropped_samples(found_pairs: list[Pair], period: float) -> list[Finding]:
-    """Find samples in which two channels of one motion jump together and by the same way, as when rows between them are missing.
+def dropped_samples(channels: list[RecordedChannel], found_pairs: list[Pair], period: float) -> list[Finding]:
+    """Find samples in which two channels of one motion jump together and by the same way, or the only place of a motion jumps ahead and
+    goes on as before, as when rows between them are missing.
 
-    A machine cannot follow a jump of its reference within one sample, so both at once is the logger's.
+    A machine cannot follow a jump of its reference within one sample, so both at once is the logger's. Nor does one that moves steadily go
+    many times as far in a single sample.
     """
     for pair in found_pairs:
         first, second = pair.first, pair.second
@@ -99,13 +101,42 @@ def dropped_samples(found_pairs: list[Pair], period: float) -> list[Finding]:
         at = at[np.abs(first.steps[at]) < JUMPS.fall * first.span]
         ratio = second.steps[at] / (pair.slope * first.steps[at])
         at = at[(ratio > MOTION.same_jump) & (ratio < 1.0 / MOTION.same_jump)]
-        if not len(at):
+        if len(at):
+            return [_dropped("all channels jump together", first, at, period)]
+    paired = {one.name for pair in found_pairs for one in (pair.first, pair.second)}
+    for channel in channels:
+        if channel.name in paired or channel.driven or channel.constant or channel.unit not in ("m", "rad"):
             continue
-        lost = [_lost(first, int(place)) for place in at]
-        places = ", ".join(f"{(place + 1) * period:.6g}" for place in at[: JUMPS.listed]) + (" and so on" if len(at) > JUMPS.listed else "")
-        fact = f"all channels jump together {len(at)} times, at {places} s, as if about {int(sum(lost))} samples were dropped there"
-        return [Finding("dropped", "time", fact, "record again with a logger that keeps up, or cut the recording there", True)]
+        at = _jumps(channel)
+        before, after = _around(channel, at)
+        ahead = (before * channel.steps[at] > 0.0) & (after * channel.steps[at] > 0.0) & _is_even(before, after)
+        at = at[ahead & (np.abs(channel.steps[at]) < JUMPS.fall * channel.span)]
+        if len(at):
+            return [_dropped(f"{channel.name} jumps ahead", channel, at, period)]
     return []
+
+
+def _dropped(how: str, channel: RecordedChannel, at: npt.NDArray[np.int64], period: float) -> Finding:
+    """Return the finding that rows are missing where a channel jumps."""
+    lost = sum(_lost(channel, int(place)) for place in at)
+    places = ", ".join(f"{(place + 1) * period:.6g}" for place in at[: JUMPS.listed]) + (" and so on" if len(at) > JUMPS.listed else "")
+    often = f"{len(at)} times" if len(at) > 1 else "once"
+    fact = f"{how} {often}, at {places} s, as if about {round(lost)} samples were dropped there"
+    return Finding("dropped", "time", fact, "record again with a logger that keeps up, or cut the recording there", True)
+
+
+def _around(channel: RecordedChannel, jumps: npt.NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+    """Return how far a place moves on over some samples before and after jumps (their positions), which are that far from the ends."""
+    before = channel.values[jumps] - channel.values[np.maximum(jumps - _AROUND, 0)]
+    last = len(channel.values) - 1
+    after = channel.values[np.minimum(jumps + 1 + _AROUND, last)] - channel.values[np.minimum(jumps + 1, last)]
+    return before, after
+
+
+def _is_even(before: FloatArray, after: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return whether a place moves on after jumps about as it did before."""
+    even = (np.abs(after) < JUMPS.evenly * np.abs(before)) & (np.abs(before) < JUMPS.evenly * np.abs(after))
+    return np.asarray(even)
 
 
 def _jumps(channel: RecordedChannel) -> npt.NDArray[np.int64]:
@@ -136,10 +167,8 @@ def wrapped_counters(channels: list[RecordedChannel], period: float) -> list[Fin
         jumps = jumps[(jumps > _AROUND) & (jumps < len(channel.steps) - _AROUND)]
         if not len(jumps) or len(jumps) > int(JUMPS.falls * len(channel.steps)):
             continue
-        before = channel.values[jumps] - channel.values[jumps - _AROUND]
-        after = channel.values[jumps + 1 + _AROUND] - channel.values[jumps + 1]
-        against = (before * channel.steps[jumps] < 0.0) & (after * channel.steps[jumps] < 0.0)
-        against &= (np.abs(after) < JUMPS.evenly * np.abs(before)) & (np.abs(before) < JUMPS.evenly * np.abs(after))
+        before, after = _around(channel, jumps)
+        against = (before * channel.steps[jumps] < 0.0) & (after * channel.steps[jumps] < 0.0) & _is_even(before, after)
         middle = np.abs(channel.values - 0.5 * (channel.values.max() + channel.values.min())) < JUMPS.half * channel.span
         if against.all() and np.mean(middle) > JUMPS.passes:
             width = float(np.median(np.abs(channel.steps[jumps])))
@@ -272,7 +301,7 @@ def recording_faults(record: Record, mapping: RecordingMapping) -> list[Finding]
         *swapped_columns(channels, period),
         *senseless_forces(channels),
         *wrapped_counters(channels, period),
-        *dropped_samples(same, period),
+        *dropped_samples(channels, same, period),
         *repeated_blocks(channels, period),
         *repeated_stretches(same, period),
         *frozen_channels(channels, same, period),

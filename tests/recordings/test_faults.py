@@ -133,6 +133,9 @@ PLANTED: dict[str, tuple[Callable[[], Columns], str, str]] = {
         lambda: with_values(AXIS, SCALE, given_again(AXIS[SCALE], (1120, 3130, 5140), 50)), "repeated", SCALE,
     ),
     "rows dropped": (lambda: {name: np.delete(values, np.r_[3120:3160, 7050:7090]) for name, values in AXIS.items()}, "dropped", "time"),
+    "rows dropped of a single place": (
+        lambda: {name: np.delete(AXIS[name], np.r_[7050:7090]) for name in (ENCODER, VOLTAGE)}, "dropped", "time",
+    ),
     "block written twice": (
         lambda: {name: np.concatenate([values[:5400], values[5100:]]) for name, values in AXIS.items()}, "repeated", "",
     ),
