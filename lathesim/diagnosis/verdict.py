@@ -118,8 +118,8 @@ class Doubt:
     """What the flexible explanation makes of what a model leaves behind a channel.
 
     ``gain`` with its ``error`` is what it predicts better [nats]. ``before`` and ``after`` are root mean squares of what is lacking ``at``
-    a port, without and with it [unit]; ``depends_on`` says on what, ``terms`` are the functions, and ``variables`` names what they are of.
-    It is ``clear`` where something is left that an effect should explain.
+    a port, without and with it, less its ``mean`` [unit]; ``depends_on`` says on what, ``terms`` are the functions, and ``variables`` names
+    what they are of. It is ``clear`` where something is left that an effect should explain.
     """
 
     channel: str
@@ -129,6 +129,7 @@ class Doubt:
     error: float
     before: float
     after: float
+    mean: float
     depends_on: tuple[str, ...]
     variables: tuple[str, ...]
     clear: bool
@@ -138,6 +139,16 @@ class Doubt:
     def structured(self) -> float:
         """The size of what could be predicted, one root mean square [unit]."""
         return math.sqrt(max(self.before**2 - self.after**2, 0.0))
+
+    @property
+    def whole(self) -> float:
+        """The same with the mean, which is all that a weight is [unit]."""
+        return math.hypot(self.structured, self.mean)
+
+    @property
+    def conditions(self) -> set[tuple[str, str]]:
+        """What the functions are of."""
+        return {term.condition for term in self.terms}
 
 
 def doubts(study: Study, model: Model) -> tuple[Doubt, ...]:
@@ -165,7 +176,8 @@ def _doubted(study: Study, model: Model, made_of: Mapping[str, tuple[Lacking, Fl
         least = least_size(study, model, row) if lacking.is_force else float(validation.sensed.seen_floors[row])
         clear = is_clear(Gain(gain, error), study.method) and size > least
         on, variables = tuple(map(str, made.parts)), tuple(term.variable for term in made.terms)
-        found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, made.before, made.after, on, variables, clear, made.terms))
+        left = (made.before, made.after, made.mean)
+        found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, *left, on, variables, clear, made.terms))
     return tuple(found)
 
 
@@ -174,6 +186,7 @@ def outdone(study: Study, found: Found, doubted: tuple[Doubt, ...]) -> tuple[Fou
     effects do, and these add nothing to them: effects that stand for something else. Else both as they are.
 
     An effect beside the functions has to explain of what they leave as much as any other explanation has to: a model is never quite right.
+    Functions do what a dry friction or a factor does, and leave no less beside it: such an effect makes one of them needless, and stays.
     The forces behind a spring that is named are no longer those of the lesson: there the effects stay.
     """
     candidates, alike = found.model.candidates, study.method.alike
@@ -187,7 +200,8 @@ def outdone(study: Study, found: Found, doubted: tuple[Doubt, ...]) -> tuple[Fou
         other.clear
         and alike * other.after < one.before
         and (1.0 - study.least_share) * other.after**2 <= one.after**2
-        and one.structured > least * other.structured
+        and one.whole > least * other.whole
+        and other.conditions <= one.conditions
         for one, other in pairs
     ):
         return found, doubted

@@ -98,6 +98,11 @@ class Term:
         return self.wave is not None and not self.wave.of
 
     @property
+    def condition(self) -> tuple[str, str]:
+        """What it is a function of, whatever the function is, and the part that moves."""
+        return self.on.removeprefix(PROPORTION), self.of
+
+    @property
     def variable(self) -> str:
         """What it is a function of: "velocity of x_axis", "position of x_axis, every 5 mm"."""
         name = self.on.removeprefix(PROPORTION) + (f" of {self.of}" if self.of else "")

@@ -46,8 +46,8 @@ class Flexible:
     """What a residual depends on, as far as that predicts the validation recording.
 
     ``gain`` is its log predictive density there above that of the constant [nats], with its ``standard_error``; ``before`` and ``after``
-    are root mean squares there, less the mean and less the prediction [unit of the residual]. ``refuted`` are the terms that the estimation
-    recording shows and the validation recording does not.
+    are root mean squares there, less the ``mean`` and less the prediction [unit of the residual]. ``refuted`` are the terms that the
+    estimation recording shows and the validation recording does not.
     """
 
     gain: float
@@ -56,6 +56,7 @@ class Flexible:
     """The gain without lines over time, which a loop that swings by itself makes: that is no function of what a machine does [nats]."""
     before: float
     after: float
+    mean: float
     parts: tuple[KeptTerm, ...]
     refuted: tuple[Term, ...]
     functions: Functions
@@ -111,6 +112,5 @@ def flexible(
     amounts = tuple(posterior.mean[posterior.places[term]] for term in terms)
     absorbed = posterior.mean[1 : found.recording.beside.stop]
     refuted = tuple(term for term in found.posterior.terms if term not in terms)
-    return Flexible(
-        worth.gain, worth.standard_error, steady.gain, asked.left(()), asked.left(terms), parts, refuted, functions, amounts, absorbed
-    )
+    before, after, mean = asked.left(()), asked.left(terms), float(np.mean(judge.residual[judge.counted]))
+    return Flexible(worth.gain, worth.standard_error, steady.gain, before, after, mean, parts, refuted, functions, amounts, absorbed)

@@ -14,7 +14,21 @@ from lathesim.diagnosis.verdict import doubts, outdone
 from lathesim.effects.drive_errors import Cogging
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
-from tests.diagnosis.pushed_table import Hidden, Law, experiments, recording, searched, study
+from lathesim.record import Record
+from tests.diagnosis.pushed_table import (
+    FORCE,
+    POSITION,
+    RESOLUTION,
+    Hidden,
+    Law,
+    as_record,
+    experiments,
+    force,
+    recording,
+    searched,
+    study,
+    travel,
+)  # fmt: skip
 
 
 def shaken(v: float, q: float, t: float) -> float:
@@ -48,6 +62,32 @@ def test_an_offset_that_adds_next_to_nothing_to_smooth_functions_gets_no_name() 
     found, left = outdone(asked, found, doubts(asked, found.model))
     assert not found.model.candidates
     assert any(one.clear and one.depends_on[0].startswith("depends on position of x_axis") for one in left)
+
+
+def test_a_dry_friction_that_makes_a_function_needless_keeps_its_name_beside_a_larger_force() -> None:
+    records = [recording(Hidden(dry=8.0, law=shaken), seed=seed) for seed in (1, 2)]
+    first, second = experiments(*records, effects=(CoulombFriction,))
+    asked, found = study(first, second), searched(first, second)
+    found, left = outdone(asked, found, doubts(asked, found.model))
+    assert [one.name for one in found.model.candidates] == ["CoulombFriction"]
+    assert any(one.clear for one in left)
+
+
+def test_a_weight_keeps_its_name_beside_a_force_outside_the_catalogue() -> None:
+    """Functions have a constant of their own, so that a weight adds nothing to them: it is most of what the lesson leaves."""
+    first, second = experiments(*(hung_up(seed) for seed in (1, 2)), effects=(ForceOffset,))
+    asked, found = study(first, second), searched(first, second)
+    found, left = outdone(asked, found, doubts(asked, found.model))
+    assert [one.name for one in found.model.candidates] == ["ForceOffset"]
+    assert any(one.clear for one in left)
+
+
+def hung_up(seed: int, weight: float = 40.0) -> Record:
+    """Return a recording of a table whose weight the force holds, with a force along the way that no effect here makes."""
+    pushed = force(2000, seed) + weight
+    place = travel(pushed, Hidden(law=lambda v, q, t: weight + 10.0 * math.sin(q / 0.01)))
+    noise = 0.3e-6 * np.random.default_rng(seed).standard_normal(len(place))
+    return as_record({FORCE: ("N", pushed), POSITION: ("m", np.round((place + noise) / RESOLUTION) * RESOLUTION)})
 
 
 def test_half_a_wave_on_the_way_is_no_wave() -> None:
