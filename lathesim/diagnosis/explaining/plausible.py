@@ -155,10 +155,12 @@ def deviations(fitted: Fitted) -> FloatArray:
 
 
 def released(study: Study) -> list[Free]:
-    """Return the free values of the lesson, each of which may be another one by a factor; its deviation still costs what it does."""
+    """Return the free values of the lesson, each of which may be another one by a factor, or of the other sign where it has no own one; its
+    deviation still costs what it does."""
     found = []
     for one in baseline_free(study.estimation.machine, 10.0):
-        bounds = sorted((one.given / OTHER_VALUE, one.given * OTHER_VALUE))
+        least = -one.given * OTHER_VALUE if one.low * one.high < 0.0 else one.given / OTHER_VALUE
+        bounds = sorted((least, one.given * OTHER_VALUE))
         low, high = (max(one.low, bounds[0]), min(one.high, bounds[1])) if one.given else (one.low, one.high)
         found.append(replace(one, low=low, high=high, uncertainty=study.estimation.machine.uncertain[one.name]))
     return [*found, *study.estimation.start_states(study.estimation.sensed.plan)]
