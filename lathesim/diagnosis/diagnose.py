@@ -16,6 +16,7 @@ from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.isolation.answerable import locked
+from lathesim.diagnosis.location import missing_share
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_given, prepare, with_other_sign
 from lathesim.diagnosis.recording_checks.checks import against_model, fault, of_a_slow_log, with_a_wrong_unit
@@ -29,7 +30,7 @@ from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
-from lathesim.identification.records import Fitted, Standing, is_full_band, with_start
+from lathesim.identification.records import Fitted, Model, Standing, is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.joined import JoinedExperiment, joined
 from lathesim.identification.replay.loading import Recorded
@@ -159,6 +160,7 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
         or prepared.before is not None
         or study.estimation.machine.output_error
         or explains_the_motion(study, found.model)
+        or not _lacks_as_much_as_acts(study, found.model)
     ):
         return prepared, study, found
     study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
@@ -174,6 +176,13 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
     said = "Unmeasured forces would have to be as large as those that act: the error of the simulation was fitted, without such forces."
     simulated = replace(simulated, findings=(*simulated.findings, said))
     return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
+
+
+def _lacks_as_much_as_acts(study: Study, model: Model) -> bool:
+    """Return whether some force that a model lacks is about as large as what acts there: a small one moves a free body just as far."""
+    rows = range(len(study.estimation.machine.compare))
+    shares = [missing_share(study.estimation, model.fitted, row)[0] for row in rows]
+    return any(share > study.method.larger_part for share in shares)
 
 
 def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:

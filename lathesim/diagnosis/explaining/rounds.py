@@ -63,14 +63,9 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     # what acts in several places shows wholly only with a size in each
     everywhere = [one.shaped for one in candidates if one.shaped is not None and one.acts_elsewhere]
     wide = screen(experiment.sensed, model.fitted, everywhere) if everywhere else None
+    least = 0.0 if _is_off(study, model) else due(study.method)
     items = sorted((*screening.ranked, *(wide.ranked if wide else ())), key=lambda item: -item.gain)
-    trials: list[Tried] = []
-    good: list[Tried] = []
-    for batch in _promising(items, study, rivals, least=0.0 if _is_off(study, model) else due(study.method)):
-        trials += together(lambda item: tried(study, model, item, _read_off(points, item.candidate)), batch)
-        good = [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
-        if good:
-            break
+    trials, good = _fitted_on(study, model, _promising(items, study, rivals, least), items, points)
     # what no machine does is no yardstick: a first fit of what is right may be far behind it. Nor is what is judged on other frequencies
     most: dict[bool, float] = {}
     for made in good or trials:
@@ -115,6 +110,31 @@ def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str]
     rest = [item for item in worth if not any(item is one for one in first)]
     later = [rest[place : place + _AT_ONCE] for place in (0, _AT_ONCE)]
     return [batch for batch in (first, *later) if batch]
+
+
+def _fitted_on(
+    study: Study, model: Model, batches: list[list[Screened]], items: Sequence[Screened], points: Mapping[str, FloatArray]
+) -> tuple[list[Tried], list[Tried]]:
+    """Return the candidates of some batches fitted on top of a model, and those of them that predict better: up to the first batch that
+    holds some, and what this has overlooked."""
+    trials: list[Tried] = []
+    good: list[Tried] = []
+    while batches:
+        trials += together(lambda item: tried(study, model, item, _read_off(points, item.candidate)), batches.pop(0))
+        known, good = good, [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
+        if known:
+            break
+        batches = _overlooked(good, items, batches) if good else batches
+    return trials, good
+
+
+def _overlooked(good: Sequence[Tried], items: Sequence[Screened], batches: Sequence[Sequence[Screened]]) -> list[list[Screened]]:
+    """Return as one batch what promised nearly as much as the best of the trials, and stood behind what promised more and did not keep it;
+    of later batches."""
+    best = max(good, key=lambda made: made.predicted.nats).candidate
+    promised = max(item.gain for item in items if item.candidate.part == best.part)
+    near = [item for batch in batches for item in batch if item.gain > RIVAL * promised]
+    return [near[:_AT_ONCE]] if near else []
 
 
 def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> list[Screened]:

@@ -1,12 +1,15 @@
-"""A search for what explains the motion is over where the effects that grew do not explain it: what is left is not held against rivals."""
+"""A search by the error of the simulation is made where unmeasured forces would be as large as those that act, and for the motion alone."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.effects.friction import CoulombFriction
-from tests.diagnosis.pushed_table import Hidden, experiments, recording, study
+from lathesim.identification.replay.loading import Recorded
+from tests.diagnosis.pushed_table import Hidden, experiments, machine, recording, study
 
 
 def swinging(speed: float, place: float, time: float) -> float:
@@ -23,3 +26,12 @@ def test_what_does_not_explain_the_motion_has_no_rivals() -> None:
     assert not explains_the_motion(asked, found.model)
     assert found.complete
     assert (len(found.worth), len(whole.worth)) == (0, 1)
+
+
+@pytest.mark.parametrize(("swing", "searched"), [(4.0, False), (60.0, True)])
+def test_a_small_force_that_moves_a_free_body_far_is_searched_under_the_noise_of_forces(swing: float, searched: bool) -> None:
+    hidden = Hidden(viscous=4.0, law=lambda v, q, t: float(swing * np.sin(0.4 * np.pi * t * (1.0 + 0.1 * t))))
+    recordings = tuple(Recorded(name, recording(hidden, count=1000, seed=seed), ()) for seed, name in enumerate(("fit", "check"), 1))
+    lines: list[str] = []
+    diagnose(ask("table", machine(viscous=4.0), recordings, (CoulombFriction,)), lines.append)
+    assert any("the error of the simulation" in line for line in lines) == searched
