@@ -134,8 +134,14 @@ def _recordings(question: Question) -> list[Recorded]:
 
 
 def _findings(question: Question) -> tuple[str, ...]:
-    """Return what the reader found in the recordings, what they have in common once, and what the question is about."""
-    found = dict.fromkeys(str(finding) for recorded in _recordings(question) for finding in recorded.findings)
+    """Return what the reader found, with the recording where not all of them have it, and what the question is about."""
+    recordings = _recordings(question)
+    common = set.intersection(*(set(recorded.findings) for recorded in recordings))
+    found = dict.fromkeys(
+        str(finding) if finding.serious or finding in common else f"{recorded.name}, {finding}"
+        for recorded in recordings
+        for finding in recorded.findings
+    )
     if question.before is not None:
         found[f"Held beside {question.before.name}, from before the change: what explains as much of that is no part of the change."] = None
     return tuple(found)

@@ -15,6 +15,7 @@ from lathesim.record import FloatArray, stretches
 from lathesim.recordings.raw_table import Finding
 from lathesim.recordings.recorded_channel import MOTION_UNITS, Pair, RecordedChannel, rate
 from lathesim.recordings.recording_thresholds import CLIPPED, CLOCK, FROZEN, MOTION, ROUNDING
+from lathesim.units import in_unit
 
 _BEFORE = 10
 """Samples before a step in which a motion, differentiated, shows nothing of it yet."""
@@ -348,7 +349,7 @@ def _is_more_alike(first: FloatArray, second: FloatArray, late: float) -> bool:
 
 
 def _told(late: float, period: float) -> str:
-    return f"{abs(late) * period:.4g} s ({abs(late):.1f} samples) {'after' if late > 0.0 else 'before'}"
+    return f"{in_unit(abs(late) * period, 'ms')} ({abs(late):.1f} samples) {'after' if late > 0.0 else 'before'}"
 
 
 def motion_shift(first: FloatArray, second: FloatArray, same_kind: bool = True) -> float | None:

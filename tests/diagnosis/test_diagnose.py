@@ -11,7 +11,7 @@ import pytest
 
 import lathesim.diagnosis.answer as answering
 from lathesim.diagnosis.diagnose import ask, diagnose
-from lathesim.diagnosis.preparation import Question
+from lathesim.diagnosis.preparation import Question, prepare
 from lathesim.diagnosis.recording_checks.checks import of_a_slow_log, too_slow_for_commands
 from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
 from lathesim.identification.execution import Deadline
@@ -119,6 +119,15 @@ def test_a_recording_at_fault_names_no_physics() -> None:
     assert (found.verdict, found.effects) == ("recording_fault", ())
     assert "it stands still for 0.5 s" in found.sentence
     assert found.question.findings == (str(fault),)
+
+
+def test_what_one_of_two_recordings_has_is_said_of_that_one() -> None:
+    uneven, assumed = Finding("jitter", "time", "the rows come unevenly", ""), Finding("mapping", POSITION, "it is held", "")
+    both = tuple(
+        Recorded(name, recording(Hidden(), seed=1), found) for name, found in (("fit.csv", (assumed,)), ("check.csv", (assumed, uneven)))
+    )
+    told = prepare(ask("A table", machine(), both, EFFECTS)).findings
+    assert told == (f"{POSITION}: it is held.", "check.csv, time: the rows come unevenly.")
 
 
 @pytest.mark.parametrize(
