@@ -56,5 +56,5 @@ def test_what_is_not_answered_stands_in_the_answer() -> None:
     told = varied(NAMED, unanswerable=(Unanswerable("Backlash", "x_encoder", "x_axis moves in one direction only"),))
     lines = answer_lines(told)
     assert "What this recording cannot tell:" in lines
-    assert "- This recording would not show Backlash at x_encoder at any size: x_axis moves in one direction only." in lines
+    assert "- These would not show at any size: Backlash at x_encoder. Reason: x_axis moves in one direction only." in lines
     assert as_json(told)["unanswerable"] == [{"effect": "Backlash", "at": "x_encoder", "why": "x_axis moves in one direction only"}]

@@ -130,7 +130,7 @@ def test_a_value_further_off_than_the_lesson_holds_possible_is_told_with_its_siz
     assert (found.verdict, names(found)) == ("parameters_only", [])
     assert "x_axis.mass is further off than the lesson declares possible" in found.sentence
     assert found.baseline["x_axis.mass"].refit_with == pytest.approx(1.5 * MASS, rel=0.01)
-    assert any("(+50%) explains by itself" in sentence for sentence in found.rest.left)
+    assert any("(+50%) explains the error by itself" in sentence for sentence in found.rest.left)
 
 
 @pytest.mark.slow

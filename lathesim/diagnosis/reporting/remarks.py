@@ -61,7 +61,7 @@ def not_answered(found: Sequence[Unanswerable]) -> list[str]:
     names: dict[str, list[tuple[str, str]]] = {}
     for one in found:
         names.setdefault(one.why, []).append((one.effect, one.at))
-    return [f"This recording would not show {with_places(some)} at any size: {why}." for why, some in names.items()]
+    return [f"These would not show at any size: {with_places(some)}. Reason: {why}." for why, some in names.items()]
 
 
 def with_places(pairs: Iterable[tuple[str, str]]) -> str:
