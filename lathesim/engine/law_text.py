@@ -367,9 +367,10 @@ class LawLibrary:
 
     def lines_in_place(self, function: Callable[..., Any], given: Sequence[str], targets: Sequence[str], prefix: str) -> Lines | None:
         """Return the lines of a law written where it is called; none where it has to be called, so that it can be named when it fails."""
-        if any("while " in self.pieces[name].text for name in self.with_theirs(self._references(function).values())):
+        renames = self._references(function)
+        if any("while " in self.pieces[name].text for name in self.with_theirs(renames.values())):
             return None
-        return _lines_in_place(law_text(function).named("law", self._references(function)), tuple(given), tuple(targets), prefix)
+        return _lines_in_place(law_text(function).named("law", renames), tuple(given), tuple(targets), prefix)
 
     def _keep_piece(self, name: str, text: str, used: list[str]) -> None:
         constants = [self._constants[item] for item in used if item in self._constants]
