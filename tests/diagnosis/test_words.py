@@ -266,7 +266,7 @@ def test_values_that_moved_only_together_are_told_too() -> None:
     told = replace(PARAMETERS, baseline=alone, fit=CLEAN.fit)
     assert lines(told)["Size"] == (
         "x.inertia is 2.0 kg (95 % interval at most 9.0 kg) and not 4 kg; late.delay is 69 ms (95 % interval 39 to 99 ms) and not 65 ms; "
-        "only together other values explain more, and none of them alone."
+        "only together do these values explain more."
     )
     assert any(line.startswith("late.delay") and "39 to 99 ms" in line for line in answer_lines(told))
 

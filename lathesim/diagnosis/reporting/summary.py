@@ -171,7 +171,7 @@ def _size(diagnosis: Diagnosis) -> str:
     elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
         most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in values[:most]]
-        together = [] if moved_values(diagnosis) else ["only together other values explain more, and none of them alone"]
+        together = [] if moved_values(diagnosis) else ["only together do these values explain more"]
         sentences.append("; ".join([*sizes, *([f"{len(values) - most} more below"] if len(values) > most else []), *together]) + ".")
     return " ".join([*sentences, *(_unnamed_text(left, diagnosis) for left in diagnosis.rest.unnamed[:1])])
 
