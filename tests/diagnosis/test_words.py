@@ -226,8 +226,9 @@ def test_a_tie_names_the_rivals_of_each_effect_and_what_would_tell() -> None:
 def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> None:
     assert lines(CLEAN)["Sure"] == "No effect predicts the recording better than chance could."
     pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 669.0, False, "needs an implausible size")
-    told = lines(varied(CLEAN, explanations=(*CLEAN.search.explanations, pitch)))["Sure"]
-    assert told == f"The best effect, PeriodicPitchError at {SCALE}, needs an implausible size."
+    passed_over = varied(CLEAN, explanations=(*CLEAN.search.explanations, pitch))
+    assert lines(passed_over)["Sure"] == f"The best effect, PeriodicPitchError at {SCALE}, needs an implausible size."
+    assert headline(varied(passed_over, fit=OFF)).endswith(f"The error of {SCALE} remains 1.77 µm, 5.9 times its noise.")
     assert "Sure" not in lines(varied(CLEAN, explanations=()))
 
 

@@ -65,14 +65,19 @@ def moves(study: Study, before: Model, after: Model) -> bool:
     if study.earlier is not None:
         return True
     validation = study.validation
-    for row in range(len(validation.machine.compare)):
-        reading = root_mean_square(before.validation_fit.residual[row] - after.validation_fit.residual[row])
-        if reading < max(validation.sensed.seen_floors[row], _least_reading(study, row)):
-            continue
+    for row in changed_readings(study, before, after):
         first, second = lacking(validation, before.validation_fit, row), lacking(validation, after.validation_fit, row)
         if not first.is_force or root_mean_square(first.values - second.values) > least_size(study, after, row):
             return True
     return False
+
+
+def changed_readings(study: Study, before: Model, after: Model) -> list[int]:
+    """Return the rows of the channels that a model simulates otherwise than another one by no less than their noise, in the validation
+    recording."""
+    floors = study.validation.sensed.seen_floors
+    moved = zip(before.validation_fit.residual, after.validation_fit.residual, strict=True)
+    return [row for row, (one, other) in enumerate(moved) if root_mean_square(one - other) >= max(floors[row], _least_reading(study, row))]
 
 
 def _least_reading(study: Study, row: int) -> float:

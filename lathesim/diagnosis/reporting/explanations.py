@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.explaining.chance import chance_level, due, is_clear
 from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible
-from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant
+from lathesim.diagnosis.explaining.resolution import as_good, best_of, changed_readings, significant
 from lathesim.diagnosis.explaining.rounds import is_finer
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -141,7 +141,9 @@ def _too_small(one: Tried, study: Study) -> str:
     least = study.method.larger_part if one.candidate.effect.identification.size_of_recording else study.least_share
     if share <= least:
         return f"explains {percent(share)} of the remaining error, less than the {percent(least)} required"
-    return "changes readings by less than their noise, or forces by less than the model error"
+    if not changed_readings(study, one.before, one.model):
+        return "changes no reading by more than its noise"
+    return f"changes forces by less than {percent(study.method.within_laws)}, which the model error may reach"
 
 
 def _why_another(study: Study, found: Found, one: Tried) -> str:

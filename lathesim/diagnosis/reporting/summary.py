@@ -117,7 +117,9 @@ def _in_part(diagnosis: Diagnosis, method: Method) -> str:
         explains = "Other values of the lesson explain a part of the recording."
         explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.rest.far_off else explains
     since = [f"Nothing is new since {diagnosis.question.before}."] if diagnosis.question.before else []
-    return " ".join([*since, explains, *stays_off(diagnosis, method), "No known effect and no recorded signal predicts it."])
+    # an effect that predicts it and is too small to be named stands in the line on how sure the answer is
+    nothing = [] if any(one.is_clear for one in _rivals(diagnosis)) else ["No known effect and no recorded signal predicts it."]
+    return " ".join([*since, explains, *stays_off(diagnosis, method), *nothing])
 
 
 def stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
