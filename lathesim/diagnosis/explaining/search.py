@@ -359,7 +359,8 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         trials = [one for one in rounds.on(left) if one.candidate.part != candidate.part]
         found = found.having_tried(trials)
         best = chosen(study, [own, *trials])
-        if best is not None and best is not own and swaps < MOST_EFFECTS and _better(study, found.model, best, own):
+        better = best is not None and best is not own and swaps < MOST_EFFECTS and _better(study, found.model, best, own)
+        if best is not None and better and not may_be_nothing(study, best):
             study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
             swaps, found = swaps + 1, found.changed("swap", best, "predicts better, or as well with fewer values", [candidate])
             waiting = list(found.model.candidates)
@@ -385,6 +386,11 @@ def small_and_unsure(study: Study, found: Found) -> Tried | None:
     values = estimates(found.model, study.estimation, study.validation, None)
     unsure = [one for one in small if interval_includes_neutral(one.candidate, values)]
     return min(unsure, key=lambda one: one.predicted.nats, default=None)
+
+
+def may_be_nothing(study: Study, trial: Tried) -> bool:
+    """Return whether an effect would be dropped in the end as its size may be zero: it takes no place, which would be empty then."""
+    return small_and_unsure(study, Found(trial.before, trial.model, worth={trial.candidate.part: trial})) is not None
 
 
 def _has_one_size(candidate: Candidate) -> bool:

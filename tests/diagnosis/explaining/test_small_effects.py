@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.explaining.search import small_and_unsure
+from lathesim.diagnosis.explaining.search import may_be_nothing, small_and_unsure
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.records.found import Found, Gain, Tried
@@ -47,3 +47,10 @@ def test_of_small_effects_the_one_whose_size_may_be_zero_is_found(found: Found) 
     assert small_and_unsure(asked, with_worth(found, 0.8)) is None
     # clear whatever the blocks of the recording have in common
     assert small_and_unsure(asked, with_worth(found, 0.2, error=2.0)) is None
+
+
+def test_what_may_be_nothing_takes_no_place_of_another_effect(found: Found) -> None:
+    asked = study(*pair(Hidden(law=lambda v, q, t: PULL)))
+    gain = Gain(200.0, 20.0, 0.2)
+    unsure = {one.name for one in found.model.candidates if may_be_nothing(asked, Tried(one, found.model, found.model, gain, gain))}
+    assert unsure == {"CoulombFriction"}
