@@ -173,7 +173,7 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
     why = "what was named under the noise of unmeasured forces does not explain the motion"
     fitted, predicted = over(other.model, other.baseline)
     step = Step("error of the simulation", (), (), fitted.nats, predicted.nats, why)
-    said = "Unmeasured forces would have to be as large as those that act: the error of the simulation was fitted, without such forces."
+    said = "Only unmeasured forces as large as those that act would explain the motion so far: it was fitted anew, without such forces."
     simulated = replace(simulated, findings=(*simulated.findings, said))
     return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
 
