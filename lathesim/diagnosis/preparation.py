@@ -138,7 +138,7 @@ def _findings(question: Question) -> tuple[str, ...]:
     recordings = _recordings(question)
     common = set.intersection(*(set(recorded.findings) for recorded in recordings))
     found = dict.fromkeys(
-        str(finding) if finding.serious or finding.kind == "left out" or finding in common else f"{recorded.name}, {finding}"
+        str(finding) if finding.serious or not finding.channel or finding in common else f"{recorded.name}, {finding}"
         for recorded in recordings
         for finding in recorded.findings
     )

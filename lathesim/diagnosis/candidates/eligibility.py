@@ -21,16 +21,14 @@ def due(model: Model, experiment: Experiment) -> list[Candidate]:
 
 
 def finer(model: Model, experiment: Experiment) -> list[Candidate]:
-    """Return the refined forms of which the simpler ones are not in the model, and those that stand on others that are not there: for
-    when no simple effect is believable."""
-    there = {(candidate.name, candidate.at) for candidate in model.candidates}
-    refined = {(name, candidate.at) for candidate in model.candidates for name in candidate.effect.identification.generalises}
+    """Return the refined forms of laws of which the model holds no form, and those that stand on others that are not there: for when no
+    simple effect is believable."""
+    forms = {(name, other.at) for other in model.candidates for name in (other.name, *other.effect.identification.generalises)}
     return [
         candidate
         for candidate in experiment.candidates
         if (candidate.effect.identification.generalises or not stands(candidate, model, experiment))
-        and not any((name, candidate.at) in there for name in (candidate.name, *candidate.effect.identification.generalises))
-        and (candidate.name, candidate.at) not in refined
+        and not any((name, candidate.at) in forms for name in (candidate.name, *candidate.effect.identification.generalises))
     ]
 
 

@@ -7,7 +7,7 @@ put in the place of effects, and each effect is left out once: what it is worth 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -341,7 +341,7 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
     swaps, waiting = 0, list(found.model.candidates)
     while True:
         if not waiting:
-            doubtful = small_and_unsure(study, found)
+            doubtful = small_and_unsure(study, found.model, found.worth.values())
             if doubtful is None:
                 return
             found = _dropped(study, found, doubtful.candidate, doubtful.before, "it explains little, and its size may be zero")
@@ -360,7 +360,8 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         found = found.having_tried(trials)
         best = chosen(study, [own, *trials])
         better = best is not None and best is not own and swaps < MOST_EFFECTS and _better(study, found.model, best, own)
-        if best is not None and better and not may_be_nothing(study, best):
+        # what would be dropped in the end takes no place, which would be empty then
+        if best is not None and better and small_and_unsure(study, best.model, [best]) is None:
             study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
             swaps, found = swaps + 1, found.changed("swap", best, "predicts better, or as well with fewer values", [candidate])
             waiting = list(found.model.candidates)
@@ -372,25 +373,20 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         yield found
 
 
-def small_and_unsure(study: Study, found: Found) -> Tried | None:
-    """Return the effect that is worth least of those that explain the smaller part of what is left without them, and whose size may be zero
-    by both recordings together; none where there is none.
+def small_and_unsure(study: Study, model: Model, trials: Iterable[Tried]) -> Tried | None:
+    """Return the trial that gains least of those that explain the smaller part of what is left without them, and whose size in a model may
+    be zero by both recordings together; none where there is none.
 
     A gain that is clear even if all blocks of a recording were one is no matter of doubt: what else is missing makes an interval wide.
     """
     larger = study.method.larger_part
-    small = [one for one in found.worth.values() if min(one.fitted.share, one.predicted.share) < larger and _has_one_size(one.candidate)]
+    small = [one for one in trials if min(one.fitted.share, one.predicted.share) < larger and _has_one_size(one.candidate)]
     small = [one for one in small if not all(is_clear_as_one_block(gained, study.method) for gained in (one.fitted, one.predicted))]
     if not small:
         return None
-    values = estimates(found.model, study.estimation, study.validation, None)
+    values = estimates(model, study.estimation, study.validation, None)
     unsure = [one for one in small if interval_includes_neutral(one.candidate, values)]
     return min(unsure, key=lambda one: one.predicted.nats, default=None)
-
-
-def may_be_nothing(study: Study, trial: Tried) -> bool:
-    """Return whether an effect would be dropped in the end as its size may be zero: it takes no place, which would be empty then."""
-    return small_and_unsure(study, Found(trial.before, trial.model, worth={trial.candidate.part: trial})) is not None
 
 
 def _has_one_size(candidate: Candidate) -> bool:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from lathesim.diagnosis.candidates.eligibility import finer
 from lathesim.diagnosis.explaining.search import explain
-from lathesim.effects.friction import AsymmetricFriction, CoulombFriction
-from tests.diagnosis.pushed_table import Hidden, experiments, recording, study
+from lathesim.diagnosis.explaining.trial import modelled
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction
+from lathesim.identification.estimation.least_squares import fit
+from tests.diagnosis.pushed_table import Hidden, baseline, experiments, recording, study
 
 
 def named(hidden: Hidden) -> list[str]:
@@ -20,3 +23,11 @@ def test_a_friction_that_differs_between_the_directions_keeps_its_name() -> None
 
 def test_a_friction_alike_in_both_directions_is_the_simpler_one() -> None:
     assert named(Hidden(dry=10.0)) == ["CoulombFriction"]
+
+
+def test_two_finer_forms_of_one_friction_do_not_stand_side_by_side() -> None:
+    both = experiments(*(recording(seed=seed) for seed in (1, 2)), effects=(AsymmetricFriction, PreslidingFriction))
+    asked, own = study(*both), both[0].candidates
+    fitted = fit(both[0].sensed, baseline(both[0]), rounds=1)
+    assert {one.name for one in finer(modelled(asked, (), fitted), both[0])} == {"AsymmetricFriction", "PreslidingFriction"}
+    assert [finer(modelled(asked, (one,), fitted), both[0]) for one in own] == [[], []]

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.explaining.search import may_be_nothing, small_and_unsure
+from lathesim.diagnosis.explaining.search import small_and_unsure
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.records.found import Found, Gain, Tried
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.records import Candidate
 from tests.diagnosis.pushed_table import Hidden, baseline, pair, study
 
 PULL = 8.0
@@ -30,27 +27,23 @@ def found() -> Found:
     return Found(model, model)
 
 
-def with_worth(found: Found, share: float, error: float = 20.0) -> Found:
+def worth(found: Found, share: float, error: float = 20.0) -> list[Tried]:
+    """Return both effects with one gain, which explains a share of what is left."""
     gain = Gain(200.0, error, share)
-
-    def worth(candidate: Candidate) -> Tried:
-        return Tried(candidate, found.model, found.model, gain, gain)
-
-    return replace(found, worth={candidate.part: worth(candidate) for candidate in found.model.candidates})
+    return [Tried(candidate, found.model, found.model, gain, gain) for candidate in found.model.candidates]
 
 
 def test_of_small_effects_the_one_whose_size_may_be_zero_is_found(found: Found) -> None:
     asked = study(*pair(Hidden(law=lambda v, q, t: PULL)))
-    doubtful = small_and_unsure(asked, with_worth(found, 0.2))
+    doubtful = small_and_unsure(asked, found.model, worth(found, 0.2))
     assert doubtful is not None
     assert doubtful.candidate.effect is not ForceOffset
-    assert small_and_unsure(asked, with_worth(found, 0.8)) is None
+    assert small_and_unsure(asked, found.model, worth(found, 0.8)) is None
     # clear whatever the blocks of the recording have in common
-    assert small_and_unsure(asked, with_worth(found, 0.2, error=2.0)) is None
+    assert small_and_unsure(asked, found.model, worth(found, 0.2, error=2.0)) is None
 
 
 def test_what_may_be_nothing_takes_no_place_of_another_effect(found: Found) -> None:
     asked = study(*pair(Hidden(law=lambda v, q, t: PULL)))
-    gain = Gain(200.0, 20.0, 0.2)
-    unsure = {one.name for one in found.model.candidates if may_be_nothing(asked, Tried(one, found.model, found.model, gain, gain))}
+    unsure = {one.candidate.name for one in worth(found, 0.2) if small_and_unsure(asked, found.model, [one])}
     assert unsure == {"CoulombFriction"}
