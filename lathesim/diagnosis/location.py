@@ -81,6 +81,8 @@ def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Miss
     rate = np.zeros_like(transformed)
     kept = slice(0, min(shapes.band, len(transformed)))
     answers = np.abs(gain[kept]) > SLOPE_ROUNDING * np.abs(gain).max(initial=0.0)
+    # what a body has forgotten by the end of the recording leaves no mean in the differences of its speed: that would be noise over nothing
+    answers[:1] &= np.abs(gain[:1]) > LARGER_PART * np.abs(gain[1:2])
     rate[kept] = np.divide(transformed[kept], gain[kept], out=np.zeros_like(gain[kept]), where=answers)
     part = Place.of(state).part
     inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports

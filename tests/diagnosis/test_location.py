@@ -23,7 +23,7 @@ from lathesim.record import Channel, Record
 from tests.diagnosis.driven_axis import write_recording
 from tests.diagnosis.one_cut import FORCE as CUT_FORCE
 from tests.diagnosis.one_cut import cut_machine, cut_record
-from tests.diagnosis.pushed_table import POSITION, Hidden, baseline, baselines, experiments, pair
+from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, as_record, baseline, baselines, experiments, machine, pair
 
 SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
 
@@ -37,6 +37,18 @@ def test_the_missing_force_is_what_was_left_out() -> None:
     likeness = np.corrcoef(missing.values[inside], hidden[inside])[0, 1]
     assert likeness > 0.8
     assert np.std(missing.values[inside]) == pytest.approx(np.std(hidden[inside]), rel=0.4)
+
+
+def test_the_speed_of_a_braked_body_shows_no_mean_of_the_missing_force() -> None:
+    """Noise of 0.1 mm/s in the speed of a body that brakes within 0.5 s is no constant force."""
+    speed = "x_axis.velocity"
+    table = replace(machine(viscous=80.0), compare=(speed,), resolution={speed: 1e-5})
+    noise = 1e-4 * np.random.default_rng(5).standard_normal(2000)
+    quiet = as_record({FORCE: ("N", np.zeros(2000)), speed: ("m/s", noise)})
+    (experiment,) = experiments(quiet, of=table)
+    missing = missing_signal(experiment, fit(experiment.sensed, baseline(experiment)), 0)
+    assert (missing.at, missing.unit) == ("x_axis.disturbance", "N")
+    assert abs(np.mean(missing.values)) < 0.1 * np.std(missing.values)
 
 
 def test_the_place_is_the_channel_that_is_off_and_what_it_passes_through() -> None:
