@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -18,7 +17,7 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.component import Input
 from lathesim.diagnosis.location import passed_through
 from lathesim.diagnosis.method.method import MOST_SHIFTED, STANDARD, Method
-from lathesim.diagnosis.recording_checks.controllers import unexplained_share
+from lathesim.diagnosis.recording_checks.controllers import share_with, unexplained_share
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.replay.experiment import SETTLING, Experiment
 from lathesim.identification.signal import root_mean_square
@@ -80,7 +79,7 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
     for channel in (other for other in experiment.machine.compare if other in fed):
 
         def left(samples: float, channel: str = channel) -> float:
-            return dict(unexplained_share(_shifted(experiment, channel, samples), values, MOST_SHIFTED))[row]
+            return share_with(experiment, channel, _shifted(experiment, channel, samples), row, values, MOST_SHIFTED)
 
         found = minimize_scalar(left, bounds=(-MOST_SHIFTED, MOST_SHIFTED), method="bounded", options={"xatol": 0.01, "maxiter": 25})
         if found.fun < method.little * share:
@@ -106,12 +105,8 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
     zero = float(np.nanmedian(experiment.record[measured] - experiment.record[target]))
 
     def residual(more: float) -> FloatArray:
-        moved = replace(
-            experiment,
-            record=experiment.record.with_channel(target, experiment.record.channels[target].unit, experiment.record[target] + zero + more),
-        )
-        found: FloatArray = np.nan_to_num(moved.sensed.one(values)[row])
-        return found
+        moved = experiment.sensed_with(target, experiment.record[target] + zero + more)
+        return np.asarray(np.nan_to_num(moved.one(values)[row]))
 
     size, step = float(np.std(np.nan_to_num(experiment.sensed.recorded[row]))), _STEP
     begin = int(SETTLING * experiment.sensed.samples)
@@ -127,14 +122,13 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
     )
 
 
-def _shifted(experiment: Experiment, channel: str, samples: float) -> Experiment:
-    """Return the same recording with one channel read some samples ahead, along a cubic spline."""
+def _shifted(experiment: Experiment, channel: str, samples: float) -> FloatArray:
+    """Return one channel read some samples ahead, along a cubic spline."""
     recorded = experiment.record[channel]
     number = np.arange(len(recorded), dtype=np.float64)
     known = np.isfinite(recorded)
     ahead = CubicSpline(number[known], recorded[known])(np.clip(number + samples, 0.0, number[-1]))
-    column = experiment.record.channels[channel]
-    return replace(experiment, record=experiment.record.with_channel(channel, column.unit, np.where(known, ahead, np.nan)))
+    return np.where(known, ahead, np.nan)
 
 
 def exchanged_with(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:

@@ -30,6 +30,7 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Free
 from lathesim.identification.replay.controller_memory import shown_by
 from lathesim.identification.replay.experiment import SETTLING, Experiment, baseline_free
+from lathesim.identification.replay.simulator import Simulator
 from lathesim.identification.roles import decides
 from lathesim.identification.signal import root_mean_square
 
@@ -47,15 +48,25 @@ def controller_commands(experiment: Experiment) -> list[tuple[int, str]]:
     return [(row, name) for row, name in enumerate(experiment.machine.compare) if makes_a_command(parts[Place.of(name).part].component)]
 
 
-def unexplained_share(experiment: Experiment, values: Mapping[str, float], ends: int = 0) -> Iterator[tuple[int, float]]:
-    """Return for each controller's command its place among the compared channels and the share of it that a replay does not explain; the
-    last samples, ``ends`` of them, do not count."""
+def unexplained_share(experiment: Experiment, values: Mapping[str, float]) -> Iterator[tuple[int, float]]:
+    """Return for each controller's command its place among the compared channels and the share of it that a replay does not explain."""
     rows = [row for row, _ in controller_commands(experiment)]
     residual = experiment.sensed.one(values) if rows else np.zeros((0, 0))
     for row in rows:
-        size = float(np.std(np.nan_to_num(experiment.sensed.recorded[row])))
-        settled = residual[row][int(SETTLING * experiment.sensed.samples) : experiment.sensed.samples - ends]
-        yield row, root_mean_square(settled) / size if size > 0.0 else 0.0
+        yield row, _share(experiment.sensed, row, residual)
+
+
+def share_with(experiment: Experiment, name: str, column: FloatArray, row: int, values: Mapping[str, float], ends: int = 0) -> float:
+    """Return the share of a command (row) that a replay with another column ``name`` (samples,) [SI] does not explain; the last samples,
+    ``ends`` of them, do not count."""
+    simulator = experiment.sensed_with(name, column)
+    return _share(simulator, row, simulator.one(values), ends)
+
+
+def _share(simulator: Simulator, row: int, residual: FloatArray, ends: int = 0) -> float:
+    size = float(np.std(np.nan_to_num(simulator.recorded[row])))
+    settled = residual[row][int(SETTLING * simulator.samples) : simulator.samples - ends]
+    return root_mean_square(settled) / size if size > 0.0 else 0.0
 
 
 def makes_a_command(component: type[Component]) -> bool:

@@ -9,13 +9,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from lathesim.component import DiscreteState, Law, Output
 from lathesim.diagnosis.method.method import MOST_SHIFTED, STANDARD, Method
-from lathesim.diagnosis.recording_checks.controllers import unexplained_share
+from lathesim.diagnosis.recording_checks.controllers import share_with, unexplained_share
 from lathesim.engine.assembly import FloatArray, Part, Place
 from lathesim.identification.replay.experiment import SETTLING, Experiment
 from lathesim.identification.roles import decides
@@ -188,7 +187,7 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
             continue
         shifts = [(name, rows) for name in (command, *fed) for rows in range(-MOST_SHIFTED, MOST_SHIFTED + 1) if rows]
         # a column that is moved ends where nothing was recorded: a derivative makes a large command of that
-        left = {one: dict(unexplained_share(_moved(experiment, *one), values, MOST_SHIFTED))[row] for one in shifts}
+        left = {(name, by): share_with(experiment, name, _moved(experiment, name, by), row, values, MOST_SHIFTED) for name, by in shifts}
         best = min(left, key=lambda one: left[one], default=None)
         if best is not None and left[best] < method.little * share:
             name, rows = best
@@ -201,8 +200,7 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
     return ""
 
 
-def _moved(experiment: Experiment, name: str, rows: int) -> Experiment:
-    """Return the same recording with a column read so many rows ahead, the ends held."""
-    column = experiment.record.channels[name]
-    place = np.clip(np.arange(len(column.values)) + rows, 0, len(column.values) - 1)
-    return replace(experiment, record=experiment.record.with_channel(name, column.unit, column.values[place]))
+def _moved(experiment: Experiment, name: str, rows: int) -> FloatArray:
+    """Return a column read so many rows ahead, the ends held."""
+    column = experiment.record[name]
+    return column[np.clip(np.arange(len(column)) + rows, 0, len(column) - 1)]

@@ -21,7 +21,7 @@ from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.converter_rounding import plain_replay, resolving_everything, with_rounding
 from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
-from lathesim.identification.replay.open_loop import cut, drive, follow, look, seen, sense, sensed_share
+from lathesim.identification.replay.open_loop import cut, drive, follow, look, recorded_part, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.roles import acting, commands, decides, is_led
 from lathesim.identification.signal import ROUNDING, channel_floor
@@ -199,6 +199,17 @@ class Experiment:
         parts = [(part.name, part.component) for part in self.with_candidates.parts]
         effects = {name for name, item in parts if issubclass(item, Effect) and not item.identification.as_simulated}
         return self._simulator(*look(sense(replayed, motion, effects), self._channels(), motion))
+
+    def sensed_with(self, name: str, column: FloatArray) -> Simulator:
+        """Return :attr:`sensed` with another column (samples,) [SI] of a driven input or a channel, in all that it feeds; the motion that
+        effects and processes take from sensors stays as it was recorded."""
+        plan, part = self.sensed.plan, recorded_part(name)
+        recorded = self.sensed.recorded.copy()
+        recorded[[row for row, compared in enumerate(self.machine.compare) if compared == name]] = column
+        if part in plan.parts:
+            given = replace(plan.parts[part], tables={"recorded": np.reshape(column, (-1, 1))})
+            plan = replace(plan, parts={**plan.parts, part: given})  # only numbers differ, so it is neither wired nor fused again
+        return replace(self.sensed, plan=plan, recorded=recorded)
 
     def simulated_motion_of(self, candidates: Iterable[Candidate]) -> dict[str, float]:
         """Return the settings of :attr:`sensed` with which candidates, and effects of the lesson's own, that may hold a part still sense

@@ -35,10 +35,15 @@ def drive(assembly: Assembly, signals: Mapping[str, FloatArray], moving: Collect
     """
     bench = Rewiring(assembly)
     for target, values in signals.items():
-        name = f"recorded_{target.replace('.', '_')}"
+        name = recorded_part(target)
         bench.add(recorded_signal(name, LinearSignal if target in moving else HeldSignal, assembly.declared(target).unit, values))
         bench.feed(f"{name}.value", *_sensing(assembly, bench, target), first_input(bench.parts, bench.wires, target))
     return bench.made(assembly)
+
+
+def recorded_part(name: str) -> str:
+    """Return the part that gives what was recorded of a driven input or a channel."""
+    return f"recorded_{name.replace('.', '_')}"
 
 
 def _sensing(assembly: Assembly, bench: Rewiring, target: str) -> list[str]:
@@ -82,7 +87,7 @@ def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
     for channel, values in recorded.items():
         targets = [target for target in bench.fed_by(seen(assembly, channel)) if not _senses_own_host(assembly, target)]
         if targets:
-            name = f"recorded_{channel.replace('.', '_')}"
+            name = recorded_part(channel)
             bench.add(recorded_signal(name, HeldSignal if channel in held else LinearSignal, assembly.declared(channel).unit, values))
             bench.feed(f"{name}.value", *targets)
     return bench.made(assembly)
