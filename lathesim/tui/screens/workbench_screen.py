@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from rich.text import Text
 from textual import on
@@ -40,6 +40,27 @@ def dialog_buttons(take: str, leave: str) -> Horizontal:
     buttons.append(Button(leave, id="leave", compact=True))
     buttons[0].variant = "primary"
     return Horizontal(*buttons, classes="buttons")
+
+
+class KeyRow(Footer):
+    """The keys at the bottom, made anew only where they are other ones: a focus that moves on leaves them mostly as they are."""
+
+    _made: tuple[object, ...] = ()
+
+    def compose(self) -> ComposeResult:
+        """Return the keys that work now."""
+        self._made = self._keys() if self._bindings_ready else ()
+        yield from super().compose()
+
+    def bindings_changed(self, screen: Screen[Any]) -> None:
+        """Make the keys anew where they changed."""
+        if not self._bindings_ready or self._keys() != self._made:
+            super().bindings_changed(screen)
+
+    def _keys(self) -> tuple[object, ...]:
+        palette = self.app.COMMAND_PALETTE_BINDING
+        keys = self.screen.active_bindings.items()
+        return tuple((key, *active[1:]) for key, active in keys if active.binding.show or key == palette)
 
 
 class CommandLine(Static):
@@ -154,7 +175,7 @@ class WorkbenchScreen(Screen[None]):
         yield NavigationBar(self.lathesim.navigation, self.title or "")
         yield from self.compose_body()
         yield CommandLine(id="command")
-        yield Footer(show_command_palette=True, compact=True)
+        yield KeyRow(show_command_palette=True, compact=True)
 
     def compose_body(self) -> Iterable[Widget]:
         """Return the widgets of the screen."""
