@@ -15,7 +15,7 @@ from lathesim.engine.assembly import Part
 from lathesim.errors import LatheSimError, LessonError, RecordingError
 from lathesim.identification.estimation import estimates as parameters
 from lathesim.identification.estimation.estimates import Estimates, estimates
-from lathesim.identification.estimation.fit_question import ask_fit
+from lathesim.identification.estimation.multistart import ask_fit
 from lathesim.identification.replay.experiment import build_experiments, own_error, quickly_transformed
 from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.loading import Recorded, at_period, coarser_than_decided, load_case

@@ -114,13 +114,12 @@ def fit(chosen: ChosenLesson, recording: Path, wish: FitOptions, as_json: bool) 
     # the runs of a batch share the cores already: threads of the linear algebra would only fight them
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-    from lathesim.identification.estimation.fit_question import ask_fit
     from lathesim.identification.estimation.multistart import as_json as as_json_of
-    from lathesim.identification.estimation.multistart import fit_parameters
+    from lathesim.identification.estimation.multistart import ask_fit, fit_parameters
 
     loaded, names = chosen.loaded, read_names(wish.free)
     question = ask_fit(loaded, recording, chosen.registry, names, chosen.variant, chosen.overrides, closed=wish.closed)
-    found = fit_parameters(question.misfit, question.free, starts=wish.starts, seed=wish.seed, tell=None if as_json else _progress)
+    found = fit_parameters(question, starts=wish.starts, seed=wish.seed, tell=None if as_json else _progress)
     findings = [str(finding) for finding in question.findings]
     data = as_json_of(loaded.name, str(recording), found, findings)
     write(CommandResult("lathesim-fit/1", data, fit_lines(found, findings)), as_json)

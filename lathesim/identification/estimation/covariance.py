@@ -62,7 +62,7 @@ def covariance_and_misfit(
     if not len(information):
         return covariance, np.ones(0)
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    labels = _blocks(np.sum(np.square(slopes / size), axis=1), lengths)
+    labels = blocks_of(np.sum(np.square(slopes / size), axis=1), lengths)
     order = np.argsort(labels, kind="stable")
     ends = np.flatnonzero(np.diff(labels[order])) + 1
     moves, told = [], []
@@ -84,7 +84,7 @@ def _wider_by_few(told: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(student.ppf(0.975, np.maximum(freedom, 1.0)) / student.ppf(0.975, np.inf), _FEWEST))
 
 
-def _blocks(information: FloatArray, lengths: Sequence[int]) -> np.ndarray:
+def blocks_of(information: FloatArray, lengths: Sequence[int]) -> np.ndarray:
     """Return the block of every number: neighbouring frequencies of one channel with a share of the information."""
     total = max(float(information.sum()), 1e-300)
     labels, begin, first = [], 0, 0

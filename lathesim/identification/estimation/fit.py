@@ -23,7 +23,8 @@ from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records import Free
 from lathesim.identification.signal import ROUNDING
 
-_STEP = 3e-3
+STEP = 3e-3
+"""Change by which a slope is taken, as a share of the scale of a value."""
 _DAMPINGS = np.array([0.03, 3.0, 30.0, 1e3, 3e4, 1e6])
 """Factors on the last damping: the first two are tried before the stronger ones."""
 _LEAST_GAIN = 0.05
@@ -150,7 +151,7 @@ class Problem:
         """Ask for d (-residual) / d value, shape (values, ...), by central differences, one-sided at a bound."""
         if not len(values):
             return np.zeros((0, *residual.shape))
-        steps = np.diag(_STEP * self.scale)
+        steps = np.diag(STEP * self.scale)
         ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
         found = yield np.vstack([ahead, behind])
         # a value between bounds that are one has no slope
@@ -163,7 +164,7 @@ class Problem:
         return [place for place in range(len(self.free)) if place not in (self.known or {})]
 
     def _steps(self, values: FloatArray, before: int) -> FloatArray:
-        steps = _STEP * self.scale if self.steps is None else self.steps(values, before)
+        steps = STEP * self.scale if self.steps is None else self.steps(values, before)
         return np.where(values + steps > self.high, -steps, steps)
 
     def _slopes(self, residual: FloatArray, moved: Sequence[FloatArray], steps: FloatArray) -> FloatArray:
