@@ -110,7 +110,13 @@ _SETTLED = 4.6
 """Lags after which a hundredth of a distance is left: a loop that settles within a sample stands at one at which it is asked to."""
 
 
-def _followed(value: float, rate: float, asked: float, slope: float, lag: float, velocity_lag: float, time: float) -> tuple[float, float]:
+_APERIODIC = 1e-12
+"""Share of the squared decay within which two poles are one."""
+
+
+def followed_running(
+    value: float, rate: float, asked: float, slope: float, lag: float, velocity_lag: float, time: float
+) -> tuple[float, float]:  # fmt: skip
     """Return ``value`` and its ``rate`` after some ``time`` in which what is asked for runs with ``slope`` from ``asked`` on."""
     off = value - (asked - lag * slope)
     end = asked + slope * (time - lag)
@@ -120,13 +126,13 @@ def _followed(value: float, rate: float, asked: float, slope: float, lag: float,
     off_rate = rate - slope
     decay = -0.5 / velocity_lag
     inside = decay * decay - 1.0 / (lag * velocity_lag)
-    if inside > 0.0:
+    if inside > _APERIODIC * decay * decay:
         slow = decay + math.sqrt(inside)
         fast = decay - math.sqrt(inside)
         first = (off_rate - fast * off) / (slow - fast) * math.exp(slow * time)
         second = (slow * off - off_rate) / (slow - fast) * math.exp(fast * time)
         return end + first + second, slope + slow * first + fast * second
-    swing = math.sqrt(max(-inside, 1e-12 * decay * decay))
+    swing = math.sqrt(max(-inside, _APERIODIC * decay * decay))
     cosine = math.exp(decay * time) * math.cos(swing * time)
     sine = math.exp(decay * time) * math.sin(swing * time) / swing
     rest = off * cosine + (off_rate - decay * off) * sine
@@ -184,12 +190,12 @@ class ServoLag(Effect):
             return velocity_in - lag * acceleration_in, acceleration_in, acceleration_in, 0.0, velocity_in, acceleration_in
         half = 0.5 * sample_period
         # what is asked for runs on with its slope to the middle of the sample, and jumps there to what leads to its end
-        reached, slope = _followed(velocity, velocity_slope, velocity_before, acceleration_before, lag, velocity_lag, half)
-        reached, slope = _followed(reached, slope, velocity_in - acceleration_in * half, acceleration_in, lag, velocity_lag, half)
+        reached, slope = followed_running(velocity, velocity_slope, velocity_before, acceleration_before, lag, velocity_lag, half)
+        reached, slope = followed_running(reached, slope, velocity_in - acceleration_in * half, acceleration_in, lag, velocity_lag, half)
         if velocity_in == 0.0 and acceleration_in == 0.0 and sample_period > _SETTLED * lag:
             reached, slope = 0.0, 0.0
-        later, later_slope = _followed(acceleration, acceleration_slope, acceleration_before, 0.0, lag, velocity_lag, half)
-        later, later_slope = _followed(later, later_slope, acceleration_in, 0.0, lag, velocity_lag, half)
+        later, later_slope = followed_running(acceleration, acceleration_slope, acceleration_before, 0.0, lag, velocity_lag, half)
+        later, later_slope = followed_running(later, later_slope, acceleration_in, 0.0, lag, velocity_lag, half)
         return reached, slope, later, later_slope, velocity_in, acceleration_in
 
     @staticmethod

@@ -10,16 +10,13 @@ chatters. The model reverses when the axis does.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
 from lathesim.effects.effect import Effect
-
-_APERIODIC = 1.0e-9
-"""Share of the squared decay within which two poles are one."""
+from lathesim.effects.lag import followed_running
 
 
 @dataclass(frozen=True)
@@ -118,24 +115,7 @@ def followed(position: float, rate: float, asked: float, lag: float, inner: floa
     """Return position and rate of the model after some ``time`` in which ``asked`` is held."""
     if lag < SHORTEST:
         return asked, (asked - position) / time
-    off = position - asked
-    if inner < SHORTEST:
-        rest = off * math.exp(-time / lag)
-        return asked + rest, -rest / lag
-    decay = -0.5 / inner
-    inside = decay * decay - 1.0 / (lag * inner)
-    if inside > _APERIODIC * decay * decay:
-        root = math.sqrt(inside)
-        slow = decay + root
-        fast = decay - root
-        first = (rate - fast * off) / (slow - fast) * math.exp(slow * time)
-        second = (slow * off - rate) / (slow - fast) * math.exp(fast * time)
-        return asked + first + second, slow * first + fast * second
-    swing = math.sqrt(max(-inside, _APERIODIC * decay * decay))
-    cosine = math.exp(decay * time) * math.cos(swing * time)
-    sine = math.exp(decay * time) * math.sin(swing * time) / swing
-    rest = off * cosine + (rate - decay * off) * sine
-    return asked + rest, rate * cosine + (decay * rate - (decay * decay + swing * swing) * off) * sine
+    return followed_running(position, rate, asked, 0.0, lag, inner if inner >= SHORTEST else 0.0, time)
 
 
 def ahead(before: float, now: float, following: float, lag: float, inner: float, period: float) -> float:
