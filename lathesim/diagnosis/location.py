@@ -52,44 +52,62 @@ class Missing:
     """Not where it was worked out from differences."""
 
 
+@dataclass(frozen=True, eq=False)
+class Pushed:
+    """The part on which a missing force shows best in a channel: the force's place and unit, the ``response`` (samples,) of the channel to
+    an impulse of a state of the part, the part's velocity for one unit of that state, and the force for one unit of acceleration."""
+
+    effort: str
+    unit: str
+    response: FloatArray
+    flow: float
+    inertia: float
+
+
+def pushed_part(experiment: Experiment, fitted: Fitted, row: int) -> Pushed | None:
+    """Return the part on which a force shows best in a channel; none where no other force than that on a part seen better shows in it."""
+    sensed, plan = experiment.sensed, experiment.sensed.plan
+    states, responses, _ = sensed.impulse_responses(fitted.by_name)
+    moved = [
+        (place, state)
+        for place, state in enumerate(states)
+        if (part := pushed_by(plan, state))
+        and np.any(responses[place, row])
+        and _speaks_loudest(responses[place], row, sensed.seen_floors, _telling(experiment, part))
+    ]
+    if not moved or not sensed.noise_shapes(fitted.by_name)[row].differences:
+        return None
+    place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
+    part = Place.of(state).part
+    inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
+    effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
+    unit = plan.unit(effort) if inertia else f"{plan.unit(flow)}^2"
+    return Pushed(effort, unit, responses[place, row], _flow_of(plan, state), inertia or 1.0)
+
+
 def missing_signal(experiment: Experiment, fitted: Fitted, channel: int) -> Missing:
     """Return what is missing behind a channel, in the band of the motion.
 
     Behind a moving part that is the force (or torque) on it, positive against positive motion: the residual, differenced, over the
     response to an impulse of the part's velocity, times its inertia. Elsewhere it is the residual itself.
     """
-    name = experiment.machine.compare[channel]
-    residual = fitted.residual[channel]
-    plan = experiment.sensed.plan
-    shapes = experiment.sensed.noise_shapes(fitted.by_name)[channel]
-    states, impulse_responses, _ = experiment.sensed.impulse_responses(fitted.by_name)
-    moved = [
-        (row, state)
-        for row, state in enumerate(states)
-        if (part := _pushed(plan, state))
-        and np.any(impulse_responses[row, channel])
-        and _speaks_loudest(impulse_responses[row], channel, experiment.sensed.seen_floors, _telling(experiment, part))
-    ]
-    if not moved or not shapes.differences:
-        return Missing(name, plan.unit(experiment.sensed.channels[channel]), residual)
-    row, state = max(moved, key=lambda item: float(np.abs(impulse_responses[item[0], channel]).max()))
-    period = experiment.sensed.period
-    response, error = impulse_responses[row, channel], residual
+    residual, sensed = fitted.residual[channel], experiment.sensed
+    pushed = pushed_part(experiment, fitted, channel)
+    if pushed is None:
+        return Missing(experiment.machine.compare[channel], sensed.plan.unit(sensed.channels[channel]), residual)
+    shapes = sensed.noise_shapes(fitted.by_name)[channel]
+    response, error = pushed.response, residual
     for _ in range(shapes.differences):
         response, error = np.diff(response, prepend=0.0), np.diff(error, prepend=error[:1])
-    transformed, gain = rfft(error * taper(len(error))), rfft(response) * period / IMPULSE
+    transformed, gain = rfft(error * taper(len(error))), rfft(response) * sensed.period / IMPULSE
     rate = np.zeros_like(transformed)
     kept = slice(0, min(shapes.band, len(transformed)))
     answers = np.abs(gain[kept]) > SLOPE_ROUNDING * np.abs(gain).max(initial=0.0)
     # what a body has forgotten by the end of the recording leaves no mean in the differences of its speed: that would be noise over nothing
     answers[:1] &= np.abs(gain[:1]) > LARGER_PART * np.abs(gain[1:2])
     rate[kept] = np.divide(transformed[kept], gain[kept], out=np.zeros_like(gain[kept]), where=answers)
-    part = Place.of(state).part
-    inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
-    effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
-    unit = plan.unit(effort) if inertia else f"{plan.unit(flow)}^2"
-    acceleration = _flow_of(plan, state) * irfft(rate, n=len(residual))
-    return Missing(effort, unit, np.asarray(-(inertia or 1.0) * acceleration), mean_is_known=False)
+    acceleration = pushed.flow * irfft(rate, n=len(residual))
+    return Missing(pushed.effort, pushed.unit, np.asarray(-pushed.inertia * acceleration), mean_is_known=False)
 
 
 def _speaks_loudest(impulse_responses: FloatArray, channel: int, floors: FloatArray, telling: npt.NDArray[np.bool_]) -> bool:
@@ -115,7 +133,7 @@ def _showing(experiment: Experiment, part: str) -> list[str]:
     return [name for name in experiment.machine.compare if measured_output(experiment.machine.assembly, name) in motion]
 
 
-def _pushed(plan: Plan, state: str) -> str:
+def pushed_by(plan: Plan, state: str) -> str:
     """Return the part whose velocity a state tells, where a force can be missing; else an empty text."""
     name = Place.of(state).part
     return name if {"effort", "flow"} <= set(plan.parts[name].component.ports) and _flow_of(plan, state) else ""

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from lathesim.component import Output, Parameter
-from lathesim.diagnosis.location import _flow_of, _inertia, _pushed, _speaks_loudest, _telling, value_of
+from lathesim.diagnosis.location import pushed_by, pushed_part, value_of
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment
@@ -48,29 +48,17 @@ class Lacking:
 
 def lacking(experiment: Experiment, fitted: Fitted, row: int) -> Lacking:
     """Return what is lacking behind a channel: the force on the part whose motion it shows best, else its own residual."""
-    name, residual, plan = experiment.machine.compare[row], fitted.residual[row], experiment.sensed.plan
-    states, responses, _ = experiment.sensed.impulse_responses(fitted.by_name)
-    floors = experiment.sensed.seen_floors
-    moved = [
-        (place, state)
-        for place, state in enumerate(states)
-        if (part := _pushed(plan, state))
-        and 0.0 < float(np.abs(responses[place, row]).max()) < np.inf
-        and _speaks_loudest(responses[place], row, floors, _telling(experiment, part))
-    ]
+    name, residual, sensed = experiment.machine.compare[row], fitted.residual[row], experiment.sensed
     at_once = _of_an_effort(experiment, fitted, name)
     if at_once is not None:
         return Lacking(*at_once[:2], residual / at_once[2], is_force=True)
-    if not moved or not experiment.sensed.noise_shapes(fitted.by_name)[row].differences:
-        answers = any(np.any(one[row]) for one, state in zip(responses, states, strict=True) if _pushed(plan, state))
-        return Lacking(name, plan.unit(experiment.sensed.channels[row]), residual, answers_forces=answers)
-    place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
-    rate = undone(residual, responses[place, row] / IMPULSE * experiment.sensed.period)
-    part = Place.of(state).part
-    inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
-    effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
-    values = -(inertia or 1.0) * _flow_of(plan, state) * rate
-    return Lacking(effort, plan.unit(effort) if inertia else f"{plan.unit(flow)}^2", values, is_force=True)
+    pushed = pushed_part(experiment, fitted, row)
+    if pushed is None:
+        states, responses, _ = sensed.impulse_responses(fitted.by_name)
+        answers = any(np.any(one[row]) for one, state in zip(responses, states, strict=True) if pushed_by(sensed.plan, state))
+        return Lacking(name, sensed.plan.unit(sensed.channels[row]), residual, answers_forces=answers)
+    rate = undone(residual, pushed.response / IMPULSE * sensed.period)
+    return Lacking(pushed.effort, pushed.unit, -pushed.inertia * pushed.flow * rate, is_force=True)
 
 
 def _of_an_effort(experiment: Experiment, fitted: Fitted, channel: str) -> tuple[str, str, float] | None:
