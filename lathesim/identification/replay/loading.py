@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
@@ -79,7 +79,6 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
     recordings = []
     resolution: dict[str, float] = {}
     noise: dict[str, float] = {}
-    period = prepared.machinery.sample_period
     for file in files:
         mapped = with_rates(read_mapped(file, registry, mapping, MOST_SAMPLES), prepared.machinery)
         found = [*mapped.findings, *recording_faults(mapped.record, mapping)]
@@ -89,22 +88,12 @@ def load_case(lesson: Lesson, files: list[Path], registry: Registry, *, variant:
             refuse_still(file, mapped.record, mapping.targets("compare"))
         _refuse_without_overlap(file, mapped, prepared)
         refuse_endless(file, mapped, prepared, mapping)
-        period = mapped.record.sample_period
-        found += coarser_than_decided(period, prepared.machinery, mapping.targets("compare"))
+        found += coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
         recordings.append(Recorded(file.name, mapped.record, tuple(found)))
         resolution |= mapped.resolution
         noise |= {name: max(size, noise.get(name, 0.0)) for name, size in noise_of_rows(mapped).items()}
-    machine = RecordedMachine(
-        at_period(prepared.machinery, period),
-        driven_of(mapping, recordings[0].record),
-        mapping.targets("compare"),
-        uncertainties(lesson, prepared.plan),
-        resolution,
-        decisions=decisions_for_each(period, prepared.machinery),
-        clock=clock_beside(period, prepared.machinery),
-        moving=mapping.moving,
-        noise=noise,
-    )
+    machine = _recorded_machine(prepared.machinery, mapping, [one.record for one in recordings])
+    machine = replace(machine, uncertain=uncertainties(lesson, prepared.plan), resolution=resolution, noise=noise)
     return LoadedCase(lesson, prepared, machine, tuple(recordings))
 
 
@@ -118,19 +107,18 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Record
     refuse_endless(file, mapped, prepared, mapping)
     coarse = coarser_than_decided(mapped.record.sample_period, prepared.machinery, mapping.targets("compare"))
     findings = (*mapped.findings, *recording_faults(mapped.record, mapping), *coarse)
-    period = mapped.record.sample_period
-    machine = RecordedMachine(
-        at_period(prepared.machinery, period),
-        driven_of(mapping, mapped.record),
-        mapping.targets("compare"),
-        {},
-        mapped.resolution,
-        decisions=decisions_for_each(period, prepared.machinery),
-        clock=clock_beside(period, prepared.machinery),
-        moving=mapping.moving,
-        noise=noise_of_rows(mapped),
-    )
+    machine = _recorded_machine(prepared.machinery, mapping, [mapped.record])
+    machine = replace(machine, resolution=mapped.resolution, noise=noise_of_rows(mapped))
     return machine, Recorded(file.name, mapped.record, tuple(findings))
+
+
+def _recorded_machine(assembly: Machinery, mapping: RecordingMapping, records: Sequence[Record]) -> RecordedMachine:
+    """Return a machine that takes the inputs of the first recording and is sampled as the last one is, of which nothing is uncertain."""
+    period = records[-1].sample_period
+    return RecordedMachine(
+        at_period(assembly, period), driven_of(mapping, records[0]), mapping.targets("compare"), {}, {},
+        decisions=decisions_for_each(period, assembly), clock=clock_beside(period, assembly), moving=mapping.moving,
+    )  # fmt: skip
 
 
 def read_mapped(file: Path, registry: Registry, mapping: RecordingMapping, most: int) -> MappedRecording:
