@@ -298,6 +298,11 @@ def carried_over(model: NoiseModel, shapes: NoiseShapes) -> NoiseModel:
     return _of_sizes(model.sizes, shapes, model.band)
 
 
+def whitened(models: Sequence[NoiseModel], values: FloatArray, *, full_band: bool) -> FloatArray:
+    """Return values (n, channels, samples) as independent numbers of variance one, each channel whitened by its model, (n, numbers)."""
+    return np.concatenate([model.whiten(values[:, channel], full_band=full_band) for channel, model in enumerate(models)], axis=1)
+
+
 def whitened_power(residual: FloatArray, models: Sequence[NoiseModel], *, full_band: bool) -> float:
     """Return the squared sum of a residual (channels, samples), each channel whitened by its model."""
     power = 0.0

@@ -14,6 +14,7 @@ from lathesim.diagnosis.candidates.screening import in_proportion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.found import Screened
 from lathesim.engine.assembly import FloatArray, Place
+from lathesim.identification.noise import whitened
 from lathesim.identification.records import Candidate, Fitted, Free, Model, with_start
 from lathesim.identification.signal import ROUNDING
 
@@ -111,18 +112,13 @@ def _left(study: Study, fitted: Fitted, base: Sequence[Free], candidate: Candida
     as_now = {name: sensed.given(name) for name in study.estimation.simulated_motion_of([candidate])}
     before = {**as_now, **fitted.constant, **{one.name: one.start for one in base}}
     values = np.hstack([np.tile(list(before.values()), (len(rows), 1)), rows])
-    white: FloatArray = _whitened(fitted, np.array(sensed.residuals([*before, *candidate.parameters], values)))
+    white: FloatArray = whitened(fitted.noise, np.array(sensed.residuals([*before, *candidate.parameters], values)), full_band=True)
     if fitted.sensitivity is not None and len(fitted.free):
-        slopes = _whitened(fitted, fitted.sensitivity)
+        slopes = whitened(fitted.noise, fitted.sensitivity, full_band=True)
         length = np.linalg.norm(slopes, axis=1)
         basis, _ = np.linalg.qr((slopes[length > 0.0] / length[length > 0.0, None]).T)
         white = white - (white @ basis) @ basis.T
     return np.asarray(np.sum(white * white, axis=1))
-
-
-def _whitened(fitted: Fitted, arrays: FloatArray) -> FloatArray:
-    white = [noise.whiten(arrays[:, row], full_band=True) for row, noise in enumerate(fitted.noise)]
-    return np.asarray(np.concatenate(white, axis=1))
 
 
 def _differ(one: _Begun, other: _Begun) -> bool:

@@ -25,10 +25,11 @@ from lathesim.diagnosis.explaining.rounds import is_finer
 from lathesim.diagnosis.explaining.search import is_the_other_sensor
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.trial import FIRST_STEPS
-from lathesim.diagnosis.isolation.visible import ChannelChange, Looking, whitened
+from lathesim.diagnosis.isolation.visible import ChannelChange, Looking
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit_each
 from lathesim.identification.execution import together
+from lathesim.identification.noise import whitened
 from lathesim.identification.records import QUARTER_TURNS, Candidate, is_full_band, with_start
 
 
@@ -99,7 +100,7 @@ def _white(looking: Looking, changes: Sequence[ChannelChange]) -> tuple[FloatArr
     digits are needed."""
     rows, sizes = [], []
     for change in changes:
-        row = whitened(looking.fitted.noise, change.left[None])[0]
+        row = whitened(looking.fitted.noise, change.left[None], full_band=True)[0]
         sizes.append(max(float(np.linalg.norm(row)), 1e-300))
         rows.append((row / sizes[-1]).astype(np.float32))
     return np.array(rows), np.array(sizes)

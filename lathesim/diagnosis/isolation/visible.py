@@ -107,11 +107,6 @@ class Taken:
         return np.asarray(change - np.tensordot(self.amounts(change, noise), self.slopes, axes=1))
 
 
-def whitened(noise: Sequence[NoiseModel], changes: FloatArray) -> FloatArray:
-    """Return changes (n, channels, samples) as independent numbers of variance one, (n, numbers)."""
-    return np.concatenate([model.whiten(changes[:, row], full_band=True) for row, model in enumerate(noise)], axis=1)
-
-
 @dataclass(frozen=True, eq=False)
 class Shape:
     """A candidate of one shape: its values are those of a ``point``, of which the sizes grow by a factor, or a limit comes down by one."""

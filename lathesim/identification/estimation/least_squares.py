@@ -16,7 +16,7 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.covariance import covariance_and_misfit
 from lathesim.identification.estimation.fit import Asking, Descent, Fit, Problem, Weighting, descending, side_by_side
-from lathesim.identification.noise import NoiseModel, NoiseShapes, fit_noise_model, whitened_power
+from lathesim.identification.noise import NoiseModel, NoiseShapes, fit_noise_model, whitened, whitened_power
 from lathesim.identification.records import Fitted, Free, known_beforehand
 from lathesim.identification.replay.simulator import Simulator
 
@@ -145,8 +145,7 @@ class _Whitened(Weighting):
         return np.asarray(self.white_slopes(residual[None], residual)[:, 0])
 
     def white_slopes(self, slopes: FloatArray, residual: FloatArray) -> FloatArray:
-        rows = [model.whiten(slopes[:, channel], full_band=self.full_band) for channel, model in enumerate(self.models)]
-        return np.concatenate(rows, axis=1).T
+        return whitened(self.models, slopes, full_band=self.full_band).T
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ from lathesim.errors import LessonError, listed, nearest
 from lathesim.identification.estimation.covariance import SIGNIFICANT, blocks_of
 from lathesim.identification.estimation.fit import STEP
 from lathesim.identification.estimation.least_squares import ROUGH, fit
-from lathesim.identification.noise import whitened_power
+from lathesim.identification.noise import whitened, whitened_power
 from lathesim.identification.records import Fitted, Free, with_start
 from lathesim.identification.replay.experiment import Experiment, build_experiments
 from lathesim.identification.replay.loading import read_for, refuse_still
@@ -255,14 +255,10 @@ def _certainty(best: Fitted, count: int) -> _Certainty:
 def _pulls_of_blocks(best: Fitted) -> FloatArray:
     """Return the sums of misfit times slope, both whitened, over blocks of frequencies (blocks, values)."""
     assert best.sensitivity is not None
-    slopes, left = (
-        [model.whiten(rows[:, row]) for row, model in enumerate(best.noise)] for rows in (best.sensitivity, best.residual[None])
-    )
-    every = np.concatenate(slopes, axis=1)
-    pulls = every * np.concatenate(left, axis=1)
-    known = every / np.maximum(np.linalg.norm(every, axis=1), 1e-300)[:, None]
-    labels = blocks_of(np.sum(np.square(known), axis=0), [rows.shape[1] for rows in slopes])
-    return np.array([np.bincount(labels, row) for row in pulls]).T
+    slopes, left = (whitened(best.noise, rows, full_band=False) for rows in (best.sensitivity, best.residual[None]))
+    known = slopes / np.maximum(np.linalg.norm(slopes, axis=1), 1e-300)[:, None]
+    labels = blocks_of(np.sum(np.square(known), axis=0), [2 * model.bins(full_band=False) for model in best.noise])
+    return np.array([np.bincount(labels, row) for row in slopes * left]).T
 
 
 def _agree(best: Fitted, end: Fitted, certain: _Certainty, named: Collection[str]) -> bool:

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.engine.assembly import FloatArray, Place
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.least_squares import ROUGH, fit
+from lathesim.identification.noise import whitened
 from lathesim.identification.records import QUARTER_TURNS, Candidate, Fitted, Free, instants_of, is_full_band, jump_at, with_start
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.signal import strongest_jumps
@@ -91,17 +92,13 @@ def _at_the_best_turn(
     here = fit(experiment.sensed, free, constant, rounds=0)
     turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in turns]
     rows = np.array([[*constant.values(), *(item.start for item in one)] for one in turned])
-
-    def white(arrays: FloatArray) -> FloatArray:
-        """Return arrays (n, channels, samples) whitened, (n, values)."""
-        return np.concatenate([model.whiten(arrays[:, row], full_band=True) for row, model in enumerate(here.noise)], axis=1)
-
-    left = white(np.array(experiment.sensed.residuals([*constant, *(item.name for item in free)], rows)))
+    residuals = np.array(experiment.sensed.residuals([*constant, *(item.name for item in free)], rows))
+    left = whitened(here.noise, residuals, full_band=True)
     assert here.sensitivity is not None
     waves = {Place.of(name).part for name in phases}
     others = [place for place, item in enumerate(free) if Place.of(item.name).part not in waves]
     if others:
-        slopes = white(here.sensitivity[others])
+        slopes = whitened(here.noise, here.sensitivity[others], full_band=True)
         slopes /= np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), 1e-300)
         left = left - (left @ np.linalg.pinv(slopes)) @ slopes
     return turned[int(np.argmin(np.sum(left * left, axis=1)))]
