@@ -12,6 +12,8 @@ import numpy as np
 from lathesim.errors import RecordingError
 from lathesim.hdf5_guard import stands_elsewhere
 from lathesim.record import FloatArray
+from lathesim.recordings.delimited_text import read_text
+from lathesim.recordings.number_rows import head_lines
 from lathesim.stability.tool_point import (
     SI_UNITS,
     Complex,
@@ -114,46 +116,15 @@ def _response(
 
 
 def _from_text(path: Path, told: tuple[Quantity, float] | None) -> FrequencyResponse:
-    raw = path.read_bytes().decode("utf-8-sig", errors="replace")
-    lines = raw.splitlines()
-    comments = [line for line in lines[:20] if line.lstrip().startswith("#")]
-    rows = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if not rows:
-        raise RecordingError("the file is empty.", place=str(path))
-    first = next((number for number, line in enumerate(rows) if _is_numbers(line)), len(rows))
-    header = rows[first - 1] if first > 0 else ""
-    delimiter = _delimiter(rows[first] if first < len(rows) else header)
-    begin = "".join(rows[first : first + 3])
-    decimal_comma = delimiter == ";" and "." not in begin
-    body = [line.replace(",", ".") if decimal_comma else line for line in rows[first:]]
-    if not body:
-        raise RecordingError("no row of numbers stands in the file.", place=str(path), remedy="Give rows as frequency, real, imag.")
+    raw = read_text(path)
+    names = [f"{name} [{unit}]" if (unit := raw.units[name]) else name for name in raw.columns]
+    if all(name.startswith("column_") for name in names):
+        names = ["frequency [Hz]", "real", "imag", "coherence"][: len(names)]
+    comments = " ".join(line for line in head_lines(path) if line.lstrip().startswith("#"))
     try:
-        table = np.loadtxt(body, delimiter=None if delimiter == " " else delimiter, ndmin=2, comments=None)
-    except ValueError as error:
-        wrong = next((number for number, line in enumerate(body) if not _is_numbers(line)), 0)
-        raise RecordingError(
-            "this row is no row of numbers." if wrong else f"the rows differ in length: {error}.", place=f"{path}:{first + wrong + 1}"
-        ) from None
-    names = [item.strip().strip('"') for item in (header.split(delimiter) if delimiter != " " else header.split())]
-    if len(names) != table.shape[1]:
-        names = ["frequency [Hz]", "real", "imag", "coherence"][: table.shape[1]]
-    try:
-        return _of_columns(names, table, told, str(path), " ".join(comments))
+        return _of_columns(names, np.stack(list(raw.columns.values()), axis=1), told, str(path), comments)
     except RecordingError as error:
         raise error if error.place else RecordingError(error.fact, place=str(path), remedy=error.remedy) from None
-
-
-def _is_numbers(line: str) -> bool:
-    words = [word for word in re.split(r"[,;\t ]+", line.strip()) if word]
-    try:
-        return bool(words) and all(float(word) is not None for word in words)
-    except ValueError:
-        return False
-
-
-def _delimiter(line: str) -> str:
-    return next((mark for mark in (";", "\t", ",") if mark in line), " ")
 
 
 def _of_columns(names: list[str], table: FloatArray, told: tuple[Quantity, float] | None, place: str, comments: str) -> FrequencyResponse:
