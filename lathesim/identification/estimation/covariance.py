@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.signal import BEYOND, ROUNDING
@@ -81,7 +81,7 @@ def _wider_by_few(told: FloatArray) -> FloatArray:
     """Return by what factor a 95 % interval is wider for the few blocks that tell of each value; ``told`` (blocks, values)."""
     shares = told / np.maximum(told.sum(axis=0), 1e-300)
     freedom = 1.0 / np.maximum(np.sum(shares * shares, axis=0), 1e-12)
-    return np.asarray(np.minimum(student.ppf(0.975, np.maximum(freedom, 1.0)) / student.ppf(0.975, np.inf), _FEWEST))
+    return np.asarray(np.minimum(stdtrit(np.maximum(freedom, 1.0), 0.975) / stdtrit(np.inf, 0.975), _FEWEST))
 
 
 def blocks_of(information: FloatArray, lengths: Sequence[int]) -> np.ndarray:

@@ -46,9 +46,9 @@ class TrendLine:
 
     def rises(self, error: float) -> float:
         """Return the sign of the slope where it is not 0 at a probability of ``error`` to be wrong, else 0."""
-        from scipy.stats import t as student
+        from scipy.special import stdtrit  # what scipy.stats calls for the same number, after checks that take ten times as long
 
-        limit = student.ppf(1.0 - 0.5 * error, max(1.0, self.count - 2.0)) * np.sqrt(self.variance / self.spread)
+        limit = stdtrit(max(1.0, self.count - 2.0), 1.0 - 0.5 * error) * np.sqrt(self.variance / self.spread)
         return float(np.sign(self.slope)) if abs(self.slope) > limit else 0.0
 
 
