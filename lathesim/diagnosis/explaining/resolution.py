@@ -32,9 +32,15 @@ def significant(trial: Tried, study: Study) -> bool:
 
 
 def as_good(model: Model, best: Tried, study: Study) -> bool:
-    """Return whether a model predicts as well as the best trial, as far as the recordings can tell."""
+    """Return whether a model predicts as well as the best trial, as far as the recordings can tell.
+
+    One of fewer values does too where the best one does nothing else by more than the errors of laws: what these make is no reason for a
+    further value.
+    """
     _, behind = over(best.model, model)
-    return behind.nats < unresolved(behind, best.predicted.nats, study.method)
+    if behind.nats < unresolved(behind, best.predicted.nats, study.method):
+        return True
+    return len(model.free) < len(best.model.free) and not moves(study, model, best.model)
 
 
 def best_of(study: Study, trials: Sequence[Tried]) -> Tried | None:

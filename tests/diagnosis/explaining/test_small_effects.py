@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.explaining.chance import is_clear
+from lathesim.diagnosis.explaining.resolution import as_good
 from lathesim.diagnosis.explaining.search import small_and_unsure
 from lathesim.diagnosis.explaining.starts import candidate_free
-from lathesim.diagnosis.explaining.trial import modelled
+from lathesim.diagnosis.explaining.study import Study
+from lathesim.diagnosis.explaining.trial import modelled, over
+from lathesim.diagnosis.explaining.trial import worth as worth_of
 from lathesim.diagnosis.records.found import Found, Gain, Tried
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.records import Candidate, Free, Model
 from tests.diagnosis.pushed_table import Hidden, baseline, pair, study
 
 PULL = 8.0
@@ -47,3 +54,23 @@ def test_what_may_be_nothing_takes_no_place_of_another_effect(found: Found) -> N
     asked = study(*pair(Hidden(law=lambda v, q, t: PULL)))
     unsure = {one.candidate.name for one in worth(found, 0.2) if small_and_unsure(asked, found.model, [one])}
     assert unsure == {"CoulombFriction"}
+
+
+@pytest.mark.parametrize(("wave", "as_well"), [(0.3, True), (3.0, False)])
+def test_a_simpler_explanation_does_as_well_as_one_that_differs_by_less_than_the_model_error(wave: float, as_well: bool) -> None:
+    """The wave gains clearly in both cases; 1 % of the forces, which are 42 N, may be an error of laws."""
+    asked = study(*pair(Hidden(dry=10.0, law=lambda v, q, t: wave * math.sin(2.0 * math.pi * q / 0.01))))
+    names = ("CoulombFriction", "TorqueRipple")
+    friction, ripple = (one for name in names for one in asked.estimation.candidates if one.name == name)
+    begun = np.array([wave, 0.0, 0.01, math.pi])
+    starts = [*candidate_free(asked, friction, np.array([10.0])), *candidate_free(asked, ripple, begun)]
+    lesson, simple, both = (_fitted(asked, chosen, starts) for chosen in ((), (friction,), (friction, ripple)))
+    best = worth_of(ripple, lesson, both)
+    assert is_clear(over(both, simple)[1], asked.method, best.parameters)
+    assert as_good(simple, best, asked) is as_well
+
+
+def _fitted(asked: Study, candidates: tuple[Candidate, ...], starts: list[Free]) -> Model:
+    names = {name for one in candidates for name in one.parameters}
+    free = [*baseline(asked.estimation), *(one for one in starts if one.name in names)]
+    return modelled(asked, candidates, fit(asked.estimation.sensed, free))
