@@ -6,6 +6,7 @@ A value that a sentence takes in stands there as the name that the program has f
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -40,6 +41,7 @@ _NO_VALUES = {"strip", "join", "min", "max", "len", "str", "name", "sorted", "ma
 Texts = Mapping[str, tuple[str, ...]]
 
 
+@functools.cache
 def error_sentences() -> dict[str, dict[str, str]]:
     """Return by heading the sentences of all errors, each with its remedy; an empty one where the program works it out as it runs."""
     found: dict[str, dict[str, str]] = {heading: {} for heading in (*ROOMS.values(), _OTHER)}

@@ -273,7 +273,9 @@ def slow_channels(channels: list[RecordedChannel], period: float) -> list[Findin
 def _rows_of_one_reading(channel: RecordedChannel) -> int:
     """Return the largest number of rows in whose turn nearly all changes come; 1 where they come in no turn."""
     changes = np.flatnonzero(channel.steps)
-    if len(changes) < _FEWEST or _sizes(channel.steps) < _SIZES:
+    # of two changes in neighbouring rows one comes out of turn
+    in_turn = len(changes) - 0.5 * np.count_nonzero(np.diff(changes) == 1)
+    if len(changes) < _FEWEST or in_turn <= _IN_TURN * len(changes) or _sizes(channel.steps) < _SIZES:
         return 1
     turns = range(_SLOWEST, 1, -1)
     return next((rows for rows in turns if np.bincount(changes % rows).max() > _IN_TURN * len(changes)), 1)
