@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.compensation.laps import CONTOUR, finest
+from lathesim.compensation.laps import CONTOUR
 from lathesim.component import Output, Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.remedy import Remedy
@@ -21,6 +21,7 @@ from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.position_loops import Loop, one_or_more, resolution_of
+from lathesim.identification.replay.converter_rounding import counts_of
 from lathesim.json_text import read_json
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.insertion import Machinery
@@ -101,7 +102,7 @@ class Bench:
 
     def exact(self) -> dict[str, float]:
         """Return the values with which converters and encoders count as finely as they can: slopes are then smooth."""
-        return {name: value for name, value in finest(self.machinery).items() if name not in self.batch.plan.feeds}
+        return {name: exact for name, (_, exact) in counts_of(self.machinery).items() if name not in self.batch.plan.feeds}
 
     def units(self, part: str) -> dict[str, str]:
         """Return the units of what a placed part declares."""

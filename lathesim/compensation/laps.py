@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from lathesim.component import Parameter
 from lathesim.effects.effect import Effect
 from lathesim.effects.lag import CurrentLoopLag, MotorInductance, ServoLag
 from lathesim.effects.offset_and_gain import ConverterResolution
@@ -21,6 +20,7 @@ from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
 from lathesim.identification.position_loops import Loop, level_of, one_or_more, resolution_of
+from lathesim.identification.replay.converter_rounding import counts_of
 from lathesim.lessons.insertion import Machinery, insert_effect
 from lathesim.lessons.simulate import Prepared
 
@@ -31,7 +31,6 @@ CONTOUR = Place("contour", "contour_error")
 """The distance from the path, where the machine tells it."""
 LATE: tuple[type[Effect], ...] = (TransportDelay, SensorFilter, ServoLag, CurrentLoopLag, MotorInductance)
 """Effects that make a loop later and are linear."""
-_FINEST_BITS = 32.0
 
 
 @dataclass(frozen=True)
@@ -55,19 +54,6 @@ class Lap:
     def rms_contour(self) -> float:
         """Root mean square of the distance from the path [m]."""
         return float(np.sqrt(np.mean(self.contour**2)))
-
-
-def finest(machinery: Machinery) -> dict[str, float]:
-    """Return the values with which converters and encoders count as finely as they can: slopes are then smooth."""
-    found = {}
-    for part in machinery.parts:
-        parameters = part.component.declared(Parameter)
-        if "bits" in parameters and "smallest_voltage" in parameters:
-            found[f"{part.name}.bits"] = _FINEST_BITS
-        name = part.component.ports.get("resolution", "")
-        if name in parameters:
-            found[f"{part.name}.{name}"] = 0.0
-    return found
 
 
 @dataclass(frozen=True)
@@ -133,7 +119,8 @@ class Course:
             acts = late and issubclass(part.component, LATE)
             if issubclass(part.component, Effect) and not issubclass(part.component, Remedy) and not acts:
                 found |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
-        return {name: value for name, value in (found | finest(self.machinery)).items() if name not in self.batch.plan.feeds}
+        found |= {name: exact for name, (_, exact) in counts_of(self.machinery).items()}
+        return {name: value for name, value in found.items() if name not in self.batch.plan.feeds}
 
     def _record(self, corrections: FloatArray) -> FloatArray:
         """Return what a lap with corrections records, shape (channels, samples)."""

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD
 from lathesim.engine.assembly import Assembly, FloatArray, Place
 from lathesim.engine.batch import Batch
@@ -27,36 +26,17 @@ from lathesim.experiments.replica import given_values
 from lathesim.experiments.rivals import Rival
 from lathesim.experiments.room import Room
 from lathesim.identification.records import Candidate as Term
+from lathesim.identification.replay.converter_rounding import counts_of
 from lathesim.identification.signal import channel_floor
 
 _MOVES = 10.0
 """Noise floors by which a channel moves in a program that shows something."""
-_BITS = "bits"
-"""Parameter of a converter that counts."""
 _ROUNDING = 1e-9
 """Share of its range by which a signal that stands may change from sample to sample: rounding of what it is computed from."""
 _HALVINGS = 10
 """Times that a size is halved until the machine does its program: it is a thousandth then."""
 _STANDS = 2
 """Samples for which a signal must stay exactly at its extreme to be at a limit: without noise nothing else holds one that long."""
-
-
-def counts_of(assembly: Assembly) -> dict[str, tuple[float, float]]:
-    """Return ``part.parameter`` -> (given, exact) for all that counts: what one count of a sensor is worth [SI], and the bits of a
-    converter, which has most of them where it is exact."""
-    found = {}
-    for part in assembly.parts:
-        declarations, ports = part.component.declarations, part.component.ports
-        name = ports["resolution"] if {"measured", "resolution"} <= set(ports) else _BITS
-        declared = declarations.get(name)
-        if not isinstance(declared, Parameter):
-            continue
-        given = part.value(name)
-        if name == _BITS and declared.high is not None:
-            found[f"{part.name}.{name}"] = given, float(declared.high)
-        elif name != _BITS and given > 0.0 and (declared.low is None or declared.low <= 0.0):
-            found[f"{part.name}.{name}"] = given, 0.0
-    return found
 
 
 def shown_lags(term: Term, sizes: FloatArray, plan: Plan) -> FloatArray:

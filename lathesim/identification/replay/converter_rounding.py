@@ -69,6 +69,18 @@ def resolving_everything(component: type[Component]) -> dict[str, float]:
     return exact | {ports[role]: declared[ports[role]].high for role in ("bits",) if role in ports}
 
 
+def counts_of(assembly: Assembly) -> dict[str, tuple[float, float]]:
+    """Return ``part.parameter`` -> (given, exact) for all that counts: what one count of a sensor is worth [SI], and the bits of a
+    converter, which has most of them where it is exact."""
+    found = {}
+    for part in assembly.parts:
+        ports, declared = part.component.ports, part.component.declared(Parameter)
+        name = ports["resolution"] if {"measured", "resolution"} <= set(ports) else "bits"
+        if name in declared and (declared[name].low <= 0.0 or name == "bits"):
+            found[f"{part.name}.{name}"] = part.value(name), declared[name].high if name == "bits" else 0.0
+    return found
+
+
 def _rounded(assembly: Assembly, compared: Collection[str]) -> list[str]:
     """Return the outputs of converters that feed something and are not compared, if one of them stands behind a sensor: what a command is
     rounded to is the same in all that is compared."""
