@@ -120,7 +120,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
                 break
             others = []
             continue
-        found = _otherwise(study, found, best, trials, rounds)
+        found = _otherwise(study, found, best, rounds)
         if found.model is not model:
             yield found
             continue
@@ -198,26 +198,12 @@ def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str, 
     return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
 
 
-def _otherwise(study: Study, found: Found, best: Tried, trials: Sequence[Tried], rounds: Rounds) -> Found:
-    """Return the search with what is simpler than the best further effect and predicts as well: a finer form, a simpler pair or a rival; as
-    it was where there is none."""
+def _otherwise(study: Study, found: Found, best: Tried, rounds: Rounds) -> Found:
+    """Return the search with what is simpler than the best further effect and predicts as well: a finer form or a rival in the place of
+    what was found; as it was where there is none."""
     model = found.model
-    found = _simpler_pair(study, _finer_instead(study, found, best), best, trials, rounds)
+    found = _finer_instead(study, found, best)
     return found if found.model is not model else _rival_instead(study, found, best, rounds)
-
-
-def _simpler_pair(study: Study, found: Found, best: Tried, trials: Sequence[Tried], rounds: Rounds) -> Found:
-    """Return the search with the simpler form of the best effect and a further one where these predict as well with no more values; as it
-    was where they do not.
-
-    A friction that differs by direction does what dry friction and a weight do, neither of which may be clear without the other.
-    """
-    simple = [one for one in trials if one.before is found.model and is_finer(best.candidate, [one.candidate])]
-    for first in (one for one in simple if min(one.fitted.nats, one.predicted.nats) > due(study.method)):
-        found, both = _beside(study, found, first, rounds)
-        if both is not None and first.parameters + both.parameters <= best.parameters and as_good(both.model, best, study):
-            return _with_both(study, found, first, both, f"predict as well as {best.name}, and are simpler")
-    return found
 
 
 def chosen(study: Study, trials: Sequence[Tried]) -> Tried | None:
