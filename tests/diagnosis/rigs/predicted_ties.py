@@ -72,11 +72,13 @@ def kept_prediction(folder: Path, sound: Path, named: dict[str, Any]) -> list[st
     return list(json.loads(file.read_text(encoding="utf-8")))
 
 
-def with_answer(folder: Path, recording: Path, named: dict[str, Any]) -> tuple[Looking, Candidate, FloatArray]:
-    """Return a recording beside the lesson in a folder, and an effect with the values of an answer."""
+def with_answer(
+    folder: Path, recording: Path, named: dict[str, Any], effects: tuple[str, ...] = ()
+) -> tuple[Looking, Candidate, FloatArray]:
+    """Return a recording beside the lesson in a folder, and an effect with the values of an answer; of ``effects`` (empty: of all)."""
     parts = folder / "parts"
     registry = load_registry([parts] if parts.is_dir() else [])
-    looking, _ = looking_at(load_lesson(str(folder / "lesson.yaml")), registry, Means(recording=recording))
+    looking, _ = looking_at(load_lesson(str(folder / "lesson.yaml")), registry, Means(recording=recording, effects=effects))
     candidates = looking.study.estimation.candidates
     truth = next(one for one in candidates if one.name == named["effect"] and named["at"] in (one.at, one.seat.before))
     values = [
