@@ -330,7 +330,8 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             doubtful = small_and_unsure(study, found.model, found.worth.values())
             if doubtful is None:
                 return
-            found = _dropped(study, found, doubtful.candidate, doubtful.before, "it explains little, and its size may be zero")
+            rivals = rounds.on(doubtful.before) if swaps < MOST_EFFECTS else []
+            swaps, found = swaps + 1, surer_instead(study, found, doubtful, rivals)
             waiting = list(found.model.candidates)
             yield found
             continue
@@ -357,6 +358,19 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         alike = [one for one in good if not (is_finer(one.candidate, [candidate]) or is_the_other_sensor(one.candidate, candidate))]
         found = replace(found, worth={**found.worth, candidate.part: own}, rivals={**found.rivals, candidate.part: tuple(alike)})
         yield found
+
+
+def surer_instead(study: Study, found: Found, doubtful: Tried, trials: Sequence[Tried]) -> Found:
+    """Return the search with the best of some trials whose size is sure in the place of a doubtful effect; without it where there is none.
+
+    A lag that may as well be more inertia hides a lag of another form, which the inertia cannot stand for.
+    """
+    others = [one for one in trials if not found.holds(one.candidate)]
+    best = chosen(study, [one for one in others if small_and_unsure(study, one.model, [one]) is None])
+    if best is None:
+        return _dropped(study, found, doubtful.candidate, doubtful.before, "it explains little, and its size may be zero")
+    study.progress(f"{best.candidate.name} takes the place of {doubtful.candidate.name}")
+    return found.changed("swap", best, f"predicts better too, and the size of {doubtful.candidate.name} may be zero", [doubtful.candidate])
 
 
 def small_and_unsure(study: Study, model: Model, trials: Iterable[Tried]) -> Tried | None:

@@ -9,7 +9,8 @@ import pytest
 
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.resolution import as_good
-from lathesim.diagnosis.explaining.search import small_and_unsure
+from lathesim.diagnosis.explaining.rounds import Rounds
+from lathesim.diagnosis.explaining.search import small_and_unsure, surer_instead
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over
@@ -74,3 +75,15 @@ def _fitted(asked: Study, candidates: tuple[Candidate, ...], starts: list[Free])
     names = {name for one in candidates for name in one.parameters}
     free = [*baseline(asked.estimation), *(one for one in starts if one.name in names)]
     return modelled(asked, candidates, fit(asked.estimation.sensed, free))
+
+
+def test_a_doubtful_effect_makes_way_for_one_whose_size_is_sure() -> None:
+    asked = study(*pair(Hidden(law=lambda v, q, t: PULL)))
+    sensed, free = asked.estimation.sensed, baseline(asked.estimation)
+    alone = modelled(asked, (), fit(sensed, free))
+    friction = next(one for one in asked.estimation.candidates if one.name == "CoulombFriction")
+    with_it = modelled(asked, (friction,), fit(sensed, [*free, *candidate_free(asked, friction, np.asarray(0.1 * friction.usual))]))
+    doubtful = worth_of(friction, alone, with_it)
+    left = surer_instead(asked, Found(alone, with_it), doubtful, Rounds(asked).on(alone))
+    assert [one.effect for one in left.model.candidates] == [ForceOffset]
+    assert left.history[-1].move == "swap"
