@@ -56,5 +56,14 @@ def test_what_is_not_answered_stands_in_the_answer() -> None:
     told = varied(NAMED, unanswerable=(Unanswerable("Backlash", "x_encoder", "x_axis moves in one direction only"),))
     lines = answer_lines(told)
     assert "What this recording cannot tell:" in lines
-    assert "- These would not show at any size: Backlash at x_encoder. Reason: x_axis moves in one direction only." in lines
+    assert "- These would not stand out at any size: Backlash at x_encoder. Reason: x_axis moves in one direction only." in lines
     assert as_json(told)["unanswerable"] == [{"effect": "Backlash", "at": "x_encoder", "why": "x_axis moves in one direction only"}]
+
+
+def test_what_is_tied_is_not_said_to_stay_hidden() -> None:
+    tied = varied(
+        NAMED, effects=(replace(NAMED.effects[0], tied_with=("Weight",)),), unanswerable=(Unanswerable("Weight", "x_axis", "why"),)
+    )
+    lines = answer_lines(tied)
+    assert not any("would not stand out" in line for line in lines)
+    assert "(or Weight)" in lines[0]

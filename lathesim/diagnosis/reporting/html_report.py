@@ -87,7 +87,7 @@ def _page(diagnosis: Diagnosis, method: Method = STANDARD) -> dict[str, Any]:
         "drawings": _drawings(diagnosis, order),
         "baseline": [_baseline(name, item, method) for name, item in diagnosis.baseline.items()],
         "left": list(map(pretty, diagnosis.rest.left)),
-        "not_told": [*diagnosis.rest.not_told, *not_answered(diagnosis.rest.unanswerable)],
+        "not_told": [*diagnosis.rest.not_told, *not_answered(diagnosis)],
         "insert": insert_lines(diagnosis.lines.insert, diagnosis.lines.side),
         "version": lathesim.__version__,
         "wall_time": f"{diagnosis.search.wall_time:.0f} s" if diagnosis.search.wall_time >= 1.0 else "",

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, FoundEffect, Unanswerable, with_unit
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Diagnosis, FoundEffect, with_unit
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.engine.assembly import FloatArray
 from lathesim.errors import listed
@@ -56,12 +56,14 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     return (*sentences, *experiments[1:])
 
 
-def not_answered(found: Sequence[Unanswerable]) -> list[str]:
-    """Return which effects recordings do not show, those with one reason in one sentence."""
+def not_answered(diagnosis: Diagnosis) -> list[str]:
+    """Return which effects recordings do not show, those with one reason in one sentence; those that are tied are named as such."""
+    tied = {name for effect in diagnosis.effects for name in effect.tied_with}
     names: dict[str, list[tuple[str, str]]] = {}
-    for one in found:
-        names.setdefault(one.why, []).append((one.effect, one.at))
-    return [f"These would not show at any size: {with_places(some)}. Reason: {why}." for why, some in names.items()]
+    for one in diagnosis.rest.unanswerable:
+        if not tied & {one.effect, f"{one.effect} at {one.at}"}:
+            names.setdefault(one.why, []).append((one.effect, one.at))
+    return [f"These would not stand out at any size: {with_places(some)}. Reason: {why}." for why, some in names.items()]
 
 
 def with_places(pairs: Iterable[tuple[str, str]]) -> str:

@@ -19,7 +19,7 @@ def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return the lines of an answer."""
     lines = [*summary_lines(diagnosis, method), *_tables(diagnosis)]
     lines += _section("What is left:", diagnosis.rest.left)
-    lines += _section("What this recording cannot tell:", (*diagnosis.rest.not_told, *not_answered(diagnosis.rest.unanswerable)))
+    lines += _section("What this recording cannot tell:", (*diagnosis.rest.not_told, *not_answered(diagnosis)))
     lines += _section("About the recording:", [line for line in diagnosis.question.findings if line not in diagnosis.sentence])
     if diagnosis.rest.discovered:
         lines += ["", f"A formula for what is left: {diagnosis.rest.discovered}"]
