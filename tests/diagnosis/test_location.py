@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.components.sensors import AngularEncoder
 from lathesim.components.spindles import EmpiricalSpindle
-from lathesim.diagnosis.location import missing_signal, passed_through, places
+from lathesim.diagnosis.location import compared, missing_signal, passed_through, places
 from lathesim.diagnosis.records.diagnosis import Evidence, MissingSignal
 from lathesim.diagnosis.reporting.evidence import suspected
 from lathesim.engine.assembly import Assembly, Part, Wire
@@ -26,6 +26,16 @@ from tests.diagnosis.one_cut import cut_machine, cut_record
 from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, as_record, baseline, baselines, experiments, machine, pair
 
 SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
+
+
+def test_the_lesson_alone_counts_with_the_values_that_leave_clearly_less() -> None:
+    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0].by_name
+    heavy = {**fitted, "x_axis.mass": 1.5 * fitted["x_axis.mass"]}
+    light = {**fitted, "x_axis.mass": 0.5 * fitted["x_axis.mass"]}
+    held = compared(experiment, [heavy, fitted], light).fit[POSITION]
+    assert held == compared(experiment, [fitted, heavy], light).fit[POSITION]
+    assert held.before == pytest.approx(compared(experiment, [light], fitted).fit[POSITION].after)
+    assert held.after > 10.0 * held.before
 
 
 def test_the_missing_force_is_what_was_left_out() -> None:

@@ -27,7 +27,11 @@ def effect_rows(diagnosis: Diagnosis) -> Rows:
 
 def before_text(diagnosis: Diagnosis) -> str:
     """Return what "before" and "noise" mean in the table of channels."""
-    lesson = "the lesson with its uncertain values fitted, nothing inserted" if diagnosis.effects else "the lesson as it is given"
+    lesson = (
+        "the lesson with nothing inserted, its uncertain values fitted, or as given where these leave less"
+        if diagnosis.effects
+        else "the lesson as it is given"
+    )
     return f"Before: {lesson}. Noise: rounding and noise of the recording."
 
 

@@ -50,7 +50,7 @@ def test_another_zero_of_a_scale_leaves_nothing_to_explain(recorded: tuple[Recor
     found = searched(first, second)
     assert found.model.candidates == ()
     for experiment in (first, second):
-        fits = compared(experiment, found.baseline.fitted.by_name, found.baseline.fitted.by_name).fit
+        fits = compared(experiment, [found.baseline.fitted.by_name], found.baseline.fitted.by_name).fit
         assert fits[SCALE].after == pytest.approx(fits[ENCODER].after, abs=2 * COUNT)
 
 
