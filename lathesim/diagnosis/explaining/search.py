@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.explaining.chance import due, is_clear, is_clear_as_one_block
+from lathesim.diagnosis.explaining.chance import is_clear, is_clear_as_one_block
 from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible, own_residuals, released
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
@@ -113,8 +113,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         found = found.having_tried(trials)
         best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before])
         if best is None:
-            found = _with_two(study, found, trials, rounds)
-            found = found if found.model is not model else _on_another(study, found, others, rounds)
+            found = _on_another(study, found, others, rounds)
             yield found
             if found.model is model:
                 break
@@ -144,28 +143,6 @@ def _is_done(study: Study, found: Found) -> bool:
     return study.estimation.machine.output_error and not study.judges_itself and explains_the_motion(study, found.model)
 
 
-def _with_two(study: Study, found: Found, trials: Sequence[Tried], rounds: Rounds) -> Found:
-    """Return the search with two effects more, where neither is clear without the other; as it was where there are none.
-
-    What one effect leaves makes the gain of the other uncertain. The first explains a part of what is left in both recordings, though not
-    surely; what looks alike is tried in its place.
-    """
-    least = study.share_of_rest
-    near = [one for one in trials if min(one.fitted.share, one.predicted.share) > least and is_plausible(study, one.model)]
-    near = [one for one in near if min(one.fitted.nats, one.predicted.nats) > due(study.method, one.parameters)]
-    if not near or len(found.model.candidates) + 2 > MOST_EFFECTS:
-        return found
-    plain = [one for one in near if not is_finer(one.candidate, [other.candidate for other in near])]
-    for first in sorted(plain, key=lambda one: -one.predicted.nats)[:FIRSTS]:
-        study.progress(f"{first.name} explains {first.predicted.share:.0%}, though not surely; trying another effect beside it")
-        found, both = _beside(study, found, first, rounds)
-        if both is None or not significant(both, study):
-            continue
-        if significant(worth(first.candidate, without(study, both.model, first.candidate), both.model), study):
-            return _with_both(study, found, first, both, f"predict better by {both.predicted.nats:.0f} nats together")
-    return found
-
-
 def _on_another(study: Study, found: Found, others: Sequence[Tried], rounds: Rounds) -> Found:
     """Return the search with two effects in the place of the last one that came in, of which the first was significant beside that one; as
     it was where there are none, or what was found explains the motion.
@@ -179,7 +156,10 @@ def _on_another(study: Study, found: Found, others: Sequence[Tried], rounds: Rou
         study.progress(f"{gone.name} does not explain the motion: trying {first.name} in its place, and another effect beside it")
         found, both = _beside(study, found, first, rounds)
         if both is not None and significant(both, study):
-            return _with_both(study, found, first, both, f"predict better than {gone.name} by {both.predicted.nats:.0f} nats", [gone.name])
+            why = f"predict better than {gone.name} by {both.predicted.nats:.0f} nats"
+            study.progress(f"{first.name} and {both.name} {why}")
+            step = Step("add", (first.name, both.name), (gone.name,), both.fitted.nats, both.predicted.nats, why)
+            return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
     return found
 
 
@@ -190,12 +170,6 @@ def _beside(study: Study, found: Found, first: Tried, rounds: Rounds) -> tuple[F
     if second is None:
         return found, None
     return found, worth(second.candidate, found.model, second.model)
-
-
-def _with_both(study: Study, found: Found, first: Tried, both: Tried, why: str, went: Sequence[str] = ()) -> Found:
-    study.progress(f"{first.name} and {both.name} {why}")
-    step = Step("add", (first.name, both.name), tuple(went), both.fitted.nats, both.predicted.nats, why)
-    return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
 
 
 def _otherwise(study: Study, found: Found, best: Tried, rounds: Rounds) -> Found:
