@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.records.comparison import Explanation
-from lathesim.diagnosis.records.diagnosis import BaselineValue, Determined, Interval, Location
+from lathesim.diagnosis.records.diagnosis import BaselineValue, Determined, Interval, Location, MissingSignal
+from lathesim.diagnosis.reporting.figures import missing_svg
 from lathesim.diagnosis.reporting.html_report import _baseline, insert_lines, report_html
 from lathesim.diagnosis.reporting.number_text import interval_texts, number, percent, quantity_text
 from lathesim.diagnosis.reporting.summary import headline
@@ -219,3 +220,14 @@ def test_a_value_without_effects_is_shown_as_it_was_fitted_last() -> None:
 def test_a_discovery_without_parameters_to_paste_shows_no_lines() -> None:
     assert insert_lines((), {}) == ""
     assert insert_lines(({"effect": "A", "at": "b"},), {"c": "motor"}) == "insert:\n  - {effect: A, at: b}\nside: {c: motor}"
+
+
+def test_the_axes_of_what_is_missing_have_names_that_keep_apart() -> None:
+    time = np.linspace(0.0, 6.0, 100)
+    drawn = missing_svg(MissingSignal("spindle.disturbance", "N*m", time, 0.002 * time, 0.001 * time, 0.02 * time, 0.1, 0.05))
+    upright = re.findall(r"translate\(([\d.]+) ([\d.]+)\) rotate\(-90\)\">([^<]+)<", drawn)
+    wide = 0.55 * 9.0  # of a letter, in a font of 9 points
+    spans = [(round(float(x)), float(y) - wide * len(text), float(y)) for x, y, text in upright]
+    assert {"acts", "missing"} <= {text.split()[0] for _, _, text in upright}
+    for line, begin, end in spans:
+        assert not [other for at, other, last in spans if at == line and begin < last < end]

@@ -70,12 +70,13 @@ def missing_svg(missing: MissingSignal, windows: Windows = (), prefix: str = "mi
     if len(missing.total) == len(missing.time):
         factor, unit = common_unit([missing.total], missing.unit)
         _line(upper, missing.time, missing.total / factor, REFERENCE, 1.0, points)
-        dress(upper, label("acts", unit), "", f"Missing at {missing.at}")
+        dress(upper, label("acts\n", unit), "", f"Missing at {missing.at}")
     upper.tick_params(labelbottom=False)
     factor, unit = common_unit([missing.before, missing.after], missing.unit)
     _line(lower, missing.time, missing.before / factor, WITHOUT, 0.9, points)
     _line(lower, missing.time, missing.after / factor, SIMULATED, 0.9, points)
-    dress(lower, label("missing", unit), label("time", "s"))
+    # on one line both would run into each other in a figure of half a page
+    dress(lower, label("missing\n", unit), label("time", "s"))
     _mark(lower, windows)
     _fit(lower, missing.time)
     figure.align_ylabels([upper, lower])
