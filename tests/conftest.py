@@ -1,9 +1,12 @@
 """What holds for all tests: generated cases are the same in every run, and no verdict hangs on how fast the machine is."""
 
+import contextlib
 import gc
+import importlib
 import os
 import sys
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # Half of the time in which a worker begins goes into compiling the tests anew, and each process that a test starts compiles the program:
@@ -20,6 +23,15 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 settings.register_profile("lathesim", max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("lathesim")
+
+
+def pytest_collection(session: pytest.Session) -> None:
+    """Import the tests of whole folders from behind in the second worker: what the first has compiled by then is not compiled again."""
+    if os.environ.get("PYTEST_XDIST_WORKER") == "gw1":
+        files = [path for folder in session.config.args for path in (session.config.rootpath / folder).rglob("test_*.py")]
+        for path in sorted(files, reverse=True):
+            with contextlib.suppress(pytest.skip.Exception):
+                importlib.import_module(".".join(path.relative_to(session.config.rootpath).with_suffix("").parts))
 
 
 def pytest_collection_finish() -> None:
