@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
@@ -36,7 +37,7 @@ async def until(pilot: Pilot[None], holds: Callable[[], bool], what: str) -> Non
     end = time.process_time() + PATIENCE
     while not holds():
         assert time.process_time() < end, f"{what} did not come"
-        await pilot.pause(0.05)
+        await asyncio.sleep(0.05)
     await pilot.pause()
 
 
