@@ -36,9 +36,9 @@ def parsed(path: Path) -> ast.Module:
 
 
 @functools.cache
-def nodes(module: ast.Module) -> tuple[ast.AST, ...]:
-    """Return all nodes of a module; to walk a tree takes longer than to read it, and ten counts look at each node."""
-    return tuple(ast.walk(module))
+def nodes(tree: ast.AST) -> tuple[ast.AST, ...]:
+    """Return all nodes of a tree; to walk it takes longer than to read it, and ten counts look at each node."""
+    return tuple(ast.walk(tree))
 
 
 def files(root: Path) -> dict[str, ast.Module]:
@@ -123,7 +123,7 @@ def bare_numbers(tree: ast.Module) -> Iterator[int]:
     """Return the lines of comparisons with a number that has no name."""
     for node in nodes(tree):
         if isinstance(node, ast.Compare):
-            for item in ast.walk(node):
+            for item in nodes(node):
                 number = isinstance(item, ast.Constant) and isinstance(item.value, int | float) and not isinstance(item.value, bool)
                 if number and item.value not in PLAIN:  # type: ignore[attr-defined]
                     yield node.lineno
@@ -179,9 +179,9 @@ def branches(function: ast.FunctionDef) -> int:
 
 def compares_models(function: ast.FunctionDef) -> bool:
     """Return whether a function compares models by limits of its own on their likelihoods."""
-    names = {node.attr for node in ast.walk(function) if isinstance(node, ast.Attribute)}
-    names |= {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
-    return bool(names & COMPARING) and any(isinstance(node, ast.Compare) for node in ast.walk(function))
+    inner = list(ast.walk(function))
+    named = any(getattr(node, "attr", None) in COMPARING or getattr(node, "id", None) in COMPARING for node in inner)
+    return named and any(isinstance(node, ast.Compare) for node in inner)
 
 
 @functools.cache
@@ -191,6 +191,7 @@ def counts(root: Path = ROOT) -> dict[str, int]:
     pairs = arrows(modules)
     outside = {name: tree for name, tree in modules.items() if ".diagnosis.method" not in name}
     every = list(functions(modules))
+    branched = [branches(node) for _, node in every]
     decides = [basis for tree in modules.values() for basis in limits(tree)]
     folders = {name.rpartition(".")[0] for name in modules}
     return {
@@ -206,8 +207,8 @@ def counts(root: Path = ROOT) -> dict[str, int]:
         "decisions on the text of names": sum(1 for name, tree in modules.items() if "roles" not in name for _ in decisions_on_names(tree)),
         "lines of the longest function": max((node.end_lineno or 0) - node.lineno + 1 for _, node in every),
         "functions above 60 lines": sum((node.end_lineno or 0) - node.lineno + 1 > 60 for _, node in every),
-        "branches of the most branched function": max(branches(node) for _, node in every),
-        "functions above 15 branches": sum(branches(node) > 15 for _, node in every),
+        "branches of the most branched function": max(branched),
+        "functions above 15 branches": sum(number > 15 for number in branched),
         "functions that compare models": sum(compares_models(node) for _, node in every),
         "own loops of least squares": len(own_descents(root)),
         "texts of places taken apart": len(text_splits(root)),
