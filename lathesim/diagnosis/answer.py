@@ -13,6 +13,7 @@ from lathesim.diagnosis.discovery.generated_plugin import plugin_text
 from lathesim.diagnosis.discovery.sparse_regression import discover
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
+from lathesim.diagnosis.explaining.plausible import strained
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explanations.conditions import ONE_SPEED, Term, at_one_speed
 from lathesim.diagnosis.explanations.of_recording import conditions_of
@@ -46,7 +47,7 @@ from lathesim.diagnosis.reporting.evidence import gather, located
 from lathesim.diagnosis.reporting.explanations import explanations_of, faults_as_explanations
 from lathesim.diagnosis.reporting.lesson_entry import lesson_entry, on_validation, without_undetermined
 from lathesim.diagnosis.reporting.number_text import percent
-from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
+from lathesim.diagnosis.reporting.remarks import at_their_bounds, not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import without_name
 from lathesim.diagnosis.verdict import Doubt, decided, deciding_channel, ranked, recordable, removed_share
 from lathesim.engine.assembly import Place
@@ -81,8 +82,13 @@ class _Outcome:
 
     @property
     def adequate(self) -> bool:
-        """Whether nothing is left that could be predicted."""
-        return not self.unnamed and not self.laws
+        """Whether nothing is left that could be predicted, and no value of the lesson strains beside the effects."""
+        return not self.unnamed and not self.laws and not self.strained
+
+    @property
+    def strained(self) -> tuple[str, ...]:
+        """The values of the lesson that end where it holds no other one possible, though effects are named beside them."""
+        return strained(self.found.model.fitted) if self.names and self.found.values is None else ()
 
     @property
     def unnamed(self) -> tuple[Unnamed, ...]:
@@ -235,6 +241,7 @@ def _left(outcome: _Outcome) -> tuple[str, ...]:
         *(f"{law}." if law.feed_forward else f"{law}: a filter, a feed-forward, another gain." for law in outcome.laws),
         *(f"{one} explains as much of the recording from before the change." for one in _there_before(found)),
         *map(without_name, outcome.unnamed[1:]),
+        *at_their_bounds(outcome.strained),
         *([ONE_SPEED] if any(outcome.or_else(term) for doubt in outcome.doubts if doubt.clear for term in doubt.terms) else []),
         *resting(outcome.prepared.validation, found.model.candidates, method=outcome.method),
         *not_shown(found.baseline.fitted, experiment.machine.uncertain, experiment.sensed.seen_floors),

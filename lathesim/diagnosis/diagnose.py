@@ -11,7 +11,7 @@ import numpy as np
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, own_residuals
+from lathesim.diagnosis.explaining.plausible import own_residuals, strained
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -74,8 +74,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     found, unanswerable = locked(study, found)
     progress(f"{_STEPS[2]}: fitting both recordings")
     values = estimates(found.model, prepared.experiment, prepared.validation, prepared.whole)
-    implausible = bool(deviations(found.model.fitted).max(initial=0.0) > IMPLAUSIBLE)
-    if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=implausible):
+    if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=bool(strained(found.model.fitted))):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     answer = describe(replace(study, progress=_in_step(_STEPS[3], progress)), prepared, found, values, doubted)
     if prepared.turned and answer.verdict in ("no_mismatch", "parameters_only"):

@@ -15,7 +15,8 @@ from lathesim.engine.assembly import Part, Wire
 from lathesim.engine.run import run
 from lathesim.engine.wiring import wire
 from lathesim.identification.estimation.least_squares import fit
-from lathesim.identification.replay.experiment import RecordedMachine
+from lathesim.identification.replay.experiment import RecordedMachine, baseline_free
+from lathesim.identification.replay.joined import joined
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import simulate
@@ -90,6 +91,13 @@ def test_nothing_is_discovered_that_the_other_recording_does_not_show() -> None:
     first, second = experiments(recording(Hidden(law=drag), seed=1), recording(seed=2))
     fitted, judged = (fit(experiment.sensed, baseline(experiment)) for experiment in (first, second))
     assert discover(first, fitted, second, judged) is None
+
+
+def test_recordings_that_were_fitted_together_leave_none_to_judge_a_formula() -> None:
+    """The search for one ended without an answer there: its addends were in the machine of none of the recordings."""
+    both = joined(pair(Hidden(law=drag)))
+    fitted = fit(both.sensed, [*baseline_free(both.machine), *both.start_states(both.sensed.plan)])
+    assert discover(both, fitted, both, fitted) is None
 
 
 def test_what_a_value_of_the_machine_can_take_up_is_no_discovery() -> None:

@@ -29,7 +29,7 @@ from lathesim.diagnosis.reporting.effect_report import for_a_turning_part
 from lathesim.diagnosis.reporting.explanations import NOT_REACHED, explanation_lines
 from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.number_text import plain
-from lathesim.diagnosis.reporting.remarks import not_determined, not_shown, value_instead
+from lathesim.diagnosis.reporting.remarks import at_their_bounds, not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.effects.friction import StribeckFriction
@@ -114,6 +114,14 @@ def test_a_channel_that_stays_off_is_named_also_where_effects_are() -> None:
         == f"The simulation left out CoulombFriction at x_axis. The error of {SCALE} remains 1.77 µm, 5.9 times its noise."
     )
     assert lines(replace(NAMED, fit=OFF))["Next"].endswith("The report shows when the remaining error is largest.")
+
+
+def test_values_that_end_at_the_limit_of_their_doubt_are_named() -> None:
+    assert at_their_bounds(()) == []
+    assert at_their_bounds(("x_axis.viscous", "x_drive.conductance")) == [
+        "x_axis.viscous and x_drive.conductance end at the limit of the declared uncertainty: "
+        "something that acts like them may be missing too."
+    ]
 
 
 def test_a_value_that_is_far_off_is_named() -> None:

@@ -116,8 +116,9 @@ def limit_points(experiment: Experiment, candidates: Sequence[Candidate]) -> dic
             least = float(np.ptp(command)) / (len(command) * experiment.machine.assembly.sample_period)
             reached = np.geomspace(least, largest, 12) if least else size[:0]
         elif np.any(induced):
-            # what a motor could not follow has commands grow far beyond what drove it
-            reached = np.geomspace(0.01, 1.0, 12) * largest
+            # what a motor could not follow has commands grow far beyond what drove it; beside another effect a level that is a tenth
+            # off leads nowhere, as its error adds up over the way
+            reached = np.geomspace(0.01, 1.0, 48) * largest
         else:
             # a command in steps is at its largest for long
             reached = np.r_[np.quantile(size, (0.995, 0.98, 0.95, 0.85)), np.array([0.9, 0.75, 0.6, 0.45]) * largest]

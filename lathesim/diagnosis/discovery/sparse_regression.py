@@ -112,7 +112,12 @@ class _Draft:
 def discover(
     experiment: Experiment, fitted: Fitted, validation: Experiment, judged: Fitted, method: Method = STANDARD
 ) -> Discovered | None:
-    """Return a formula for the largest missing signal, or none where no function explains it on the validation recording."""
+    """Return a formula for the largest missing signal, or none where no function explains it on the validation recording.
+
+    Recordings that were fitted together, or one that judges itself, leave none on which a formula could fail.
+    """
+    if validation is experiment:
+        return None
     drafts = [
         draft
         for row in range(len(experiment.machine.compare))

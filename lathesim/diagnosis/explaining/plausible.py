@@ -154,6 +154,12 @@ def deviations(fitted: Fitted) -> FloatArray:
     return np.array([abs(value - one.given) / one.uncertainty for value, one in known], dtype=float)
 
 
+def strained(fitted: Fitted) -> tuple[str, ...]:
+    """Return the values of the lesson that are implausible, by name."""
+    names = [one.name for one in fitted.free if one.is_declared]
+    return tuple(name for name, off in zip(names, deviations(fitted), strict=True) if off > IMPLAUSIBLE)
+
+
 def released(study: Study) -> list[Free]:
     """Return the free values of the lesson, each of which may be another one by a factor, or of the other sign where it has no own one; its
     deviation still costs what it does."""

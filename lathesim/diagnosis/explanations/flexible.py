@@ -54,6 +54,8 @@ class Flexible:
     standard_error: float
     without_lines: float
     """The gain without lines over time, which a loop that swings by itself makes: that is no function of what a machine does [nats]."""
+    strongest_line: float
+    """The largest share of the validation recording's power that a line over time takes beside all other terms."""
     before: float
     after: float
     mean: float
@@ -70,9 +72,9 @@ class Flexible:
         return tuple(part.term for part in self.parts)
 
     def without_faint_lines(self, share: float) -> float:
-        """Return the gain, where no line over time takes a ``share`` of what is left without those: a loop that swings by itself makes
-        faint ones, and what shakes a machine from outside makes strong ones."""
-        return self.gain if any(one.term.is_line and one.share > share for one in self.parts) else self.without_lines
+        """Return the gain, where no line over time takes a ``share`` of the power: without that of the lines. A loop that swings by itself
+        makes faint ones, and what shakes a machine from outside makes strong ones."""
+        return self.gain if self.strongest_line > share else self.without_lines
 
     def predict(self, conditions: Conditions) -> FloatArray:
         """Return the function without its constant (samples,), with the phases of the estimation recording [unit of the residual]."""
@@ -108,9 +110,12 @@ def flexible(
     )
     worth = asked.worth_of(terms, ())
     steady = asked.worth_of([term for term in terms if not term.is_line], ())
+    # what shakes a machine looks at first like what swings as it is shaken: the share of a line is that beside all other terms
+    beside = [asked.left([term for term in terms if term is not line]) ** 2 for line in terms if line.is_line]
+    strongest = max((float((without - left[-1]) / left[0]) for without in beside), default=0.0)
     posterior = posterior_of(found.recording, terms)
     amounts = tuple(posterior.mean[posterior.places[term]] for term in terms)
     absorbed = posterior.mean[1 : found.recording.beside.stop]
     refuted = tuple(term for term in found.posterior.terms if term not in terms)
-    before, after, mean = asked.left(()), asked.left(terms), float(np.mean(judge.residual[judge.counted]))
-    return Flexible(worth.gain, worth.standard_error, steady.gain, before, after, mean, parts, refuted, functions, amounts, absorbed)
+    of_power = asked.left(()), asked.left(terms), float(np.mean(judge.residual[judge.counted]))
+    return Flexible(worth.gain, worth.standard_error, steady.gain, strongest, *of_power, parts, refuted, functions, amounts, absorbed)

@@ -37,6 +37,14 @@ def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue],
     return [f"{told}{others}. Measure it, and give its uncertainty in the lesson."]
 
 
+def at_their_bounds(names: Sequence[str]) -> list[str]:
+    """Return that values of the lesson end where it holds no other ones possible, if any do."""
+    if not names:
+        return []
+    ends, them = ("ends", "it") if len(names) == 1 else ("end", "them")
+    return [f"{listed(list(names))} {ends} at the limit of the declared uncertainty: something that acts like {them} may be missing too."]
+
+
 def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
     """Return which names and values a recording leaves open, with what the lines to paste hold; the experiment that would tell more of the
     first such effect is the next step, those of the others stand here."""

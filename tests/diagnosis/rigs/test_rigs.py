@@ -15,6 +15,7 @@ from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explanations.of_recording import of_channels
 from lathesim.diagnosis.location import missing_signal
+from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.effects.drive_errors import CurrentLimit
 from lathesim.effects.register import stock_effects
 from lathesim.identification.estimation.least_squares import fit
@@ -147,8 +148,10 @@ def test_a_limit_of_the_current_is_looked_for_below_what_the_command_grows_to(tm
     (points,) = limit_points(experiment, experiment.candidates).values()
     truth = json.loads((tmp_path / f"{case.name}__table" / "truth.json").read_text(encoding="utf-8"))
     level = truth["hidden"]["current_limit"] * case.rig.physics.resistance / case.rig.physics.amplifier
-    assert float(np.min(np.abs(np.log(points / level)))) < np.log(1.3)
+    assert float(np.min(np.abs(np.log(points / level)))) < np.log(1.05)
     assert float(points.max()) > 3.0 * level
+    # beside a dry friction a level that is a tenth off leads nowhere
+    assert float(np.max(np.abs(np.diff(np.log(points[:, 0]))))) < np.log(1.15)
 
 
 @pytest.mark.slow
@@ -161,15 +164,31 @@ def test_a_current_that_answers_to_an_unknown_load_does_not_go_with_the_speed(tm
     assert found.without_lines < 10.0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("rig", "key"), [("screw_tacho_2k", "buffer"), ("screw_tacho_1k", "shaken"), ("screw_feed_forward_1k", "spring")])
-def test_physics_outside_the_catalogue_gets_no_name(rig: str, key: str, tmp_path: Path) -> None:
-    """A buffer at one end of the stroke took three names, a shaking neighbour and a spring of the third power none."""
-    folder = write_case(case_of(rig, "outside", keys=(key,), seed=4461), tmp_path)[0]
+def answered(folder: Path) -> Diagnosis:
+    """Return the answer to a case in a folder."""
     registry = load_registry()
     registry.add_folder(PARTS)
     loaded = load_case(load_lesson(folder / "lesson.yaml"), [folder / "fit.csv", folder / "validate.csv"], registry)
-    answer = diagnose(ask("a machine", loaded.machine, loaded.recordings, stock_effects().values()))
+    return diagnose(ask("a machine", loaded.machine, loaded.recordings, stock_effects().values()))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rig", "key", "seed"),
+    [
+        ("screw_tacho_2k", "buffer", 4461),
+        ("screw_tacho_1k", "shaken", 4461),
+        ("screw_feed_forward_1k", "spring", 4461),
+        ("screw_cascade_4k", "shaken", 61127),
+    ],
+)
+def test_physics_outside_the_catalogue_gets_no_name(rig: str, key: str, seed: int, tmp_path: Path) -> None:
+    """A buffer at one end of the stroke took three names, a shaking neighbour and a spring of the third power none.
+
+    Where the loop swings with the neighbour, what shakes it looks like what swings as it is shaken, and other values seemed to be off.
+    """
+    folder = write_case(case_of(rig, "outside", keys=(key,), seed=seed), tmp_path)[0]
+    answer = answered(folder)
     assert (answer.verdict, answer.effects) == ("unknown", ())
 
 
@@ -209,3 +228,12 @@ def test_the_gain_of_an_effect_is_predicted_from_a_sound_recording(tmp_path: Pat
     assert change.gain.nats == pytest.approx(gained.nats, rel=0.3)
     # nearly all of the current's residual lies below its floor, where it is no chance either way
     assert max(change.gain.error, gained.error) < 0.03 * gained.nats
+
+
+@pytest.mark.slow
+def test_a_drag_that_a_sag_stands_for_leaves_values_at_the_limit_of_their_doubt(tmp_path: Path) -> None:
+    """A gain that sags takes a drag's share of the motion, and other values of the lesson would have to be impossible ones."""
+    folder = write_case(case_of("lathe_x", "outside", keys=("drag",), seed=61127), tmp_path)[0]
+    answer = answered(folder)
+    assert not answer.rest.adequate
+    assert [line for line in answer.rest.left if "x_axis.viscous" in line and line.endswith("may be missing too.")]
