@@ -2,12 +2,13 @@
 
 The observations of an MTConnect agent: numbered, bounded, and nothing that is said twice.
 
-Sequence numbers rise by one for each observation over all data items. A value that did not change is not repeated unless its item is
-discrete. Time stamps never go backwards. A condition keeps all its active entries.
+Sequence numbers rise by one for each observation over all data items. A value that did not change is not repeated. Time stamps never go
+backwards.
 
 The XML documents of an MTConnect agent: devices, streams and errors.
 
-Source: MTConnect standard 2.0, part 1 (headers, errors), and its XML schemas for devices, streams and errors.
+Source: MTConnect standard 2.0, part 1 (headers, errors), and its XML schemas for devices, streams and errors. Left out: discrete items, and
+conditions with several active entries: the simulation has neither.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from itertools import islice
+from itertools import islice, takewhile
 from xml.etree import ElementTree
 
 UNAVAILABLE = "UNAVAILABLE"
@@ -34,19 +35,17 @@ class DataItem:
     units: str = ""
     sub_kind: str = ""
     component: tuple[str, str] = ("Controller", "controller")
-    discrete: bool = False
 
 
 @dataclass(frozen=True)
 class Observation:
-    """What was observed: number, item, time [UTC] and value; for a condition its ``level`` (Normal, Warning, Fault) and ``code``."""
+    """What was observed: number, item, time [UTC] and value; for a condition its ``level`` (Normal, Unavailable)."""
 
     sequence: int
     item: DataItem
     time: datetime
     value: str
     level: str = ""
-    code: str = ""
 
 
 @dataclass
@@ -57,12 +56,9 @@ class ObservationBuffer:
     size: int = 131_072
     next_sequence: int = 1
     _kept: deque[Observation] = field(default_factory=deque)
-    _before: dict[str, list[Observation]] = field(default_factory=dict)
-    _now: dict[str, list[Observation]] = field(default_factory=dict)
+    _before: dict[str, Observation] = field(default_factory=dict)
+    _now: dict[str, Observation] = field(default_factory=dict)
     _latest: datetime = datetime(1970, 1, 1, tzinfo=UTC)
-
-    def __post_init__(self) -> None:
-        self._by_key = {key: item for item in self.items for key in (item.name, item.id)}
 
     @property
     def first_sequence(self) -> int:
@@ -74,29 +70,20 @@ class ObservationBuffer:
         """Return the number of the newest observation."""
         return self.next_sequence - 1
 
-    def item(self, key: str) -> DataItem | None:
-        """Return the item with an id or a name."""
-        return self._by_key.get(key)
-
-    def observe(self, item: DataItem, time: datetime, value: str, level: str = "", code: str = "") -> bool:
+    def observe(self, item: DataItem, time: datetime, value: str, level: str = "") -> bool:
         """Take an observation; return False where it says nothing new. Its time stamp is no earlier than the last one's."""
-        active = self._now.get(item.id, [])
-        if item.category == "CONDITION":
-            if not _says_more(active, level or value, code):
-                return False
-        elif active and active[-1].value == value and (not item.discrete or value == UNAVAILABLE):
+        now = self._now.get(item.id)
+        if now is not None and (now.value, now.level) == (value, level):
             return False
         self._latest = max(self._latest, time)
-        new = Observation(self.next_sequence, item, self._latest, value, level, code)
+        new = Observation(self.next_sequence, item, self._latest, value, level)
         self.next_sequence += 1
-        self._now[item.id] = _after(active, new)
+        self._now[item.id] = new
         self._kept.append(new)
         if len(self._kept) > self.size:
-            self._forget(self._kept.popleft())
+            gone = self._kept.popleft()
+            self._before[gone.item.id] = gone
         return True
-
-    def _forget(self, gone: Observation) -> None:
-        self._before[gone.item.id] = _after(self._before.get(gone.item.id, []), gone)
 
     def unavailable(self, time: datetime) -> None:
         """Take that the source is lost: every item is UNAVAILABLE, once."""
@@ -130,31 +117,11 @@ class ObservationBuffer:
         return islice(self._kept, begin, None)
 
     def current(self, at: int | None, wanted: set[str] | None) -> list[Observation]:
-        """Return the state of each wanted item, now or after the observation ``at``; all active entries of a condition."""
-        if at is None:
-            states = self._now
-        else:
-            states = {key: list(entries) for key, entries in self._before.items()}
-            for entry in self._kept:
-                if entry.sequence > at:
-                    break
-                states[entry.item.id] = _after(states.get(entry.item.id, []), entry)
-        return [entry for item in self.items if wanted is None or item.id in wanted for entry in states.get(item.id, [])]
-
-
-def _says_more(active: list[Observation], level: str, code: str) -> bool:
-    """Return whether a condition is not there already."""
-    if level in ("Normal", "Unavailable") and not code:
-        return not active or active[-1].level != level or any(entry.level not in ("Normal", "Unavailable") for entry in active)
-    return all((entry.level, entry.code) != (level, code) for entry in active)
-
-
-def _after(active: list[Observation], new: Observation) -> list[Observation]:
-    if new.item.category != "CONDITION":
-        return [new]
-    if new.level in ("Normal", "Unavailable") and not new.code:
-        return [new]
-    return [*(entry for entry in active if entry.level not in ("Normal", "Unavailable") and entry.code != new.code), new]
+        """Return the state of each wanted item, now or after the observation ``at``."""
+        states = self._now
+        if at is not None:
+            states = {**self._before, **{entry.item.id: entry for entry in takewhile(lambda entry: entry.sequence <= at, self._kept)}}
+        return [states[item.id] for item in self.items if item.id in states and (wanted is None or item.id in wanted)]
 
 
 VERSION = "2.0"
@@ -191,8 +158,6 @@ def devices(agent: Agent) -> bytes:
         for key, value in (("subType", item.sub_kind), ("units", item.units)):
             if value:
                 attributes[key] = value
-        if item.discrete:
-            attributes["discrete"] = "true"
         ElementTree.SubElement(components[item.component], "DataItem", attributes)
     return _bytes(root)
 
@@ -260,11 +225,7 @@ def _observation(place: ElementTree.Element, entry: Observation) -> None:
         attributes["subType"] = item.sub_kind
     if item.category == "CONDITION":
         attributes["type"] = item.kind
-        if entry.code:
-            attributes["nativeCode"] = entry.code
-        element = ElementTree.SubElement(place, entry.level or "Normal", attributes)
-        if entry.value and entry.level not in ("Normal", "Unavailable"):
-            element.text = entry.value
+        ElementTree.SubElement(place, entry.level, attributes)
         return
     name = "".join(word.capitalize() for word in item.kind.split("_"))
     ElementTree.SubElement(place, name, attributes).text = entry.value
