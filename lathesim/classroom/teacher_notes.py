@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import Lesson, lesson_from_text
-from lathesim.lessons.schema import PartItem, Quantity, Text
+from lathesim.lessons.schema import FileModel, PartItem, Quantity, Text
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import read_source
 
@@ -20,19 +20,15 @@ COPY_NOTES = "'lathesim init FOLDER --teacher' copies the notes on the lessons t
 """What helps where a lesson has no notes."""
 
 
-class AnswerNote(BaseModel):
+class AnswerNote(FileModel):
     """The answer to a question. In a class it ``follows`` values of the machine: it is proportional to each to the power given here."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     answer: Quantity
     follows: dict[PartItem, float] = Field(default_factory=dict)
 
 
-class SolutionNote(BaseModel):
+class SolutionNote(FileModel):
     """A run that meets the goals: a case of the lesson with values, tables, or a part program, of one's own."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     variant: Text | None = None
     set: dict[PartItem, Quantity] = Field(default_factory=dict)
@@ -40,23 +36,19 @@ class SolutionNote(BaseModel):
     program: Text = ""
 
 
-class Weights(BaseModel):
+class Weights(FileModel):
     """Marks for each kind of work; a kind that the lesson does not have drops out, and the others make up all marks."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     goals: float = Field(default=60.0, ge=0.0)
     questions: float = Field(default=20.0, ge=0.0)
     diagnosis: float = Field(default=20.0, ge=0.0)
 
 
-class TeacherNotes(BaseModel):
+class TeacherNotes(FileModel):
     """The notes of a lesson: answers in the order of its questions, and values that ``vary`` in a class, each by a share of itself.
 
     A lesson with recordings hides an effect for each student, unless ``hidden`` is false: its recordings may be too coarse to show one.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     answers: list[AnswerNote] = Field(default_factory=list)
     solution: SolutionNote | None = None

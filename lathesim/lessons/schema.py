@@ -77,11 +77,13 @@ def _together(first: str, second: str) -> dict[str, Any]:
     return {"anyOf": [_there(first, second), _without(first, second)]}
 
 
-class _Model(BaseModel):
+class FileModel(BaseModel):
+    """What a file of a person may say: keys that are known, each of its type."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class PartEntry(_Model):
+class PartEntry(FileModel):
     """A part of a machine: which component it is and what differs from the component's defaults."""
 
     component: Text
@@ -94,7 +96,7 @@ class PartEntry(_Model):
     side: Side | None = Field(default=None, description="of a sensor: on which side of a spring it sits")
 
 
-class Travel(_Model):
+class Travel(FileModel):
     """How far a machine reaches (X is a radius) and how fast it feeds; without an entry there is no limit."""
 
     x_low: Quantity | None = None
@@ -104,14 +106,14 @@ class Travel(_Model):
     feed: Quantity | None = None
 
 
-class StartPoint(_Model):
+class StartPoint(FileModel):
     """Where the tool stands when a program begins (X is a radius)."""
 
     x: Quantity
     z: Quantity
 
 
-class ToolEntry(_Model):
+class ToolEntry(FileModel):
     """A tool of the turret, for nose compensation; ``orientation`` says where its point lies from the centre of the nose, 1 to 9."""
 
     nose_radius: Quantity
@@ -121,7 +123,7 @@ class ToolEntry(_Model):
 _ALARMS = "output -> its largest magnitude, as '50 mm', or its range, as '-100..500 mm'; beyond it the run stops"
 
 
-class MachineSettings(_Model):
+class MachineSettings(FileModel):
     """A machine template: parts and wires."""
 
     machine: Text = Field(description="title")
@@ -164,7 +166,7 @@ class InsertEntry(BaseModel):
         return data
 
 
-class Goal(_Model):
+class Goal(FileModel):
     """What a run of the lesson shall reach."""
 
     model_config = ConfigDict(json_schema_extra={"anyOf": [_there("at_most"), _there("at_least")]})
@@ -181,7 +183,7 @@ class Goal(_Model):
         return self
 
 
-class LessonQuestion(_Model):
+class LessonQuestion(FileModel):
     """A question about the runs of a lesson: one of ``choices``, or a number with a unit, right ``within`` a tolerance.
 
     The answer stands there in clear, or sealed as 'lathesim check' seals it.
@@ -206,7 +208,7 @@ class LessonQuestion(_Model):
         return self
 
 
-class TimeColumn(_Model):
+class TimeColumn(FileModel):
     """When the rows of a recording were taken."""
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [_there("column"), _there("rate")]})
@@ -223,7 +225,7 @@ class TimeColumn(_Model):
         return self
 
 
-class ColumnEntry(_Model):
+class ColumnEntry(FileModel):
     """A column of a recording and what it means."""
 
     column: Text
@@ -268,7 +270,7 @@ class DrivingSignal(ColumnEntry):
         return self
 
 
-class Recordings(_Model):
+class Recordings(FileModel):
     """How the columns of a recording map to the machine."""
 
     file: Text | None = None
@@ -277,7 +279,7 @@ class Recordings(_Model):
     compare: dict[PartItem, ColumnEntry] = Field(default_factory=dict, description="output -> signal it is held against")
 
 
-class ModeEntry(_Model):
+class ModeEntry(FileModel):
     """A mode of the tool point."""
 
     frequency: Quantity
@@ -286,7 +288,7 @@ class ModeEntry(_Model):
     direction: Quantity = "0 deg"
 
 
-class ResponseEntry(_Model):
+class ResponseEntry(FileModel):
     """A measured frequency response of the tool point."""
 
     file: Text = Field(description="CSV, MAT or UFF 58, beside the lesson")
@@ -295,7 +297,7 @@ class ResponseEntry(_Model):
     direction: Quantity = "0 deg"
 
 
-class MillingEntry(_Model):
+class MillingEntry(FileModel):
     """Milling with straight teeth, in place of a turning cut."""
 
     teeth: Count
@@ -305,7 +307,7 @@ class MillingEntry(_Model):
     leave: Quantity = Field(default="180 deg", description="angle at which it leaves the cut")
 
 
-class TapEntry(_Model):
+class TapEntry(FileModel):
     """How the tool point is tapped with a hammer."""
 
     hits: Count = 5
@@ -321,7 +323,7 @@ class TapEntry(_Model):
     range: Quantity = Field(default="5 kN", description="largest force that the hammer reads")
 
 
-class ToolPointEntry(_Model):
+class ToolPointEntry(FileModel):
     """What decides whether a cut chatters: the modes of the tool point, its measured response or its parts, and the cut that excites it."""
 
     model_config = ConfigDict(
@@ -359,7 +361,7 @@ class ToolPointEntry(_Model):
         return self
 
 
-class Changes(_Model):
+class Changes(FileModel):
     """What a lesson or one of its variants changes of the machine."""
 
     program: Text | None = None

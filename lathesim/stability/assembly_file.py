@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from lathesim.errors import LessonError
 from lathesim.json_text import parsed_json
 from lathesim.lessons.case import Given
 from lathesim.lessons.part_values import si_value
-from lathesim.lessons.schema import Quantity, Text
+from lathesim.lessons.schema import FileModel, Quantity, Text
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import read_source
 from lathesim.limit import Limit
@@ -26,11 +26,7 @@ from lathesim.stability.tool_point import Complex, FrequencyResponse
 from lathesim.units import in_unit
 
 
-class _FileModel(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class MaterialEntry(_FileModel):
+class MaterialEntry(FileModel):
     """A material; steel with a loss factor of 0.01 where nothing is said."""
 
     modulus: Quantity = "200 GPa"
@@ -39,7 +35,7 @@ class MaterialEntry(_FileModel):
     poisson: Quantity = "0.3"
 
 
-class JointEntry(_FileModel):
+class JointEntry(FileModel):
     """An elastic joint behind a part; ``loss`` is its loss factor, and ``uncertain`` one standard deviation of both stiffnesses."""
 
     translation: Quantity
@@ -48,7 +44,7 @@ class JointEntry(_FileModel):
     uncertain: Quantity = "0 %"
 
 
-class BeamEntry(_FileModel):
+class BeamEntry(FileModel):
     """A part: a cylinder (diameter, perhaps a bore) or a prism (width and height). ``start`` is where it begins, for checking."""
 
     length: Quantity
@@ -61,7 +57,7 @@ class BeamEntry(_FileModel):
     joint: JointEntry | None = None
 
 
-class AssemblySettings(_FileModel):
+class AssemblySettings(FileModel):
     """The file: a title and the parts from the tip on, and what the last part is fixed to."""
 
     assembly: Text

@@ -66,10 +66,7 @@ def recorded_cut(
     table = read_recording(path, readers)
     rate = rate or _rate(table)
     name = channel or _channel(table)
-    column = table.column_name(name)
-    if column is None:
-        raise RecordingError(f"the file has no column '{name}'.", place=str(path), remedy=table.near(name))
-    values = np.asarray(table.columns[column], dtype=np.float64)
+    values, column = table.column(name), table.column_name(name)
     if not np.isfinite(values).all():
         at = int(np.flatnonzero(~np.isfinite(values))[0])
         raise RecordingError(f"value {at + 1} of '{column}' is not a number.", place=str(path), remedy="Cut the recording there.")
@@ -84,7 +81,7 @@ def recorded_cut(
     first, last = cutting_stretch(values, rate, speed / 60.0)
     if first > 0 or last < len(values):
         findings.append(f"it cuts from {first / rate:.2f} to {last / rate:.2f} s")
-    return RecordedCut(column, values[first:last], values[: max(0, first - int(0.1 * rate))], rate, speed / 60.0, tuple(findings))
+    return RecordedCut(str(column), values[first:last], values[: max(0, first - int(0.1 * rate))], rate, speed / 60.0, tuple(findings))
 
 
 def _rate(table: RawTable) -> float:
