@@ -268,12 +268,13 @@ def test_the_whole_catalogue_names_the_same(rubbing: tuple[Path, Path, Path], ca
     assert names & {"CoulombFriction", "AsymmetricFriction", "PreslidingFriction"}
 
 
-def test_beside_a_recording_from_before_only_what_changed_is_named(
-    rubbing: tuple[Path, Path, Path], sound: tuple[Path, Path, Path], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_beside_a_recording_from_before_only_what_changed_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("sound", "rubs"):
+        (tmp_path / name).mkdir()
+    _, before, _ = write_case(tmp_path / "sound", count=1500)
+    lesson, now, again = write_case(tmp_path / "rubs", Hidden(dry=8.0), count=1500)
     changed, unchanged = (
-        told(call(capsys, "diagnose", rubbing[0], rubbing[1], *ONLY, "--before", earlier, "--json", "-", "--no-report"))
-        for earlier in (sound[1], rubbing[2])
+        told(call(capsys, "diagnose", lesson, now, *ONLY, "--before", earlier, "--json", "-", "--no-report")) for earlier in (before, again)
     )
     assert [effect["effect"] for effect in changed["effects"]] == ["CoulombFriction"]
     assert changed["fit"][POSITION]["recording"] == "fit.csv, second half"
