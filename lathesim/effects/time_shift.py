@@ -126,7 +126,8 @@ def _still_to_come(change: float, now: float) -> float:
 class ChannelTimeShift(Effect):
     """One channel of a recording that is shifted in time against the others.
 
-    y_out(t) = y_in(t - shift);   a negative shift is extrapolated by the parabola through the last three samples
+    y_out(t) = y_in(t - shift);   a run extrapolates a negative shift by the parabola through the last three samples, and what is held
+    against a recording is read ahead
     """
 
     catalogue, family, site = 27, "recording", "reading"
@@ -159,7 +160,7 @@ class ChannelTimeShift(Effect):
 class ClockSkew(Effect):
     """A recorder whose clock runs slow or fast against the machine's.
 
-    y_out(t) = y_in(t - skew t)
+    y_out(t) = y_in(t - skew t);   as for a shift in time, a negative skew is read ahead only against a recording
     """
 
     catalogue, family, site = 26, "slow", "reading"

@@ -1,18 +1,36 @@
 """A machine made ready to be held against one recording: many runs, residuals, and what a second sensor adds."""
 
+from dataclasses import replace
 from pathlib import Path
 from textwrap import dedent
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
+from lathesim.components.sensors import LinearEncoder
+from lathesim.effects.effect import Effect
+from lathesim.effects.time_shift import ChannelTimeShift, ClockSkew
+from lathesim.engine.assembly import Part, Wire
 from lathesim.identification.replay.experiment import RecordedMachine, build_experiments
 from lathesim.identification.replay.simulator import LOST, RedundantSensor
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare
 from lathesim.plugins import load_registry
 from lathesim.record import Channel, Record
-from tests.diagnosis.pushed_table import FORCE, MASS, PERIOD, POSITION, VISCOUS, Hidden, experiments, machine, pair, recording
+from tests.diagnosis.pushed_table import (
+    FORCE,
+    MASS,
+    PERIOD,
+    POSITION,
+    RESOLUTION,
+    VISCOUS,
+    Hidden,
+    experiments,
+    machine,
+    pair,
+    recording,
+)  # fmt: skip
 
 NAMES = ["x_axis.mass", "x_axis.viscous"]
 
@@ -127,3 +145,40 @@ def test_small_changes_of_a_value_show_through_a_converter(tmp_path: Path) -> No
     (experiment,) = build_experiments(machine, [("turning", Record(time, channels, {"sample_period": 1e-3}))], [])
     runs = experiment.sensed.outputs(["spindle.rotation"], np.array([[30.0], [30.0 + 1e-4]]))
     assert np.all(np.abs(runs[1][0] - runs[0][0] - 1e-4)[1:20] < 2e-5)
+
+
+@pytest.mark.parametrize(("effect", "value"), [(ChannelTimeShift, -6.4 * PERIOD), (ClockSkew, -0.01)])
+def test_a_channel_that_is_early_is_read_ahead_of_the_run(effect: type[Effect], value: float) -> None:
+    """The last three samples do not tell what comes in twelve milliseconds. Beyond the end nothing is held against the recording."""
+    record, number = recording(count=1500, noise=1e-8), np.arange(1500.0)
+    ahead = 6.4 if effect is ChannelTimeShift else 0.01 * number
+    early = record.with_channel(POSITION, "m", CubicSpline(number, record[POSITION])(np.minimum(number + ahead, 1499.0)))
+    first, _ = build_experiments(machine(), [("a", early), ("b", early)], [effect])
+    (name,) = first.candidates[0].parameters
+    late, right = (first.sensed.one({"x_axis.mass": MASS, "x_axis.viscous": VISCOUS, name: shift})[0] for shift in (0.0, value))
+    assert np.max(np.abs(late)) > 1e-3
+    assert np.max(np.abs(right)) < 5e-6
+    assert right[-1] == 0.0
+
+
+def test_a_second_sensor_that_is_early_is_read_ahead_of_the_first(tmp_path: Path) -> None:
+    """How fast the table was is recorded: the second sensor shows what the first one does three samples later."""
+    record, number = recording(count=800, noise=1e-8), np.arange(800.0)
+    scale = np.interp(number + 3.0, number, record[POSITION])
+    one = machine().assembly
+    parts = (*one.parts, Part("x_scale", LinearEncoder, {"resolution": RESOLUTION}))
+    wires = (*one.wires, Wire("x_scale.measured", "x_axis.position"))
+    two = replace(machine(), assembly=replace(one, parts=parts, wires=wires), compare=(POSITION, "x_scale.position"))
+    both = record.with_channel("x_scale.position", "m", scale)
+    first, _ = build_experiments(two, [("a", both), ("b", both)], [ChannelTimeShift])
+    candidate = next(one for one in first.candidates if one.at == "x_scale")
+    slower = {"x_axis.mass": MASS, "x_axis.viscous": 1.3 * VISCOUS}
+    late, right = (first.sensed.one({**slower, candidate.parameters[0]: shift})[1, 10:-4] for shift in (0.0, -3.0 * PERIOD))
+    assert np.std(late) > 1e-4
+    assert np.std(right) < 3e-6
+
+
+def test_a_lost_run_is_lost_however_early_its_channel_is() -> None:
+    experiment, _ = build_experiments(machine(), [("a", recording(count=500)), ("b", recording(count=500))], [ChannelTimeShift])
+    growing = {"x_axis.mass": 1e-3, "x_axis.viscous": 1e6, experiment.candidates[0].parameters[0]: -5.0 * PERIOD}
+    assert np.max(np.abs(experiment.sensed.one(growing))) == pytest.approx(LOST * experiment.sensed.floors[0])

@@ -48,27 +48,37 @@ def starting_points(
 
 def _late_points(experiment: Experiment, fitted: Fitted, candidates: Sequence[Candidate]) -> dict[str, FloatArray]:
     """Return starting values for what makes a reading late: beside the usual ones that by which the recording is behind the simulation, up
-    to a tenth of a second. A staircase that is late by half a step is as near as one that is late by two."""
+    to a tenth of a second, or by which it falls behind in time. A staircase that is late by half a step is as near as one that is late by
+    two."""
     period, seconds = experiment.machine.assembly.sample_period, {sight.row for sight in experiment.sensed.redundant_sensors}
     simulated = experiment.sensed.seen - fitted.residual
     found: dict[str, FloatArray] = {}
     for candidate in candidates:
         late = f"{candidate.part}.{candidate.effect.identification.delay or candidate.effect.identification.whole_samples}"
-        if late not in candidate.parameters or experiment.sensed.plan.unit(late) != "s" or not len(candidate.points):
+        if late not in candidate.parameters or not len(candidate.points):
             continue
         rows = [
             row for row, name in enumerate(experiment.machine.compare) if candidate.at in (name, Place.of(name).part) and row not in seconds
         ]
-        column = candidate.parameters.index(late)
-        samples = np.array([behind(experiment.sensed.seen[row], simulated[row], round(0.1 / period)) for row in rows])
+        column, is_time = candidate.parameters.index(late), experiment.sensed.plan.unit(late) == "s"
+        how_late, most = behind if is_time else _falling_behind, round(0.1 / period)
+        lags = np.array([how_late(experiment.sensed.seen[row], simulated[row], most) for row in rows])
         # what is held and then delayed is read that many samples late from one sample less on
-        lags = period * (samples - 0.5 * np.sign(samples) if candidate.effect.identification.whole_samples else samples)
+        lags = lags - 0.5 * np.sign(lags) if candidate.effect.identification.whole_samples else lags
         points = np.tile(np.median(candidate.points, axis=0), (len(lags), 1))
-        points[:, column] = lags
+        points[:, column] = period * lags if is_time else lags
         points = points[points[:, column] != 0.0]
         if len(points):
             found[candidate.part] = np.clip(np.vstack([points, candidate.points]), candidate.low, candidate.high)
     return found
+
+
+def _falling_behind(signal: FloatArray, other: FloatArray, most: int) -> float:
+    """Return by how many samples, with each sample, a signal (samples,) falls behind another one: by how much more its second half is
+    behind than its first."""
+    half = len(signal) // 2
+    first, second = (behind(signal[part], other[part], most) for part in (slice(half), slice(half, None)))
+    return (second - first) / half
 
 
 def frequency_points(experiment: Experiment, candidates: Sequence[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:

@@ -15,6 +15,7 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution import Remembered
 from lathesim.identification.noise import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, output_error, window_of
+from lathesim.identification.replay.early_channels import Shift, read_ahead, shifts_of, without_early
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import is_sensed_share
 from lathesim.identification.signal import BEYOND, LARGER_PART
@@ -318,8 +319,32 @@ class Simulator:
     ) -> list[Any]:
         positions = [self.plan.channels.index(channel) for channel in self.channels]
         batch = Batch(self.plan, self._simulated, threads=threads, noisy=False, steps_per_sample=steps)
-        found: list[Any] = batch.run(list(names), values, lambda record: reduce(self.as_seen(record[positions, :: self.every])))
-        return found
+        names, values, early = without_early(self.plan, self._shifts, names, values)
+        if not np.any(early):
+            found: list[Any] = batch.run(names, values, lambda record: reduce(self.as_seen(record[positions, :: self.every])))
+            return found
+        runs = batch.run(names, values, lambda record: record[positions, :: self.every].copy())
+        return [reduce(self.as_seen(self._read_early(run, shifts))) for run, shifts in zip(runs, early, strict=True)]
+
+    @cached_property
+    def _shifts(self) -> dict[str, Shift]:
+        return shifts_of(self.plan, self.channels)
+
+    def _read_early(self, run: FloatArray, early: FloatArray) -> FloatArray:
+        """Return the channels of a run (channels, samples) read ahead by what each shift was below zero (shifts,); where that would be
+        beyond the last samples they are as recorded, as nothing tells them."""
+        seconds, number = {sight.row: sight for sight in self.redundant_sensors}, np.arange(run.shape[1])
+        for (row, is_time, of_recorded), shift in zip(self._shifts.values(), early, strict=True):
+            ahead = shift / self.period if is_time else shift * number
+            if not np.any(ahead):
+                continue
+            if of_recorded and row in seconds:
+                shown = seconds[row].expected(self.recorded[seconds[row].first], self.period)
+                sooner = run[row] + read_ahead(shown, ahead) - shown
+            else:
+                sooner = read_ahead(run[row], ahead)
+            run[row] = np.where(number + ahead <= number[-1] - 1, sooner, self.recorded[row])
+        return run
 
     def residual_of(self, output: FloatArray) -> FloatArray:
         """Return recorded minus ``output``; zero where nothing was recorded, very large where the run was lost."""

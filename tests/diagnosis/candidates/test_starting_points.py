@@ -12,7 +12,7 @@ from lathesim.diagnosis.candidates.starting_points import limit_points, starting
 from lathesim.effects.drive_errors import DriveSaturation, SlewLimit
 from lathesim.effects.sensor_errors import LostCounts
 from lathesim.effects.structure import AxialResonance
-from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
+from lathesim.effects.time_shift import ChannelTimeShift, ClockSkew, TransportDelay
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import instants_of
@@ -100,6 +100,17 @@ def test_a_late_reading_is_looked_for_where_the_recording_has_it() -> None:
     points = starting_points(experiment, fitted, list(experiment.candidates))[experiment.candidates[0].part]
     assert points[0, 0] == pytest.approx(6.0 * PERIOD)
     assert len(points) == 1 + len(experiment.candidates[0].points)
+
+
+def test_a_clock_is_looked_for_by_how_the_recording_falls_behind() -> None:
+    """A clock that is 0.8 % fast: the second half of the recording is further ahead of the simulation than the first."""
+    record = recording(count=4000, noise=1e-8)
+    number = np.arange(4000.0)
+    ahead = record.with_channel(POSITION, "m", np.interp(1.008 * number, number, record[POSITION]))
+    experiment, _ = build_experiments(machine(), [("a", ahead), ("b", ahead)], [ClockSkew])
+    fitted = fit(experiment.sensed, baseline_free(experiment.machine), rounds=0)
+    points = starting_points(experiment, fitted, list(experiment.candidates))[experiment.candidates[0].part]
+    assert points[0, 0] == pytest.approx(-0.008, rel=0.1)
 
 
 def test_a_delay_is_looked_for_between_the_samples_that_hold_it() -> None:

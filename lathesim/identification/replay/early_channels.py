@@ -1,0 +1,78 @@
+"""Channels that are early: a recording knows what comes, and a run does not.
+
+A sensor that is early, or one whose clock is fast, shows at each sample what the machine does later. So does every channel of a recording
+whose driven column is late. A run is made without that, and read ahead afterwards: y(t + a), with a the time by which it is early.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from lathesim.component import Parameter
+from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import FloatArray, Place
+from lathesim.engine.wiring import Plan
+from lathesim.identification.replay.recorded_parts import CorrectedSight
+
+
+class Shift(NamedTuple):
+    """A parameter below zero of which a channel (``row``) is early: a time, or a share of the time that has passed. What a second sensor
+    of one motion gets wrong acts on the motion as it was recorded."""
+
+    row: int
+    is_time: bool
+    of_recorded: bool
+
+
+def shifts_of(plan: Plan, channels: Sequence[str]) -> dict[str, Shift]:
+    """Return the parameters (``part.parameter``) of a plan that may make some of its ``channels`` early."""
+    found: dict[str, Shift] = {}
+    for row, channel in enumerate(channels):
+        output, of_recorded = channel, False
+        while (placed := plan.parts.get(Place.of(output).part)) is not None:
+            component = placed.component
+            if component is CorrectedSight:
+                output, of_recorded = plan.assembly.sources.get(f"{placed.name}.sensed", ""), True
+                continue
+            if not issubclass(component, Effect):
+                break
+            delay = component.identification.delay
+            if delay and component.declared(Parameter)[delay].low < 0.0:
+                found[f"{placed.name}.{delay}"] = Shift(row, component.declared(Parameter)[delay].unit == "s", of_recorded)
+            output = plan.assembly.sources.get(f"{placed.name}.incoming", "")
+    return found
+
+
+def without_early(
+    plan: Plan, shifts: Mapping[str, Shift], names: Sequence[str], values: FloatArray
+) -> tuple[list[str], FloatArray, FloatArray]:
+    """Return names and values (runs, names) with which no channel is early, and by how much each of some shifts was below zero
+    (runs, shifts)."""
+    here, found = list(names), np.array(values, dtype=float)
+    early = np.zeros((len(found), len(shifts)))
+    for place, name in enumerate(shifts):
+        if name not in here:
+            if plan.values[name] >= 0.0:
+                continue
+            here.append(name)
+            found = np.column_stack([found, np.full(len(found), plan.values[name])])
+        column = here.index(name)
+        early[:, place] = np.maximum(-found[:, column], 0.0)
+        found[:, column] += early[:, place]
+    return here, found, early
+
+
+def read_ahead(values: FloatArray, samples: FloatArray | float) -> FloatArray:
+    """Return a signal (samples,) so many samples later, on the cubic through two samples on either side; the last ones beyond
+    the end."""
+    number = np.arange(len(values))
+    whole = np.minimum(np.floor(number + samples).astype(int), len(values) - 1)
+    part = np.minimum(number + samples - whole, 1.0)
+    first, here, following, last = (values[np.clip(whole + step, 0, len(values) - 1)] for step in (-1, 0, 1, 2))
+    with np.errstate(invalid="ignore", over="ignore"):  # a lost run is infinite, and stays lost
+        outer = last * (part + 1.0) * part * (part - 1.0) - first * part * (part - 1.0) * (part - 2.0)
+        inner = here * (part + 1.0) * (part - 1.0) * (part - 2.0) - following * (part + 1.0) * part * (part - 2.0)
+        return np.asarray(outer / 6.0 + 0.5 * inner)
