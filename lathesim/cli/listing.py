@@ -48,12 +48,11 @@ def components(name: str | None, plugin_folders: tuple[Path, ...]) -> None:
 @plugins_option
 def effects(name: str | None, plugin_folders: tuple[Path, ...]) -> None:
     """List the effects that can be inserted in a lesson, or show the page of one: equation, fingerprint, confusions, experiment."""
-    from lathesim.manual.component_page import component_page, effect_notes, first_sentence
+    from lathesim.manual.component_page import effect_page, first_sentence
 
     registry = open_registry(plugin_folders)
     if name is not None:
-        effect = cast("type[Effect]", registry.effect(name))
-        click.echo(f"{component_page(effect, registry.origins[name])}\n\n{effect_notes(effect)}")
+        click.echo(effect_page(cast("type[Effect]", registry.effect(name)), registry.origins[name]))
         return
     ordered = sorted(registry.effects.items(), key=lambda item: (getattr(item[1], "catalogue", 0) or 1000, item[0]))
     for key, component in ordered:
@@ -156,7 +155,7 @@ REFERENCE = {
 def _reference(topic: str, plugin_folders: tuple[Path, ...]) -> Chapter:
     """Return a page of the reference as Markdown."""
     from lathesim.manual.chapters import Chapter
-    from lathesim.manual.component_page import component_page, effect_notes
+    from lathesim.manual.component_page import component_page, effect_page
 
     registry = open_registry(plugin_folders, tell=False)
     if topic == "options":
@@ -168,13 +167,9 @@ def _reference(topic: str, plugin_folders: tuple[Path, ...]) -> Chapter:
         sections = ["\n".join(["| metric | SI unit | meaning |", "|---|---|---|", *rows])]
     elif topic == "errors":
         sections = [_ERRORS, *(f"## {heading}\n\n{table}" for heading, table in _error_tables())]
-    elif topic == "parts":
-        pages = {name: component_page(part, registry.origins[name]) for name, part in registry.components.items()}
-        sections = [f"## {name}\n\n```\n{page}\n```" for name, page in pages.items()]
     else:
-        effects = {name: cast("type[Effect]", effect) for name, effect in registry.effects.items()}
-        pages = {name: f"{component_page(item, registry.origins[name])}\n\n{effect_notes(item)}" for name, item in effects.items()}
-        sections = [f"## {name}\n\n```\n{page}\n```" for name, page in pages.items()]
+        page, found = (component_page, registry.components) if topic == "parts" else (effect_page, registry.effects)
+        sections = [f"## {name}\n\n```\n{page(cast('Any', item), registry.origins[name])}\n```" for name, item in found.items()]
     return Chapter(topic, REFERENCE[topic], "\n\n".join([f"# {REFERENCE[topic]}", *sections]) + "\n")
 
 

@@ -27,6 +27,11 @@ def working(*, shown: bool = True, first: str = "reading the lesson") -> Iterato
         yield lambda text: status.update(text.strip())
 
 
+def said_beside(as_json: bool) -> Callable[[str], None]:
+    """Return what writes a sentence to the error stream, and nothing beside JSON."""
+    return lambda sentence: None if as_json else click.echo(sentence, err=True)
+
+
 @contextmanager
 def progress_bar(name: str, expected: float | None, *, shown: bool) -> Iterator[Callable[[float], None] | None]:
     """Return what is told the simulated time [s] while a run goes on; ``expected`` is about how long it lasts."""

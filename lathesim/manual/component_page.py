@@ -109,8 +109,12 @@ def _example_host(effect: type[Effect]) -> str:
     return _EXAMPLE_HOST.get(effect.site, "x_axis")
 
 
-def effect_notes(effect: type[Effect], width: int = 110) -> str:
-    """Return what is known about an effect, for its page, in lines of so many characters at most."""
+def effect_page(effect: type[Effect], origin: str, width: int = 110) -> str:
+    """Return the page of an effect: that of a component, and what is known about it in lines of so many characters at most."""
+    return f"{component_page(effect, origin)}\n\n{_effect_notes(effect, width)}"
+
+
+def _effect_notes(effect: type[Effect], width: int) -> str:
     neutral = ", ".join(f"{name} = {value:g} {plain_unit(effect.declarations[name].unit)}" for name, value in effect.neutral.items())
     rows = [
         ("Catalogue", str(effect.catalogue) if effect.catalogue else "outside it"),

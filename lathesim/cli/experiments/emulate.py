@@ -19,7 +19,7 @@ from lathesim.cli.options import (
     option,
     read_names,
 )
-from lathesim.cli.progress import interruptible
+from lathesim.cli.progress import interruptible, said_beside
 from lathesim.cli.writing import CommandResult, write
 
 
@@ -84,12 +84,8 @@ def emulate(
     )
     keep_read_lesson(chosen.loaded, out)
 
-    def say(sentence: str) -> None:
-        if not as_json:
-            click.echo(sentence, err=True)
-
     with interruptible() as stop, cluster_at(cluster, chosen.registry.plugins) as workers:
-        found = learn(chosen.loaded, recordings, validate, chosen.registry, question, say, stop, workers)
+        found = learn(chosen.loaded, recordings, validate, chosen.registry, question, said_beside(as_json), stop, workers)
     write(CommandResult("lathesim-emulation/1", as_json_of(found), told_lines(found)), as_json)
     places = write_emulation(found, out)
     if not as_json:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lathesim.cli.options import STOPPED, ChosenLesson, OutputPath, grouped, of_variant, option, read_names
-from lathesim.cli.progress import interruptible
+from lathesim.cli.progress import interruptible, said_beside
 from lathesim.cli.writing import CommandResult, write
 
 if TYPE_CHECKING:
@@ -88,10 +88,7 @@ def experiment(
     wish = _wish(aim, means)
     keep_read_lesson(chosen.loaded, out)
 
-    def say(sentence: str) -> None:
-        if not as_json:
-            click.echo(sentence, err=True)
-
+    say = said_beside(as_json)
     if aim.wanted:
         return _for_values(chosen, aim, wish, out, as_json, say)
     if rounds is not None:

@@ -135,11 +135,11 @@ class HelpScreen(WorkbenchScreen):
 
 def part_page(registry: Registry, kind: str, name: str, width: int) -> str:
     """Return the page of a component or an effect in lines of ``width`` characters; raises :class:`LatheSimError` for an unknown name."""
-    from lathesim.manual.component_page import component_page, effect_notes
+    from lathesim.manual.component_page import component_page, effect_page
 
-    item = registry.effect(name) if kind == EFFECT else registry.component(name)
-    page = component_page(item, registry.origins[name])
-    return f"{page}\n\n{effect_notes(cast('Any', item), width)}" if kind == EFFECT else page
+    if kind == EFFECT:
+        return effect_page(cast("Any", registry.effect(name)), registry.origins[name], width)
+    return component_page(registry.component(name), registry.origins[name])
 
 
 def _fits(wanted: str, *texts: str | None) -> bool:
