@@ -7,7 +7,8 @@ import os
 import sys
 
 import pytest
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 # Half of the time in which a worker begins goes into compiling the tests anew, and each process that a test starts compiles the program:
 # byte code is kept even where the environment asks for none.
@@ -38,4 +39,10 @@ def pytest_collection_finish() -> None:
     """Take what was collected out of the garbage collector's sight: thousands of tests and modules stay until the end."""
     gc.collect()
     gc.freeze()
+    first_case()
     gc.set_threshold(2_000_000, 100, 1000)  # looking for garbage among what is alive took a quarter of the time of an app
+
+
+@given(st.none())
+def first_case(nothing: None) -> None:
+    """Begin with generated cases while little is alive: the first of them collects garbage, which takes seconds after hundreds of tests."""
