@@ -66,13 +66,17 @@ def without_early(
 
 
 def read_ahead(values: FloatArray, samples: FloatArray | float) -> FloatArray:
-    """Return a signal (samples,) so many samples later, on the cubic through two samples on either side; the last ones beyond
-    the end."""
-    number = np.arange(len(values))
-    whole = np.minimum(np.floor(number + samples).astype(int), len(values) - 1)
-    part = np.minimum(number + samples - whole, 1.0)
-    first, here, following, last = (values[np.clip(whole + step, 0, len(values) - 1)] for step in (-1, 0, 1, 2))
+    """Return a signal (samples,) so many samples later, on the cubic through two samples on either side.
+
+    Beyond the last sample it goes on at its last slope: as nothing tells it, a shift by much of a recording explains none of it.
+    """
+    number, end = np.arange(len(values)), len(values) - 1
+    place = number + samples
+    whole = np.minimum(np.floor(place).astype(int), end - 1)
+    part = np.minimum(place - whole, 1.0)
+    first, here, following, last = (values[np.clip(whole + step, 0, end)] for step in (-1, 0, 1, 2))
     with np.errstate(invalid="ignore", over="ignore"):  # a lost run is infinite, and stays lost
         outer = last * (part + 1.0) * part * (part - 1.0) - first * part * (part - 1.0) * (part - 2.0)
         inner = here * (part + 1.0) * (part - 1.0) * (part - 2.0) - following * (part + 1.0) * part * (part - 2.0)
-        return np.asarray(outer / 6.0 + 0.5 * inner)
+        beyond = np.maximum(place - end, 0.0) * (values[-1] - values[-2])
+        return np.asarray(outer / 6.0 + 0.5 * inner + beyond)

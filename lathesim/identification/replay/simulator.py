@@ -331,8 +331,7 @@ class Simulator:
         return shifts_of(self.plan, self.channels)
 
     def _read_early(self, run: FloatArray, early: FloatArray) -> FloatArray:
-        """Return the channels of a run (channels, samples) read ahead by what each shift was below zero (shifts,); where that would be
-        beyond the last samples they are as recorded, as nothing tells them."""
+        """Return the channels of a run (channels, samples) read ahead by what each shift was below zero (shifts,)."""
         seconds, number = {sight.row: sight for sight in self.redundant_sensors}, np.arange(run.shape[1])
         for (row, is_time, of_recorded), shift in zip(self._shifts.values(), early, strict=True):
             ahead = shift / self.period if is_time else shift * number
@@ -340,10 +339,9 @@ class Simulator:
                 continue
             if of_recorded and row in seconds:
                 shown = seconds[row].expected(self.recorded[seconds[row].first], self.period)
-                sooner = run[row] + read_ahead(shown, ahead) - shown
+                run[row] += read_ahead(shown, ahead) - shown
             else:
-                sooner = read_ahead(run[row], ahead)
-            run[row] = np.where(number + ahead <= number[-1] - 1, sooner, self.recorded[row])
+                run[row] = read_ahead(run[row], ahead)
         return run
 
     def residual_of(self, output: FloatArray) -> FloatArray:
