@@ -28,7 +28,7 @@ from lathesim.recordings.sample_grid import (
 )
 from lathesim.units import conversion, convertible, same_dimension, si_factor
 
-__all__ = ["Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
+__all__ = ["BetweenRows", "Finding", "MappedRecording", "RecordingMapping", "SignalMapping", "map_recording"]
 
 Samples = npt.NDArray[np.int64]
 
@@ -104,11 +104,6 @@ class RecordingMapping:
     def targets(self, role: Literal["drive", "compare"]) -> tuple[str, ...]:
         """Return the names of the channels of one role."""
         return tuple(signal.target for signal in self.signals if signal.role == role)
-
-    @property
-    def moving(self) -> frozenset[str]:
-        """The driven inputs that are interpolated between rows."""
-        return frozenset(signal.target for signal in self.signals if signal.between.moves)
 
 
 @dataclass(frozen=True, eq=False)

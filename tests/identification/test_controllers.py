@@ -144,4 +144,6 @@ def test_what_was_recorded_is_interpolated_between_the_samples() -> None:
     gap[20:30] = np.nan
     (held,) = at_controllers_rate(Assembly((replace(part, tables={"recorded": gap[:, None]}),), (), 0.1, 0.03), 2).parts
     assert held.tables["recorded"][:, 0] == pytest.approx(np.repeat(gap, 2)[:-1], nan_ok=True)
+    (stairs,) = at_controllers_rate(Assembly((signal,), (), 0.1, 0.03), 2, {"recorded_place"}).parts
+    assert stairs.tables["recorded"][:, 0] == pytest.approx(np.repeat(np.sin(time), 2)[:-1])
     assert part.tables["recorded"][11:-11, 0] == pytest.approx(np.sin(0.05 * np.arange(11, 108)), abs=1e-4)

@@ -1,13 +1,14 @@
 """A recording that holds every k-th decision of its controllers: simulated at their rate, and held against the samples that are there.
 
-At the recorder's rate a loop would be another, slower one. What was recorded is interpolated in between: by Akima's splines, which follow
-a smooth motion to the third order and hardly overshoot beside a step.
+At the recorder's rate a loop would be another, slower one. A command that a lesson declares held is held in between. What else was recorded
+is interpolated by Akima's splines, which follow a smooth motion to the third order and hardly overshoot beside a step.
 Source: Akima, A new method of interpolation and smooth curve fitting based on local procedures, Journal of the ACM 17 (1970), 589-602.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -44,11 +45,12 @@ def clock_beside(period: float, assembly: Assembly) -> float:
     return beside if alike and any(decides(part.component) for part in assembly.parts) else 1.0
 
 
-def at_controllers_rate(assembly: Assembly, decisions: int) -> Assembly:
-    """Return an assembly that is sampled as a recording is with so many ``decisions`` for each of its samples."""
+def at_controllers_rate(assembly: Assembly, decisions: int, held: Collection[str] = ()) -> Assembly:
+    """Return an assembly that is sampled as a recording is with so many ``decisions`` for each of its samples; the recorded signals (parts)
+    that were ``held`` change with a row alone."""
     if decisions == 1:
         return assembly
-    parts = tuple(_finer(part, decisions) for part in assembly.parts)
+    parts = tuple(_finer(part, decisions, held=part.name in held) for part in assembly.parts)
     period = assembly.sample_period / decisions
     return replace(assembly, parts=parts, sample_period=period, step=dividing(period, assembly.step))
 
@@ -58,16 +60,17 @@ def dividing(period: float, step: float) -> float:
     return period / max(1, math.ceil(period / step - 1e-6))
 
 
-def _finer(part: Part, decisions: int) -> Part:
+def _finer(part: Part, decisions: int, *, held: bool) -> Part:
     if not issubclass(part.component, _SIGNALS):
         return part
-    return replace(part, tables={name: _between(rows, decisions) for name, rows in part.tables.items()})
+    return replace(part, tables={name: _between(rows, decisions, held=held) for name, rows in part.tables.items()})
 
 
-def _between(rows: FloatArray, decisions: int) -> FloatArray:
-    """Return rows (samples, values) with ``decisions`` - 1 between any two of them; each is held where some of them were not recorded."""
+def _between(rows: FloatArray, decisions: int, *, held: bool) -> FloatArray:
+    """Return rows (samples, values) with ``decisions`` - 1 between any two of them; each is repeated where it was
+    ``held``, or where some of them were not recorded."""
     last = (len(rows) - 1) * decisions + 1
-    if not np.isfinite(rows).all():
+    if held or not np.isfinite(rows).all():
         return np.ascontiguousarray(np.repeat(rows, decisions, axis=0)[:last])
     found = Akima1DInterpolator(np.arange(len(rows)), rows)(np.arange(last) / decisions)
     return np.ascontiguousarray(found)

@@ -26,6 +26,7 @@ from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.roles import acting, commands, decides, is_led
 from lathesim.identification.signal import ROUNDING, channel_floor
 from lathesim.record import Record
+from lathesim.recordings.mapping import BetweenRows
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,8 @@ class RecordedMachine:
     white: bool = False
     decisions: int = 1
     clock: float = 1.0
-    moving: frozenset[str] = frozenset()
-    """Driven inputs that were measured and are interpolated between rows; commanded ones are held."""
+    between: Mapping[str, BetweenRows] = field(default_factory=dict)
+    """What driven inputs do between two rows: measured ones are interpolated, commanded ones are held."""
     output_error: bool = False
     """Whether errors are weighed alike at all frequencies of the motion, rather than by what forces that nobody measured make of it."""
     noise: Mapping[str, float] = field(default_factory=dict)
@@ -56,7 +57,13 @@ class RecordedMachine:
 
     def driven_by(self, assembly: Assembly, record: Record) -> Assembly:
         """Return an assembly of this machine whose driven inputs take their recorded values."""
-        return drive(assembly, {name: record[name] for name in self.drive}, self.moving)
+        moving = {name for name, between in self.between.items() if between.moves}
+        return drive(assembly, {name: record[name] for name in self.drive}, moving)
+
+    def at_controllers_rate(self, assembly: Assembly) -> Assembly:
+        """Return a driven assembly of this machine that is sampled as its controllers decide."""
+        held = {recorded_part(name) for name, between in self.between.items() if between.held and not between.assumed}
+        return at_controllers_rate(assembly, self.decisions, held)
 
 
 TELLING = ("in_cut", "angle", "flow")
@@ -112,7 +119,7 @@ class Experiment:
             if candidate.effect.identification.along
         )
         beside = tuple(name for name in dict.fromkeys(beside) if name not in channels)
-        finer = at_controllers_rate(assembly, self.machine.decisions)
+        finer = self.machine.at_controllers_rate(assembly)
         plan = wire(replace(finer, record=(*channels, *beside), finish="", step=self._step(finer)))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
@@ -262,7 +269,7 @@ class Experiment:
         """The lesson's own simulation, with its own step and its own sensors."""
         driven = self._driven()
         channels = tuple(seen(self.with_candidates, name) for name in self.machine.compare)
-        plan = wire(replace(at_controllers_rate(driven, self.machine.decisions), record=channels, finish=""))
+        plan = wire(replace(self.machine.at_controllers_rate(driven), record=channels, finish=""))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
         return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights, every=self.machine.decisions)

@@ -15,7 +15,7 @@ from lathesim.component import Output
 from lathesim.engine.assembly import Assembly, Part, Place, of_part
 from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, RecordingError
-from lathesim.identification.replay.controller_rate import at_controllers_rate, clock_beside, decisions_for_each, dividing
+from lathesim.identification.replay.controller_rate import clock_beside, decisions_for_each, dividing
 from lathesim.identification.replay.experiment import RecordedMachine, build_experiments
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import closes_a_loop, is_led
@@ -115,9 +115,10 @@ def read_for(prepared: Prepared, file: Path, registry: Registry) -> tuple[Record
 def _recorded_machine(assembly: Machinery, mapping: RecordingMapping, records: Sequence[Record]) -> RecordedMachine:
     """Return a machine that takes the inputs of the first recording and is sampled as the last one is, of which nothing is uncertain."""
     period = records[-1].sample_period
+    between = {signal.target: signal.between for signal in mapping.signals}
     return RecordedMachine(
         at_period(assembly, period), driven_of(mapping, records[0]), mapping.targets("compare"), {}, {},
-        decisions=decisions_for_each(period, assembly), clock=clock_beside(period, assembly), moving=mapping.moving,
+        decisions=decisions_for_each(period, assembly), clock=clock_beside(period, assembly), between=between,
     )  # fmt: skip
 
 
@@ -203,7 +204,14 @@ def coarser_than_decided(period: float, assembly: Assembly, compared: Collection
         outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
         fact = f"One sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
         if decisions_for_each(period, assembly) > 1:
-            found.append(Finding("interpolated", "", fact, "simulated at the controller's rate, with what was recorded interpolated"))
+            found.append(
+                Finding(
+                    "interpolated",
+                    "",
+                    fact,
+                    "simulated at the controller's rate; in between, what is declared held is held, and the rest is interpolated",
+                )
+            )
         else:
             known = bool(outputs & set(compared))
             done = "it is simulated at the recorder's rate, a slower loop than the real one; record as often as it decides"
@@ -261,7 +269,7 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
         remedy = "Run it without --recording, or add drive: {x_controller.reference: {...}}."
         raise LessonError("the recording drives nothing in this lesson.", place=place, remedy=remedy)
     driven = machine.driven_by(machine.assembly, recorded.record)
-    assembly = replace(cast("Machinery", at_controllers_rate(driven, machine.decisions)), finish="")
+    assembly = replace(cast("Machinery", machine.at_controllers_rate(driven)), finish="")
     starts = _recorded_starts(machine, recorded, wire(assembly))
     for name, given in prepared.case.changed.set.items():
         if given.of_command_line:
