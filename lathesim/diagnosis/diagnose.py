@@ -24,7 +24,7 @@ from lathesim.diagnosis.recording_checks.mapped_elsewhere import against_the_mac
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found
-from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, stays_off
+from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, is_worse, stays_off
 from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.estimates import estimates
@@ -104,6 +104,9 @@ def _completed(answer: Diagnosis, prepared: PreparedQuestion, found: Found) -> D
     if answer.verdict in OF_VALUES and (off := stays_off(answer, method)):
         # a lesson that explains a part of a recording is no adequate one, though nothing predicts the rest
         answer = replace(answer, rest=replace(answer.rest, adequate=False, left=(*answer.rest.left, *off)))
+    if answer.names and any(is_worse(answer, name) and item.after > method.alike * item.before for name, item in answer.fit.items()):
+        # what leads the lesson's own simulation away from the recording stands for something else
+        answer = replace(answer, rest=replace(answer.rest, adequate=False))
     return answer
 
 

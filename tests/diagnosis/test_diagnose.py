@@ -10,15 +10,17 @@ from typing import Any
 import pytest
 
 import lathesim.diagnosis.answer as answering
-from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.diagnosis.diagnose import _completed, ask, diagnose
+from lathesim.diagnosis.method import STANDARD
 from lathesim.diagnosis.preparation import Question, prepare
 from lathesim.diagnosis.recording_checks.checks import of_a_slow_log, too_slow_for_commands
-from lathesim.diagnosis.records.diagnosis import Diagnosis, as_json
+from lathesim.diagnosis.records.diagnosis import ChannelFit, Diagnosis, as_json
 from lathesim.identification.execution import Deadline
 from lathesim.identification.replay.loading import Recorded
 from lathesim.record import Record
 from lathesim.recordings.raw_table import Finding
 from tests.diagnosis.pushed_table import EFFECTS, MASS, POSITION, Hidden, machine, recording
+from tests.diagnosis.sample_diagnoses import NAMED
 from tests.diagnosis.small_case import controlled_axis
 
 
@@ -223,3 +225,13 @@ def test_commands_between_samples_far_apart_are_out_of_reach_and_not_wrong() -> 
     (found,) = too_slow_for_commands([slow], ["x_controller.voltage"])
     assert str(found).startswith("One sample every 100 ms, and x_controller decides every 1 ms: samples so far apart cannot show")
     assert too_slow_for_commands([replace(slow, kind="interpolated")], ["x_controller.voltage"]) == ()
+
+
+@pytest.mark.parametrize(("after", "adequate"), [(5e-4, True), (6e-4, True), (1.5e-3, False)])
+def test_effects_that_lead_the_simulation_away_are_not_adequate(after: float, adequate: bool) -> None:
+    """A weight that was named for a spring of the third power: each part is explained, and the whole ends three times as far off."""
+    question = SimpleNamespace(method=STANDARD, validation=None, ends=Deadline())
+    prepared: Any = SimpleNamespace(question=question, experiment=None, added=(), validation_name="b.csv", findings=(), turned=())
+    found: Any = SimpleNamespace(complete=True)
+    led = replace(NAMED, fit={POSITION: ChannelFit("m", 1e-6, 5e-4, after, "b.csv")})
+    assert _completed(led, prepared, found).rest.adequate == adequate
