@@ -154,15 +154,15 @@ def _in_step(step: str, progress: Progress) -> Progress:
 def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
     """Return what explains the motion itself, where the best explanation under the noise of unmeasured forces does not.
 
-    Such forces would have to be about as large as those that act: what is missing has passed for their noise. The error of the simulation
-    then takes the place of that of its equations, for all that follows.
+    Such forces would have to be about as large as those that act, or have led a closed loop off, which holds against them: what is missing
+    has passed for their noise. The error of the simulation then takes the place of that of its equations, for all that follows.
     """
     if (
         not found.complete
         or prepared.before is not None
         or study.estimation.machine.output_error
         or explains_the_motion(study, found.model)
-        or not _lacks_as_much_as_acts(study, found.model)
+        or not (study.estimation.feeds_back or _lacks_as_much_as_acts(study, found.model))
     ):
         return prepared, study, found
     study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
@@ -175,7 +175,7 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
     why = "what was named under the noise of unmeasured forces does not explain the motion"
     fitted, predicted = over(other.model, other.baseline)
     step = Step("error of the simulation", (), (), fitted.nats, predicted.nats, why)
-    said = "Only unmeasured forces as large as those that act would explain the motion so far: it was fitted anew, without such forces."
+    said = "Only large unmeasured forces would explain the motion so far: it was fitted anew, without such forces."
     simulated = replace(simulated, findings=(*simulated.findings, said))
     return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
 

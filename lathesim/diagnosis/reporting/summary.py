@@ -251,7 +251,7 @@ def _sure_of_names(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.question.is_one_stroke:
         said = ["Less than the fit suggests: one stroke cannot validate itself, and there is no second one."]
     elif diagnosis.question.together:
-        said.append("No recording was left for validation.")
+        said.append("Both recordings were fitted, so none was left to validate it.")
     elif worse := _worse(diagnosis):
         errors = "have larger errors" if len(worse) > 1 else "has a larger error"
         said = [f"Less than the fit suggests: {listed(worse)} {errors} than with the lesson alone."]
