@@ -29,10 +29,10 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import wire
 from lathesim.identification.noise import NoiseModel, carried_over, white_noise
 from lathesim.identification.records import Fitted, Model
-from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.replay.open_loop import seen
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.signal import SETTLING, root_mean_square
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,9 @@ ROUNDING = 1e-12
 """Share of a size that a chain of computations loses to rounding: some thousand times the machine's accuracy, 2.2e-16."""
 SLOPE_ROUNDING = 1e-9
 """Share of the largest slope below which another one is rounding: slopes are differences of sizes that differ by a thousandth."""
+SETTLING = 0.02
+"""Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded. At its end as
+much may follow from what was not recorded."""
 LARGER_PART = 0.5
 """Share above which something is the larger part of it."""
 BEYOND = 1e100

@@ -27,10 +27,11 @@ from lathesim.diagnosis.records.shown import Shown
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted
-from lathesim.identification.replay.experiment import SETTLING, Experiment, RecordedMachine
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.loading import Recorded, read_for
 from lathesim.identification.replay.simulator import LOST
 from lathesim.identification.replay.validation_split import parted
+from lathesim.identification.signal import SETTLING
 from lathesim.json_text import eight_digits
 from lathesim.lessons.lesson import Lesson
 from lathesim.lessons.simulate import prepare

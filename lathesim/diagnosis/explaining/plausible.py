@@ -14,7 +14,8 @@ from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.method.method import OTHER_VALUE
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import MOST_DAMPED, Candidate, Fitted, Free, Model, instants_of
-from lathesim.identification.replay.experiment import POSSIBLE, SETTLING, baseline_free
+from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
+from lathesim.identification.signal import SETTLING
 
 
 def is_plausible(study: Study, model: Model) -> bool:

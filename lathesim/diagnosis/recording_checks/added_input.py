@@ -33,7 +33,8 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import controller_commands, regressed_share, unexplained_share
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.replay.experiment import SETTLING, Experiment, RecordedMachine
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine
+from lathesim.identification.signal import SETTLING
 from lathesim.lessons.insertion import insert_effect
 from lathesim.record import Record
 

@@ -20,11 +20,11 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.diagnosis.recording_checks.wrong_readings import is_within
 from lathesim.engine.assembly import FloatArray, Part, Place
-from lathesim.identification.replay.experiment import SETTLING, Experiment, build_experiments
+from lathesim.identification.replay.experiment import Experiment, build_experiments
 from lathesim.identification.replay.initial_state import line_of
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.roles import closes_a_loop
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.signal import SETTLING, root_mean_square
 from lathesim.recordings.recorded_channel import known_factor
 
 _SPEEDS = ("m/s", "rad/s")

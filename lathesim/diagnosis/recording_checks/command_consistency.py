@@ -19,8 +19,8 @@ from lathesim.diagnosis.location import passed_through
 from lathesim.diagnosis.method.method import MOST_SHIFTED, STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import share_with, unexplained_share
 from lathesim.engine.assembly import FloatArray, Place
-from lathesim.identification.replay.experiment import SETTLING, Experiment
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.signal import SETTLING, root_mean_square
 
 _STEP = 1e-6
 """By how much a zero is moved for its slope [SI]; commands answer in proportion."""

@@ -29,10 +29,10 @@ from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Free
 from lathesim.identification.replay.controller_memory import shown_by
-from lathesim.identification.replay.experiment import SETTLING, Experiment, baseline_free
+from lathesim.identification.replay.experiment import Experiment, baseline_free
 from lathesim.identification.replay.simulator import Simulator
 from lathesim.identification.roles import decides
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.signal import SETTLING, root_mean_square
 
 
 def shown_commands(experiment: Experiment) -> list[tuple[str, int]]:

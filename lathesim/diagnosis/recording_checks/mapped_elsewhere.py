@@ -16,9 +16,9 @@ from lathesim.component import DiscreteState, Law, Output
 from lathesim.diagnosis.method.method import MOST_SHIFTED, STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import share_with, unexplained_share
 from lathesim.engine.assembly import FloatArray, Part, Place
-from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.roles import decides
-from lathesim.identification.signal import FEWEST_LEVELS, OFF_GRID, grid_spacing, root_mean_square, smallest_step
+from lathesim.identification.signal import FEWEST_LEVELS, OFF_GRID, SETTLING, grid_spacing, root_mean_square, smallest_step
 
 
 def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:

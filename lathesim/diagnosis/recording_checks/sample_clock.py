@@ -10,9 +10,9 @@ import numpy as np
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import shown_commands, unexplained_share
 from lathesim.engine.assembly import Assembly
-from lathesim.identification.replay.experiment import SETTLING, Experiment
+from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.roles import closes_a_loop, decides
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.signal import SETTLING, root_mean_square
 from lathesim.record import Record
 
 

@@ -14,8 +14,8 @@ from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.location import FORCES, missing_share
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.identification.records import Candidate, Fitted
-from lathesim.identification.replay.experiment import SETTLING, Experiment
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.signal import SETTLING, root_mean_square
 from lathesim.recordings.recorded_channel import known_factor
 
 

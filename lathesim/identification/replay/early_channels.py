@@ -16,6 +16,7 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.identification.replay.recorded_parts import CorrectedSight
+from lathesim.identification.signal import SETTLING
 
 
 class Shift(NamedTuple):
@@ -66,10 +67,8 @@ def without_early(
 
 
 def read_ahead(values: FloatArray, samples: FloatArray | float) -> FloatArray:
-    """Return a signal (samples,) so many samples later, on the cubic through two samples on either side.
-
-    Beyond the last sample it goes on at its last slope: as nothing tells it, a shift by much of a recording explains none of it.
-    """
+    """Return a signal (samples,) so many samples later, on the cubic through two samples on either side; beyond the last sample it goes on
+    at its last slope."""
     number, end = np.arange(len(values)), len(values) - 1
     place = number + samples
     whole = np.minimum(np.floor(place).astype(int), end - 1)
@@ -80,3 +79,15 @@ def read_ahead(values: FloatArray, samples: FloatArray | float) -> FloatArray:
         inner = here * (part + 1.0) * (part - 1.0) * (part - 2.0) - following * (part + 1.0) * part * (part - 2.0)
         beyond = np.maximum(place - end, 0.0) * (values[-1] - values[-2])
         return np.asarray(outer / 6.0 + 0.5 * inner + beyond)
+
+
+def ending_as_recorded(read: FloatArray, recorded: FloatArray, samples: FloatArray | float) -> FloatArray:
+    """Return a signal that was read ahead by so many samples, with the course of the recorded one where nothing tells its own.
+
+    That holds for a fiftieth of the recording at most: a shift by much of it would explain all of it.
+    """
+    number, end = np.arange(len(read)), len(read) - 1
+    known = int(np.sum(number + samples <= end - 1))
+    if known <= (1.0 - SETTLING) * len(read) or known > end or not np.isfinite(recorded[known - 1]):
+        return read
+    return np.concatenate([read[:known], recorded[known:] + (read[known - 1] - recorded[known - 1])])

@@ -24,7 +24,7 @@ from lathesim.identification.replay.measured_motion import counted_motion, measu
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, recorded_part, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.roles import acting, commands, decides, is_led
-from lathesim.identification.signal import ROUNDING, channel_floor
+from lathesim.identification.signal import ROUNDING, SETTLING, channel_floor
 from lathesim.record import Record
 from lathesim.recordings.mapping import BetweenRows
 
@@ -380,10 +380,6 @@ def baseline_free(machine: RecordedMachine, wider: float = 1.0) -> list[Free]:
         high = min(declared.high, given + POSSIBLE * deviation)
         free.append(Free(name, given, max(deviation, 1e-12), low, high, deviation, given))
     return free
-
-
-SETTLING = 0.02
-"""Share of a recording at its beginning that is left out of residuals: controllers start with memories that nobody recorded."""
 
 
 def own_run(experiment: Experiment, values: Mapping[str, float]) -> FloatArray:

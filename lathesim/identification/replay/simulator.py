@@ -15,7 +15,7 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution import Remembered
 from lathesim.identification.noise import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, output_error, window_of
-from lathesim.identification.replay.early_channels import Shift, read_ahead, shifts_of, without_early
+from lathesim.identification.replay.early_channels import Shift, ending_as_recorded, read_ahead, shifts_of, without_early
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import is_sensed_share
 from lathesim.identification.signal import BEYOND, LARGER_PART
@@ -341,7 +341,7 @@ class Simulator:
                 shown = seconds[row].expected(self.recorded[seconds[row].first], self.period)
                 run[row] += read_ahead(shown, ahead) - shown
             else:
-                run[row] = read_ahead(run[row], ahead)
+                run[row] = ending_as_recorded(read_ahead(run[row], ahead), self.recorded[row], ahead)
         return run
 
     def residual_of(self, output: FloatArray) -> FloatArray:
