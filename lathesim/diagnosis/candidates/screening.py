@@ -7,7 +7,6 @@ residual. No optimiser is involved; all runs are one batch.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import rfft
@@ -25,14 +24,6 @@ _FEWEST_PHASES = 3
 """Phases of a wave that must be tried for the best one between them to be known."""
 
 
-@dataclass(frozen=True)
-class Screening:
-    """The candidates that move a channel at all, the most promising first, and the null maximum among them [nats]."""
-
-    ranked: tuple[Screened, ...]
-    null_maximum: float
-
-
 _SINGLE = np.float32
 """Screening ranks candidates: it needs no more digits, and half the memory takes half the time."""
 _Response = tuple[float, float, FloatArray, FloatArray]
@@ -41,17 +32,12 @@ _Response = tuple[float, float, FloatArray, FloatArray]
 
 def screen(
     simulator: Simulator, fitted: Fitted, candidates: Sequence[Candidate], points: Mapping[str, FloatArray] | None = None
-) -> Screening:
-    """Return how the candidates score; ``points`` gives starting values by candidate part, in the place of usual ones.
-
-    What the null maximum is is the largest gain among all candidates on noise as the noise model has it, with nothing hidden in it; the
-    largest of 20 such draws is given.
-    """
+) -> tuple[Screened, ...]:
+    """Return how the candidates score that move a channel at all, the most promising first; ``points`` gives starting values by candidate
+    part, in the place of usual ones."""
     absorb = _Absorber(simulator, fitted)
-    draws = absorb.draws(20)
 
-    def one(candidate: Candidate) -> tuple[Screened, float] | None:
-        """Return what one candidate scores, and the null maximum with it; none where it moves no channel."""
+    def one(candidate: Candidate) -> Screened | None:
         tried = _responses(simulator, fitted, absorb, candidate, _points(candidate, points))
         if candidate.otherwise:
             tried += _responses(simulator, fitted, absorb, candidate, _points(candidate, points), candidate.otherwise)
@@ -60,12 +46,10 @@ def screen(
             return None
         basis = _basis(tried)
         starts = tuple(_start(candidate, item) for item in _apart(candidate, tried)[:3])
-        promised = Screened(candidate, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
-        return promised, float(np.max(0.5 * np.sum((basis @ draws.T) ** 2, axis=0)))
+        return Screened(candidate, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
 
-    result = [found for found in together(one, candidates) if found is not None]
-    ranked = sorted((promised for promised, _ in result), key=lambda item: -item.gain)
-    return Screening(tuple(ranked), max((null_maximum for _, null_maximum in result), default=0.0))
+    found = [promised for promised in together(one, candidates) if promised is not None]
+    return tuple(sorted(found, key=lambda item: -item.gain))
 
 
 def _responses(
@@ -246,13 +230,6 @@ class _Absorber:
                 found.append(1.0 - left / power if power > 0.0 else 0.0)
             begin = end
         return np.array(found)
-
-    def draws(self, number: int) -> FloatArray:
-        """Return noise as the noise model has it, whitened, less what the baseline absorbs; (number, values)."""
-        random = np.random.Generator(np.random.Philox(0))
-        noise: FloatArray = np.zeros((number, len(self.residual)), dtype=_SINGLE)
-        noise[:, : noise.shape[1] - self._extra] = random.standard_normal((number, noise.shape[1] - self._extra), dtype=_SINGLE)
-        return self._less_absorbed(noise)
 
     def left(self, tapered: Sequence[FloatArray]) -> FloatArray:
         """Return :meth:`tapered` signals whitened, (signals, values), less what the baseline absorbs."""

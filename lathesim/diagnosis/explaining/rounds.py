@@ -59,12 +59,12 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     candidates = [*may_come(model, experiment), *finer(model, experiment)]
     points = starting_points(experiment, model.fitted, candidates, method=study.method)
     study.progress(f"{len(candidates)} effects by a linear estimate, beside {len(model.candidates)} found")
-    screening = screen(experiment.sensed, model.fitted, candidates, points)
+    screened = screen(experiment.sensed, model.fitted, candidates, points)
     # what acts in several places shows wholly only with a size in each
     everywhere = [one.shaped for one in candidates if one.shaped is not None and one.acts_elsewhere]
-    wide = screen(experiment.sensed, model.fitted, everywhere) if everywhere else None
+    wide = screen(experiment.sensed, model.fitted, everywhere) if everywhere else ()
     least = 0.0 if _is_off(study, model) else due(study.method)
-    items = sorted((*screening.ranked, *(wide.ranked if wide else ())), key=lambda item: -item.gain)
+    items = sorted((*screened, *wide), key=lambda item: -item.gain)
     trials, good = _fitted_on(study, model, _promising(items, study, rivals, least), items, points)
     # what no machine does is no yardstick: a first fit of what is right may be far behind it. Nor is what is judged on other frequencies
     most: dict[bool, float] = {}

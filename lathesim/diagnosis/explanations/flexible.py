@@ -46,8 +46,7 @@ class Flexible:
     """What a residual depends on, as far as that predicts the validation recording.
 
     ``gain`` is its log predictive density there above that of the constant [nats], with its ``standard_error``; ``before`` and ``after``
-    are root mean squares there, less the ``mean`` and less the prediction [unit of the residual]. ``refuted`` are the terms that the
-    estimation recording shows and the validation recording does not.
+    are root mean squares there, less the ``mean`` and less the prediction [unit of the residual].
     """
 
     gain: float
@@ -60,7 +59,6 @@ class Flexible:
     after: float
     mean: float
     parts: tuple[KeptTerm, ...]
-    refuted: tuple[Term, ...]
     functions: Functions
     amounts: tuple[FloatArray, ...]
     absorbed: FloatArray
@@ -116,6 +114,5 @@ def flexible(
     posterior = posterior_of(found.recording, terms)
     amounts = tuple(posterior.mean[posterior.places[term]] for term in terms)
     absorbed = posterior.mean[1 : found.recording.beside.stop]
-    refuted = tuple(term for term in found.posterior.terms if term not in terms)
     of_power = asked.left(()), asked.left(terms), float(np.mean(judge.residual[judge.counted]))
-    return Flexible(worth.gain, worth.standard_error, steady.gain, strongest, *of_power, parts, refuted, functions, amounts, absorbed)
+    return Flexible(worth.gain, worth.standard_error, steady.gain, strongest, *of_power, parts, functions, amounts, absorbed)

@@ -22,16 +22,16 @@ def test_the_hidden_effect_promises_most(hidden: Hidden, effect: str) -> None:
     experiment, fitted = pair(hidden)[0], baselines(hidden)[0]
     candidates = list(experiment.candidates)
     screening = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates))
-    first, second = screening.ranked[:2]
+    first, second = screening[:2]
     assert first.candidate.name == effect
     assert first.gain > 2.0 * second.gain
-    assert first.gain > 5.0 * screening.null_maximum
+    assert first.gain > 100.0
 
 
 def test_a_wave_starts_at_its_best_phase_whichever_phases_were_tried() -> None:
     experiment, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
     candidates = [candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple"]
-    best = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates)).ranked[0]
+    best = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates))[0]
     start = dict(zip((name.partition(".")[2] for name in best.candidate.parameters), best.starts[0], strict=True))
     # the hidden force acts against the motion, the ripple of the catalogue with it
     off = (start["phase"] - 0.5 - np.pi) % (2.0 * np.pi)
@@ -43,54 +43,42 @@ def test_a_wave_starts_at_its_best_phase_whichever_phases_were_tried() -> None:
 def test_no_two_starts_differ_in_their_phase_alone() -> None:
     experiment, fitted = pair(RIPPLE)[0], baselines(RIPPLE)[0]
     candidates = [candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple"]
-    best = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates)).ranked[0]
+    best = screen(experiment.sensed, fitted, candidates, wave_points(experiment, fitted, candidates))[0]
     place = [name.endswith("phase") for name in best.candidate.parameters].index(True)
     others = [tuple(np.delete(start, place)) for start in best.starts]
     assert len(set(others)) == len(others)
 
 
 def test_nothing_promises_much_where_nothing_is_hidden() -> None:
-    experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
-    screening = screen(experiment.sensed, fitted, experiment.candidates)
-    assert len(screening.ranked) == 3
-    assert screening.ranked[0].gain < 1.5 * screening.null_maximum
-
-
-def test_chance_is_small() -> None:
     """Noise alone reaches a few nats with three candidates of at most three directions each, not hundreds."""
     experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
-    assert 1.0 < screen(experiment.sensed, fitted, experiment.candidates).null_maximum < 20.0
-    assert (
-        screen(experiment.sensed, fitted, experiment.candidates[:1]).null_maximum
-        <= screen(experiment.sensed, fitted, experiment.candidates).null_maximum
-    )
+    screening = screen(experiment.sensed, fitted, experiment.candidates)
+    assert len(screening) == 3
+    assert screening[0].gain < 30.0
 
 
 def test_the_start_is_near_the_size_that_is_hidden() -> None:
     experiment, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
-    best = screen(experiment.sensed, fitted, experiment.candidates).ranked[0]
+    best = screen(experiment.sensed, fitted, experiment.candidates)[0]
     assert any(start[0] == pytest.approx(12.0, rel=0.1) for start in best.starts)
 
 
 def test_a_friction_does_not_start_below_zero() -> None:
     driven = Hidden(law=lambda v, q, t: -8.0 * np.sign(v))
     experiment, fitted = pair(driven)[0], baselines(driven)[0]
-    coulomb = next(
-        item for item in screen(experiment.sensed, fitted, experiment.candidates).ranked if item.candidate.name == "CoulombFriction"
-    )
+    coulomb = next(item for item in screen(experiment.sensed, fitted, experiment.candidates) if item.candidate.name == "CoulombFriction")
     assert all(np.all(start >= 0.0) for start in coulomb.starts)
 
 
 def test_screening_is_the_same_twice() -> None:
     experiment, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
     first, second = (screen(experiment.sensed, fitted, experiment.candidates) for _ in range(2))
-    assert [item.gain for item in first.ranked] == [item.gain for item in second.ranked]
-    assert first.null_maximum == second.null_maximum
+    assert [item.gain for item in first] == [item.gain for item in second]
 
 
 def test_without_candidates_nothing_is_screened() -> None:
     experiment, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
-    assert screen(experiment.sensed, fitted, []).ranked == ()
+    assert screen(experiment.sensed, fitted, []) == ()
 
 
 def test_a_limit_begins_at_its_usual_sizes() -> None:

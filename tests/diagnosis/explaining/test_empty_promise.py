@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from lathesim.diagnosis.candidates.screening import Screening, screen
+from lathesim.diagnosis.candidates.screening import screen
 from lathesim.diagnosis.explaining import rounds
 from lathesim.diagnosis.explaining.trial import modelled
+from lathesim.diagnosis.records.found import Screened
 from tests.diagnosis.pushed_table import Hidden, baselines, pair, study
 
 PROMISES = {"TorqueRipple": 1000.0, "CoulombFriction": 800.0, "ForceOffset": 360.0}
@@ -18,10 +19,9 @@ PROMISES = {"TorqueRipple": 1000.0, "CoulombFriction": 800.0, "ForceOffset": 360
 
 
 def test_what_promised_nearly_as_much_as_the_best_is_fitted_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    def promising(*args: Any) -> Screening:
-        found = screen(*args)
-        ranked = [replace(one, gain=PROMISES[one.candidate.name]) for one in found.ranked]
-        return replace(found, ranked=tuple(sorted(ranked, key=lambda one: -one.gain)))
+    def promising(*args: Any) -> tuple[Screened, ...]:
+        ranked = [replace(one, gain=PROMISES[one.candidate.name]) for one in screen(*args)]
+        return tuple(sorted(ranked, key=lambda one: -one.gain))
 
     monkeypatch.setattr(rounds, "screen", promising)
     hidden = Hidden(dry=20.0)
