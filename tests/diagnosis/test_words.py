@@ -324,7 +324,10 @@ def test_values_that_are_others_beside_what_is_pasted_are_told() -> None:
     """A line pasted without them leaves more: what a friction is, is worked out beside another viscosity."""
     assert not any(line.startswith("Use these lines") for line in answer_lines(NAMED))
     moved = replace(NAMED, baseline={**NAMED.baseline, "ways.level": BaselineValue("N", 40.0, 61.0, 49.22, 48.1, 50.3)})
-    assert "Use these lines with ways.level = 49.22 N, as in the _explained.yaml." in answer_lines(moved)
+    (beside,) = (line for line in answer_lines(moved) if line.startswith("Use these lines"))
+    assert beside.startswith("Use these lines with ways.level = 49.22 N, x_axis.mass = 95.32 kg, ")
+    assert beside.endswith(", as in the _explained.yaml.")
+    assert all(f"{name} = " in beside for name in moved.baseline)
 
 
 def test_what_is_not_determined_is_marked_and_a_pure_number_has_no_unit() -> None:

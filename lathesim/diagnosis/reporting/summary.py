@@ -204,16 +204,17 @@ def _size_text(effect: FoundEffect) -> str:
 
 def moved_values(diagnosis: Diagnosis) -> list[tuple[str, BaselineValue]]:
     """Return the values of the lesson whose interval does not hold the given value, those that moved most first."""
-    return _most_moved((name, item) for name, item in diagnosis.baseline.items() if item.low > item.given or item.high < item.given)
+    return most_moved((name, item) for name, item in diagnosis.baseline.items() if item.low > item.given or item.high < item.given)
 
 
 def shown_values(diagnosis: Diagnosis) -> list[tuple[str, BaselineValue]]:
     """Return the values of the lesson that an answer gives: those that moved, or all where other values explain and none moved alone."""
     moved = moved_values(diagnosis)
-    return moved if moved or diagnosis.verdict != "parameters_only" else _most_moved(diagnosis.baseline.items())
+    return moved if moved or diagnosis.verdict != "parameters_only" else most_moved(diagnosis.baseline.items())
 
 
-def _most_moved(values: Iterable[tuple[str, BaselineValue]]) -> list[tuple[str, BaselineValue]]:
+def most_moved(values: Iterable[tuple[str, BaselineValue]]) -> list[tuple[str, BaselineValue]]:
+    """Return values of a lesson, those that moved most as a share of what they were first."""
     return sorted(values, key=lambda pair: -abs((pair[1].refit_with - pair[1].given) / (pair[1].given or 1.0)))
 
 

@@ -12,7 +12,7 @@ from lathesim.diagnosis.reporting.answer_tables import Rows, before_text, channe
 from lathesim.diagnosis.reporting.html_report import insert_lines
 from lathesim.diagnosis.reporting.number_text import plain, quantity_text
 from lathesim.diagnosis.reporting.remarks import not_answered
-from lathesim.diagnosis.reporting.summary import moved_values, shown_values, summary_lines
+from lathesim.diagnosis.reporting.summary import most_moved, moved_values, shown_values, summary_lines
 
 
 def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
@@ -57,6 +57,8 @@ def _first_of(names: Sequence[str], most: int) -> str:
 
 
 def _beside(diagnosis: Diagnosis) -> list[str]:
-    """Return which values of the lesson are others beside what is to be pasted: without them it leaves more."""
-    moved = [f"{name} = {quantity_text(item.refit_with, item.unit)}" for name, item in moved_values(diagnosis)]
-    return [f"Use these lines with {', '.join(moved)}, as in the _explained.yaml."] if moved else []
+    """Return the values of the lesson beside what is to be pasted, where some are clearly others: without all of them it leaves more."""
+    if not moved_values(diagnosis):
+        return []
+    values = [f"{name} = {quantity_text(item.refit_with, item.unit)}" for name, item in most_moved(diagnosis.baseline.items())]
+    return [f"Use these lines with {', '.join(values)}, as in the _explained.yaml."]
