@@ -34,6 +34,7 @@ from lathesim.identification.records import Fitted, Model, Standing, is_full_ban
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.joined import JoinedExperiment, joined
 from lathesim.identification.replay.loading import Recorded
+from lathesim.identification.roles import closes_a_loop
 
 _STEPS = (
     "step 1 of 4, checking the recordings",
@@ -162,7 +163,7 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
         or prepared.before is not None
         or study.estimation.machine.output_error
         or explains_the_motion(study, found.model)
-        or not (study.estimation.feeds_back or _lacks_as_much_as_acts(study, found.model))
+        or not (_is_closed_loop(study) or _lacks_as_much_as_acts(study, found.model))
     ):
         return prepared, study, found
     study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
@@ -178,6 +179,10 @@ def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> 
     said = "Only large unmeasured forces would explain the motion so far: it was fitted anew, without such forces."
     simulated = replace(simulated, findings=(*simulated.findings, said))
     return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
+
+
+def _is_closed_loop(study: Study) -> bool:
+    return any(closes_a_loop(part) for part in study.estimation.machine.assembly.parts)
 
 
 def _lacks_as_much_as_acts(study: Study, model: Model) -> bool:
