@@ -48,20 +48,21 @@ def shifts_of(plan: Plan, channels: Sequence[str]) -> dict[str, Shift]:
 
 
 def without_early(
-    plan: Plan, shifts: Mapping[str, Shift], names: Sequence[str], values: FloatArray
+    plan: Plan, shifts: Mapping[str, Shift], names: Sequence[str], values: FloatArray, period: float, samples: int
 ) -> tuple[list[str], FloatArray, FloatArray]:
-    """Return names and values (runs, names) with which no channel is early, and by how much each of some shifts was below zero
-    (runs, shifts)."""
+    """Return names and values (runs, names) with which no channel is early by more than one sample of so many, and by how much each of some
+    shifts was below zero where it was (runs, shifts). Part of a sample is as well told by the last ones: see :class:`ChannelTimeShift`."""
     here, found = list(names), np.array(values, dtype=float)
     early = np.zeros((len(found), len(shifts)))
-    for place, name in enumerate(shifts):
+    for place, (name, shift) in enumerate(shifts.items()):
         if name not in here:
             if plan.values[name] >= 0.0:
                 continue
             here.append(name)
             found = np.column_stack([found, np.full(len(found), plan.values[name])])
         column = here.index(name)
-        early[:, place] = np.maximum(-found[:, column], 0.0)
+        least = period if shift.is_time else 1.0 / samples
+        early[:, place] = np.where(-found[:, column] > least, -found[:, column], 0.0)
         found[:, column] += early[:, place]
     return here, found, early
 

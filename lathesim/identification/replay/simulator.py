@@ -319,7 +319,7 @@ class Simulator:
     ) -> list[Any]:
         positions = [self.plan.channels.index(channel) for channel in self.channels]
         batch = Batch(self.plan, self._simulated, threads=threads, noisy=False, steps_per_sample=steps)
-        names, values, early = without_early(self.plan, self._shifts, names, values)
+        names, values, early = without_early(self.plan, self._shifts, names, values, self.period, self.samples)
         if not np.any(early):
             found: list[Any] = batch.run(names, values, lambda record: reduce(self.as_seen(record[positions, :: self.every])))
             return found
