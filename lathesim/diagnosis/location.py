@@ -24,8 +24,7 @@ from lathesim.engine.wiring import Plan
 from lathesim.identification.noise import taper
 from lathesim.identification.records import Candidate, Fitted, Model
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.replay.initial_state import line_of
-from lathesim.identification.replay.measured_motion import measured_output
+from lathesim.identification.replay.measured_motion import line_of, measured_output
 from lathesim.identification.replay.simulator import IMPULSE
 from lathesim.identification.roles import acting, is_of_machine, is_signal
 from lathesim.identification.signal import LARGER_PART, SETTLING, SLOPE_ROUNDING, root_mean_square

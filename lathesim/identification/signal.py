@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from scipy.fft import irfft, rfft
+from scipy.interpolate import CubicSpline
 
 from lathesim.engine.assembly import FloatArray
 
@@ -105,6 +106,15 @@ def behind(signal: FloatArray, other: FloatArray, most: int) -> int:
     ahead, after = np.maximum(shifts, 0), np.maximum(-shifts, 0)
     there = [(power[-1 - other] - power[own]) for power, own, other in zip(powers, (ahead, after), (after, ahead), strict=True)]
     return int(shifts[np.argmax(correlated / np.sqrt(np.maximum(there[0] * there[1], 1e-300)))])
+
+
+def read_ahead(signal: FloatArray, samples: FloatArray | float) -> FloatArray:
+    """Return a signal (samples,) so many samples later, along the cubic spline through what is known of it; at its ends it stays. One that
+    grew beyond all bounds is returned as it is."""
+    known, number = np.isfinite(signal), np.arange(len(signal), dtype=float)
+    if np.any(np.abs(signal[known]) > BEYOND) or np.sum(known) < 2:
+        return signal
+    return np.where(known, CubicSpline(number[known], signal[known])(np.clip(number + samples, 0.0, number[-1])), np.nan)
 
 
 def strongest_jumps(signal: FloatArray, period: float) -> list[tuple[float, float]]:

@@ -17,8 +17,8 @@ from lathesim.identification.estimation import estimates as parameters
 from lathesim.identification.estimation.estimates import Estimates, estimates
 from lathesim.identification.estimation.multistart import ask_fit
 from lathesim.identification.replay.experiment import build_experiments, own_error, quickly_transformed
-from lathesim.identification.replay.initial_state import start_from
 from lathesim.identification.replay.loading import Recorded, at_period, coarser_than_decided, load_case
+from lathesim.identification.replay.measured_motion import start_from
 from lathesim.identification.replay.open_loop import sensed_share
 from lathesim.identification.replay.validation_split import dealt_out, halves, halves_miss_a_switch, is_one_stroke, parted, switches
 from lathesim.lessons.lesson import load_lesson, load_machine

@@ -21,8 +21,7 @@ from lathesim.diagnosis.recording_checks.controllers import unexplained_share
 from lathesim.diagnosis.recording_checks.wrong_readings import is_within
 from lathesim.engine.assembly import FloatArray, Part, Place
 from lathesim.identification.replay.experiment import Experiment, build_experiments
-from lathesim.identification.replay.initial_state import line_of
-from lathesim.identification.replay.measured_motion import measured_output
+from lathesim.identification.replay.measured_motion import line_of, measured_output
 from lathesim.identification.roles import closes_a_loop
 from lathesim.identification.signal import SETTLING, root_mean_square
 from lathesim.recordings.recorded_channel import known_factor

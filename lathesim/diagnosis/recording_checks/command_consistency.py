@@ -10,7 +10,6 @@ import itertools
 from collections.abc import Collection, Mapping
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
 from lathesim.analysis.display_unit import shown_with_unit
@@ -20,7 +19,7 @@ from lathesim.diagnosis.method.method import MOST_SHIFTED, STANDARD, Method
 from lathesim.diagnosis.recording_checks.controllers import share_with, unexplained_share
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal import SETTLING, root_mean_square
+from lathesim.identification.signal import SETTLING, read_ahead, root_mean_square
 
 _STEP = 1e-6
 """By how much a zero is moved for its slope [SI]; commands answer in proportion."""
@@ -79,7 +78,7 @@ def _late_channel(experiment: Experiment, values: Mapping[str, float], row: int,
     for channel in (other for other in experiment.machine.compare if other in fed):
 
         def left(samples: float, channel: str = channel) -> float:
-            return share_with(experiment, channel, _shifted(experiment, channel, samples), row, values, MOST_SHIFTED)
+            return share_with(experiment, channel, read_ahead(experiment.record[channel], samples), row, values, MOST_SHIFTED)
 
         found = minimize_scalar(left, bounds=(-MOST_SHIFTED, MOST_SHIFTED), method="bounded", options={"xatol": 0.01, "maxiter": 25})
         if found.fun < method.little * share:
@@ -120,15 +119,6 @@ def _other_zero(experiment: Experiment, values: Mapping[str, float], row: int, s
         f"With {shown} added to {target} {name} follows from what its controller was given, as recorded {share:.0%} of it does not: "
         f"it was recorded from another zero than {measured}."
     )
-
-
-def _shifted(experiment: Experiment, channel: str, samples: float) -> FloatArray:
-    """Return one channel read some samples ahead, along a cubic spline."""
-    recorded = experiment.record[channel]
-    number = np.arange(len(recorded), dtype=np.float64)
-    known = np.isfinite(recorded)
-    ahead = CubicSpline(number[known], recorded[known])(np.clip(number + samples, 0.0, number[-1]))
-    return np.where(known, ahead, np.nan)
 
 
 def exchanged_with(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:

@@ -67,21 +67,6 @@ def without_early(
     return here, found, early
 
 
-def read_ahead(values: FloatArray, samples: FloatArray | float) -> FloatArray:
-    """Return a signal (samples,) so many samples later, on the cubic through two samples on either side; beyond the last sample it goes on
-    at its last slope."""
-    number, end = np.arange(len(values)), len(values) - 1
-    place = number + samples
-    whole = np.minimum(np.floor(place).astype(int), end - 1)
-    part = np.minimum(place - whole, 1.0)
-    first, here, following, last = (values[np.clip(whole + step, 0, end)] for step in (-1, 0, 1, 2))
-    with np.errstate(invalid="ignore", over="ignore"):  # a lost run is infinite, and stays lost
-        outer = last * (part + 1.0) * part * (part - 1.0) - first * part * (part - 1.0) * (part - 2.0)
-        inner = here * (part + 1.0) * (part - 1.0) * (part - 2.0) - following * (part + 1.0) * part * (part - 2.0)
-        beyond = np.maximum(place - end, 0.0) * (values[-1] - values[-2])
-        return np.asarray(outer / 6.0 + 0.5 * inner + beyond)
-
-
 def ending_as_recorded(read: FloatArray, recorded: FloatArray, samples: FloatArray | float) -> FloatArray:
     """Return a signal that was read ahead by so many samples, with the course of the recorded one where nothing tells its own.
 

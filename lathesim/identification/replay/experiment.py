@@ -19,8 +19,7 @@ from lathesim.identification.records import Candidate, Free
 from lathesim.identification.replay.controller_memory import remembered_at_start, with_memory
 from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.converter_rounding import plain_replay, resolving_everything, with_rounding
-from lathesim.identification.replay.initial_state import start_from
-from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, velocity_of
+from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, start_from, velocity_of
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, recorded_part, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.roles import acting, commands, decides, is_led

@@ -204,14 +204,8 @@ def coarser_than_decided(period: float, assembly: Assembly, compared: Collection
         outputs = {f"{part.name}.{name}" for name in part.component.declared(Output)}
         fact = f"One sample every {period * 1e3:g} ms, and {part.name} decides every {assembly.sample_period * 1e3:g} ms"
         if decisions_for_each(period, assembly) > 1:
-            found.append(
-                Finding(
-                    "interpolated",
-                    "",
-                    fact,
-                    "simulated at the controller's rate; in between, what is declared held is held, and the rest is interpolated",
-                )
-            )
+            done = "simulated at the controller's rate; in between, what is declared held is held, and the rest is interpolated"
+            found.append(Finding("interpolated", "", fact, done))
         else:
             known = bool(outputs & set(compared))
             done = "it is simulated at the recorder's rate, a slower loop than the real one; record as often as it decides"

@@ -1,4 +1,4 @@
-"""How a host really moved: position and velocity of a machine part from what its sensor recorded.
+"""How a host really moved: position and velocity of a machine part from what its sensor recorded, and where its states start.
 
 An effect that senses its host is first tried against the *recorded* motion: then the force of a friction or a ripple is a known function
 of time, and its size enters the simulated output linearly. With simulated motion a friction that is a little too large sticks where the
@@ -16,9 +16,10 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.signal import butter, savgol_filter, sosfiltfilt
 
-from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Place
+from lathesim.component import Parameter, State
+from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place
 from lathesim.identification.roles import behind_effects, is_led
-from lathesim.identification.signal import channel_floor
+from lathesim.identification.signal import SLOPE_ROUNDING, channel_floor
 
 _STEADY = 3e-3
 """Share of its usual speed by which noise may move the velocity of a feed ..."""
@@ -26,6 +27,8 @@ _FEWEST, _LONGEST = 5, 0.2
 """... as far as that takes no fewer samples and no longer [s]."""
 _MOVING = 0.02
 """Share of the fastest motion above which a part moves."""
+_SPREAD = 0.01
+"""How far the smoothed recording may be off at its first sample, as a share of the motion's standard deviation (its end effect)."""
 
 
 def smooth(values: FloatArray, period: float) -> FloatArray:
@@ -183,3 +186,43 @@ def measured_output(assembly: Assembly, channel: str) -> str:
     if item != ports.get("reading") or "measured" not in ports:
         return channel
     return behind_effects(assembly, f"{name}.{ports['measured']}") or channel
+
+
+def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tuple[float, float] | None:
+    """Return the recorded start of a state, and how sure it is; none where no recorded output of the part (``part.output`` -> values)
+    tells.
+
+    An output shows a state as it is (``position`` showing ``travel``), or in proportion, output = a + b state: the speed of a table that of
+    its motor.
+    """
+    component = part.component
+    unit = component.declarations[state].unit
+    shown = [component.ports[role] for role in ("displacement", "flow") if role in component.ports]
+    for output in (name for name in shown if component.declarations[name].unit == unit):
+        values = motion.get(f"{part.name}.{output}")
+        if values is not None:
+            return float(values[0]), _SPREAD * float(np.std(values)) + 1e-12
+    for output in shown:
+        values, line = motion.get(f"{part.name}.{output}"), line_of(part, output, state)
+        if values is not None and line is not None:
+            constant, slope = line
+            return (float(values[0]) - constant) / slope, _SPREAD * float(np.std(values)) / abs(slope) + 1e-12
+    return None
+
+
+def line_of(part: Part, output: str, state: str) -> tuple[float, float] | None:
+    """Return a and b of an output that is a + b times a state and nothing else that moves; none of any other one."""
+    component = part.component
+    parameters, states = component.declared(Parameter), component.declared(State)
+    taken = component.taken_for(output)
+    if state not in taken or any(name not in parameters and name not in states for name in taken):
+        return None
+    given = {name: item.default for name, item in parameters.items()} | dict(part.parameters)
+
+    def output_at(value: float, others: float) -> float:
+        return component.value_of(output, given | dict.fromkeys(states, others) | {state: value})
+
+    at = [output_at(value, 0.0) for value in (0.0, 1.0, 2.0)]
+    slope = at[1] - at[0]
+    straight = abs(at[2] - at[1] - slope) <= SLOPE_ROUNDING * abs(slope) and output_at(1.0, 1.0) == at[1]
+    return (at[0], slope) if slope and straight else None

@@ -15,10 +15,10 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution import Remembered
 from lathesim.identification.noise import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, output_error, window_of
-from lathesim.identification.replay.early_channels import Shift, ending_as_recorded, read_ahead, shifts_of, without_early
+from lathesim.identification.replay.early_channels import Shift, ending_as_recorded, shifts_of, without_early
 from lathesim.identification.replay.measured_motion import velocity_of
 from lathesim.identification.roles import is_sensed_share
-from lathesim.identification.signal import BEYOND, LARGER_PART
+from lathesim.identification.signal import BEYOND, LARGER_PART, read_ahead
 
 IMPULSE = 1e-3
 """Size of an impulse of a state, in the state's unit; the response is scaled by the noise that is fitted."""
