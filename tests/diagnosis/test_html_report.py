@@ -171,7 +171,12 @@ def test_the_template_goes_into_the_wheel() -> None:
         ((203.4, 100.0, 300.0, "N*s/m"), ("203 N·s/m", "100 to 300 N·s/m")),
         ((-0.02, -0.03, -0.01, "1"), ("\N{MINUS SIGN}0.020", "\N{MINUS SIGN}0.030 to \N{MINUS SIGN}0.010")),
         ((5.0, float("-inf"), 7.0, "N"), ("5 N", "not determined here")),
-        ((4.812e-6, 4.73e-6, 4.89e-6, "kg*m^2"), ("4.81e\N{MINUS SIGN}6 kg·m²", "4.73e\N{MINUS SIGN}6 to 4.89e\N{MINUS SIGN}6 kg·m²")),
+        (
+            (1.9086e-6, 1.9085e-6, 1.9087e-6, "kg*m^2"),
+            ("1.90860e\N{MINUS SIGN}6 kg·m²", "1.90850e\N{MINUS SIGN}6 to 1.90870e\N{MINUS SIGN}6 kg·m²"),
+        ),
+        ((4.0, 4.0, 4.0, "1"), ("4", "narrower than its last digit")),
+        ((4.812e-6, 4.73e-6, 4.89e-6, "kg*m^2"), ("4.812e\N{MINUS SIGN}6 kg·m²", "4.730e\N{MINUS SIGN}6 to 4.890e\N{MINUS SIGN}6 kg·m²")),
     ],
 )
 def test_an_interval_is_told_to_the_digits_it_carries(interval: tuple[float, float, float, str], told: tuple[str, str]) -> None:

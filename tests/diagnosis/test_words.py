@@ -63,8 +63,10 @@ def test_a_named_effect_is_told_with_place_size_doubt_comparison_and_next_step()
     assert headline(NAMED) == "The simulation left out CoulombFriction at x_axis."
     told = lines(NAMED)
     assert told["Where"] == "x_axis and x_drive."
-    assert told["Size"].startswith("CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). With recorded inputs at each part, this")
-    assert told["Size"].endswith(" explains 98.3 % of the error.")
+    assert told["Size"].startswith(
+        "CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). With each part driven by its recorded inputs,"
+    )
+    assert told["Size"].endswith(" this explains 98.3 % of the error.")
     assert told["Sure"] == (
         "97.4 % probable among all explanations compared. The closest rival, AsymmetricFriction at x_axis, "
         "refines CoulombFriction and explains little more."
@@ -113,7 +115,7 @@ def test_a_channel_that_stays_off_is_named_also_where_effects_are() -> None:
         headline(replace(NAMED, fit=OFF))
         == f"The simulation left out CoulombFriction at x_axis. The error of {SCALE} remains 1.77 µm, 5.9 times its noise."
     )
-    assert lines(replace(NAMED, fit=OFF))["Next"].endswith("The report shows when the remaining error is largest.")
+    assert lines(replace(NAMED, fit=OFF))["Next"].endswith("lesson, and see with lathesim compare when the remaining error is largest.")
 
 
 def test_values_that_end_at_the_limit_of_their_doubt_are_named() -> None:
@@ -165,7 +167,7 @@ def test_what_has_no_name_is_said_with_its_place_size_and_how_sure_that_is() -> 
     )
     told = lines(UNKNOWN)
     assert told["Sure"].startswith("A smooth function of the motion predicts x_controller.voltage clearly better: ")
-    assert told["Sure"].endswith(" its gain is 2220, and 630 could be chance.")
+    assert told["Sure"].endswith(" the log-likelihood gains 2220, and by chance at most 630.")
     assert told["Size"].startswith("Unexplained: 3.1 N RMS at x_axis.disturbance, ")
     law = varied(UNKNOWN, explanations=(), unnamed=(), rule="a controller follows another law than the lesson's")
     assert lines(law)["Sure"] == "A controller follows another law than the lesson's."
@@ -181,11 +183,13 @@ def test_an_effect_whose_interval_holds_zero_is_no_find() -> None:
     )
     both = replace(NAMED, effects=(COULOMB, doubtful))
     assert headline(both) == "The simulation left out CoulombFriction at x_axis."
-    assert " ForceOffset improves the prediction too, but its size may be zero." in lines(both)["Size"]
+    absent = "ForceOffset makes the prediction better too. Its interval includes no effect at all, so it may be absent."
+    assert absent in lines(both)["Size"]
     assert "ForceOffset 200 mN (95 % interval -400 to 800 mN), may be zero" in lines(replace(both, effects=(doubtful,)))["Size"]
     only = headline(replace(both, effects=(doubtful,)))
     assert only == (
-        "Something is missing that ForceOffset at x_axis describes best. This recording does not determine its size, which may be zero."
+        "Something is missing. ForceOffset at x_axis describes it best, but its interval includes no effect at all: "
+        "it may be something else."
     )
 
 
@@ -233,9 +237,9 @@ def test_a_tie_names_the_rivals_of_each_effect_and_what_would_tell() -> None:
 
 def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> None:
     assert lines(CLEAN)["Sure"] == "No effect predicts the recording better than chance could."
-    pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 669.0, False, "needs an implausible size")
+    pitch = Explanation("PeriodicPitchError", SCALE, "effect", 24813.0, 223.0, 669.0, False, "needs an amplitude of 9 mm")
     passed_over = varied(CLEAN, explanations=(*CLEAN.search.explanations, pitch))
-    assert lines(passed_over)["Sure"] == f"The best effect, PeriodicPitchError at {SCALE}, needs an implausible size."
+    assert lines(passed_over)["Sure"] == f"No effect is named: the best one, PeriodicPitchError at {SCALE}, needs an amplitude of 9 mm."
     assert headline(varied(passed_over, fit=OFF)).endswith(f"The error of {SCALE} remains 1.77 µm, 5.9 times its noise.")
     assert "Sure" not in lines(varied(CLEAN, explanations=()))
 
@@ -252,7 +256,7 @@ def test_every_reason_for_which_an_effect_is_left_out_reads_as_a_sentence_after_
     for reason in {one["reason"] for answer in stored().values() for one in answer["explanations"] if one["kind"] == "effect"}:
         assert reason.split()[0] in verbs
         one = Explanation("Backlash", SCALE, "effect", 90.0, 1.0, 3.0, False, reason)
-        assert lines(varied(CLEAN, explanations=(one,)))["Sure"] == f"The best effect, Backlash at {SCALE}, {reason}."
+        assert lines(varied(CLEAN, explanations=(one,)))["Sure"] == f"No effect is named: the best one, Backlash at {SCALE}, {reason}."
 
 
 def test_where_the_verdict_is_of_the_lesson_and_values_moved_both_are_told() -> None:
@@ -326,8 +330,18 @@ def test_values_that_are_others_beside_what_is_pasted_are_told() -> None:
     moved = replace(NAMED, baseline={**NAMED.baseline, "ways.level": BaselineValue("N", 40.0, 61.0, 49.22, 48.1, 50.3)})
     (beside,) = (line for line in answer_lines(moved) if line.startswith("Use these lines"))
     assert beside.startswith("Use these lines with ways.level = 49.22 N, x_axis.mass = 95.32 kg, ")
-    assert beside.endswith(", as in the _explained.yaml.")
+    assert beside.endswith(" N/A.")
     assert all(f"{name} = " in beside for name in moved.baseline)
+
+
+@pytest.mark.parametrize("off", [{}, OFF], ids=["all is explained", "something remains"])
+@pytest.mark.parametrize("name", ALL)
+def test_an_answer_names_no_file_that_only_a_report_comes_with(name: str, off: dict[str, ChannelFit]) -> None:
+    """With --no-report nothing is written; where a report is, the last line of the command names its files."""
+    diagnosis = ALL[name]
+    told = "\n".join(answer_lines(replace(diagnosis, fit=off or diagnosis.fit)))
+    assert "_explained.yaml" not in told
+    assert not re.search(r"[Tt]he report\b", told)
 
 
 def test_what_is_not_determined_is_marked_and_a_pure_number_has_no_unit() -> None:

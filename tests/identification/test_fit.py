@@ -49,6 +49,19 @@ def test_slopes_of_a_place_that_is_not_left_are_those_of_the_end() -> None:
     assert found.values == pytest.approx(DECAY)
 
 
+def test_a_slope_beside_values_whose_run_grows_is_that_of_the_other_side() -> None:
+    """With less than 1 the steps are too long for the rate: the run grows, and no interval is as narrow as that makes it."""
+    free = [Free("rate", 1.0, 1.0)]
+
+    def left(rows: FloatArray) -> list[FloatArray]:
+        return [rate * TIME - 3.0 if rate >= 1.0 else 1e12 * np.ones_like(TIME) for (rate,) in rows]
+
+    problem = Problem(left, free)
+    here = np.array([1.001])
+    slopes = problem.answered(problem.central(here, left(here[None])[0]))
+    assert slopes[0] == pytest.approx(-TIME)
+
+
 def test_slopes_that_predict_well_are_kept_by_the_next_fit() -> None:
     linear = [Free("height", 0.0, 1.0), Free("slope", 0.0, 1.0)]
     calls: list[int] = []

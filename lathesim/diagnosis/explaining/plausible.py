@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -17,25 +18,55 @@ from lathesim.identification.records import MOST_DAMPED, Candidate, Fitted, Free
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
 from lathesim.identification.signal import SETTLING
 
+Objection = Literal["size", "lag", "instant", "damping", "wave", "runs away"]
+"""What speaks against the values of an effect."""
+
+
+@dataclass(frozen=True)
+class Implausible:
+    """Why a model is not believed: an effect with values that are not met, or that makes the machine run away.
+
+    Of a ``size`` it says of which parameters (free names, of several the product), how large it is, and the ``bound`` that it is beyond.
+    """
+
+    objection: Objection
+    candidate: Candidate | None = None
+    names: tuple[str, ...] = ()
+    size: float = math.nan
+    bound: float = math.nan
+
+
+def implausible(study: Study, model: Model) -> Implausible | None:
+    """Return why a model is not believed, if it is not: the sizes of all effects are of the kind that is met, delays are a fair part of a
+    sample, events come after the recording has begun, resonances resonate, waves repeat, and the machine does not run away."""
+    unusual = (_unusual(study, candidate, model.fitted.by_name) for candidate in model.candidates)
+    found = next((one for one in unusual if one is not None), None)
+    return Implausible("runs away") if found is None and runs_away(study, model) else found
+
 
 def is_plausible(study: Study, model: Model) -> bool:
-    """Return whether the sizes of all effects of a model are of the kind that is met, delays are a fair part of a sample, events come after
-    the recording has begun, resonances resonate, waves repeat, and the machine does not run away."""
-    usual = all(is_usual(study, candidate, model.fitted.by_name) for candidate in model.candidates)
-    return usual and not runs_away(study, model)
+    """Return whether a model is believed."""
+    return implausible(study, model) is None
 
 
 def is_usual(study: Study, candidate: Candidate, values: Mapping[str, float]) -> bool:
     """Return whether an effect with some values is of the kind that is met, whatever the machine does with it."""
+    return _unusual(study, candidate, values) is None
+
+
+def _unusual(study: Study, candidate: Candidate, values: Mapping[str, float]) -> Implausible | None:
+    """Return what is unusual about an effect with some values, if anything is."""
     method, period = study.method, study.estimation.machine.assembly.sample_period
     duration = len(study.estimation.record) * period
-    return (
-        of_usual_size(study, candidate, values)
-        and is_of_a_clock(candidate, values, period, duration, method=method)
-        and is_an_event(instants_of(candidate), values, duration)
-        and resonates(candidate, values)
-        and repeats(study, candidate, values)
+    if (of_size := next(unusual_sizes(study, candidate, values), None)) is not None:
+        return of_size
+    conditions: tuple[tuple[Objection, Callable[[], bool]], ...] = (
+        ("lag", lambda: is_of_a_clock(candidate, values, period, duration, method=method)),
+        ("instant", lambda: is_an_event(instants_of(candidate), values, duration)),
+        ("damping", lambda: resonates(candidate, values)),
+        ("wave", lambda: repeats(study, candidate, values)),
     )
+    return next((Implausible(objection, candidate) for objection, holds in conditions if not holds()), None)
 
 
 def runs_away(study: Study, model: Model) -> bool:
@@ -66,26 +97,50 @@ def own_residuals(study: Study, model: Model) -> list[FloatArray]:
 
 def of_usual_size(study: Study, candidate: Candidate, values: Mapping[str, float]) -> bool:
     """Return whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
+    return next(unusual_sizes(study, candidate, values), None) is None
+
+
+def unusual_sizes(study: Study, candidate: Candidate, values: Mapping[str, float]) -> Iterator[Implausible]:
+    """Return the sizes of an effect that are far beyond what is met on machines, or far below, and how far they may be."""
     most = study.method.sizes.largest
     if math.isinf(most):
-        return True
-    products = [(size, other) for size, others in candidate.effect.identification.products.items() for other in others]
-    apart = {item for pair in products for item in pair}
-    for name, neutral, least, points in zip(candidate.parameters, candidate.neutral, candidate.least, candidate.points.T, strict=True):
-        item = Place.of(name).port
-        if item in apart:
-            continue
-        if item in candidate.effect.neutral:
-            usual, size = float(np.abs(points - neutral).max(initial=0.0)), abs(values[name] - neutral)
-        else:
-            usual, size = float(points.max(initial=0.0)), abs(values[name])
-            if item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
-                continue
-            if size < least / most and not _may_be_small(study, candidate, item):
-                return False
-        if usual > 0.0 and size >= max(most * usual, study.possible.get(name, 0.0)):
-            return False
-    return all(_is_usual_product(candidate, values, most, size, other) for size, other in products)
+        return
+    pairs = [(size, other) for size, others in candidate.effect.identification.products.items() for other in others]
+    apart = {item for pair in pairs for item in pair}
+    for place, name in enumerate(candidate.parameters):
+        if Place.of(name).port not in apart:
+            bounds = _bounds_of(study, candidate, place)
+            size = abs(values[name] - (candidate.neutral[place] if Place.of(name).port in candidate.effect.neutral else 0.0))
+            yield from (Implausible("size", candidate, (name,), size, bound) for bound in _passed(size, *bounds))
+    for pair in pairs:
+        names = tuple(f"{candidate.part}.{item}" for item in pair)
+        if set(names) <= set(candidate.parameters):
+            usual = float(np.prod([candidate.usual[candidate.parameters.index(name)] for name in names]))
+            size = abs(float(np.prod([values[name] for name in names])))
+            # each by itself may be anything
+            yield from (Implausible("size", candidate, names, size, bound) for bound in _passed(size, -math.inf, most * usual))
+
+
+def _passed(size: float, low: float, high: float) -> Iterator[float]:
+    """Return the bound that a size is beyond, if there is one."""
+    if size < low:
+        yield low
+    elif size >= high:
+        yield high
+
+
+def _bounds_of(study: Study, candidate: Candidate, place: int) -> tuple[float, float]:
+    """Return between which bounds a parameter of an effect is met, infinite where it may be anything."""
+    most, name, points = study.method.sizes.largest, candidate.parameters[place], candidate.points[:, place]
+    item, low = Place.of(name).port, -math.inf
+    if item in candidate.effect.neutral:
+        usual = float(np.abs(points - candidate.neutral[place]).max(initial=0.0))
+    elif item in candidate.effect.identification.nuisance or points.min(initial=1.0) <= 0.0:
+        return low, math.inf
+    else:
+        usual = float(points.max(initial=0.0))
+        low = low if _may_be_small(study, candidate, item) else candidate.least[place] / most
+    return low, max(most * usual, study.possible.get(name, 0.0)) if usual > 0.0 else math.inf
 
 
 def _may_be_small(study: Study, candidate: Candidate, item: str) -> bool:
@@ -95,15 +150,6 @@ def _may_be_small(study: Study, candidate: Candidate, item: str) -> bool:
     """
     how = candidate.effect.identification
     return item == how.damping or (study.earlier is not None and bool(how.history))
-
-
-def _is_usual_product(candidate: Candidate, values: Mapping[str, float], most: float, size: str, other: str) -> bool:
-    """Return whether the product of two parameters is not far beyond what is met; each by itself may be anything."""
-    names = [f"{candidate.part}.{item}" for item in (size, other)]
-    if not set(names) <= set(candidate.parameters):
-        return True
-    usual = float(np.prod([candidate.usual[candidate.parameters.index(name)] for name in names]))
-    return abs(float(np.prod([values[name] for name in names]))) < most * usual
 
 
 def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: float, duration: float, method: Method) -> bool:

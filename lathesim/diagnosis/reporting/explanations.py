@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 
 from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.explaining.chance import chance_level, due, is_clear
-from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible
+from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, Implausible, Objection, deviations, implausible
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, changed_readings, significant
 from lathesim.diagnosis.explaining.rounds import is_finer
 from lathesim.diagnosis.explaining.study import Study
@@ -16,15 +17,26 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import KINDS, Explanation, Kind
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found, Gain, Tried
-from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, plain
+from lathesim.diagnosis.reporting.effect_report import declared_in
+from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, plain, quantity_text
 from lathesim.diagnosis.verdict import Doubt
+from lathesim.engine.assembly import Place
 from lathesim.errors import listed
 from lathesim.recordings.raw_table import Finding, counted
+from lathesim.units import product_unit
 
 HEAD = ("explanation", "gain", "error", "chance level", "kept", "why")
 ON_NOTHING = "depends on nothing recorded"
 NOT_FITTED = "gains too little, by a linear estimate, to be fitted"
 NOT_REACHED = "was not fitted before the search was stopped"
+_OBJECTIONS: dict[Objection, str] = {
+    "lag": "is a lag much shorter than a sample",
+    "instant": "is an event from before the recording",
+    "damping": "is so damped that nothing resonates",
+    "wave": "is a wave longer than the recorded way",
+    "runs away": "makes the simulation run away from the recording",
+}
+"""What speaks against the values of an effect, after its name."""
 UNKNOWN = Gain(math.nan, math.nan)
 
 
@@ -130,9 +142,23 @@ def _why_not(study: Study, found: Found, one: Tried) -> str:
         return "gains no more than chance could"
     if not significant(one, study):
         return _too_small(one, study)
-    if not is_plausible(study, one.model):
-        return "needs an implausible size"
+    if (objection := implausible(study, one.model)) is not None:
+        return _why_implausible(objection, one, study)
     return _why_another(study, found, one)
+
+
+def _why_implausible(objection: Implausible, one: Tried, study: Study) -> str:
+    """Return why an effect is not believed with its values, or the one that it needs beside it: of a size which one, and the bound."""
+    other = objection.candidate if objection.candidate is not None and objection.candidate.part != one.candidate.part else None
+    if objection.objection == "size":
+        unit = reduce(product_unit, (declared_in(study.estimation, name).unit for name in objection.names))
+        size, bound = (quantity_text(value, unit, 3) for value in (objection.size, objection.bound))
+        what = " x ".join(Place.of(name).port.replace("_", " ") for name in objection.names)
+        where = "below" if objection.size < objection.bound else "beyond"
+        why = f"needs {'an' if what[0] in 'aeiou' else 'a'} {what} of {size}, {where} the plausible {bound}"
+    else:
+        why = _OBJECTIONS[objection.objection]
+    return f"needs {other.name} beside it, which {why}" if other else why
 
 
 def _too_small(one: Tried, study: Study) -> str:

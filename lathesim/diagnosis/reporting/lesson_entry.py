@@ -41,7 +41,7 @@ def lesson_entry(effect: FoundEffect, candidate: Candidate, fitted: Fitted, expe
     for name in candidate.nuisance:
         short = Place.of(name).port
         if name in fitted.by_name and short not in quantities:
-            half_turn = np.pi if name in phases_to_turn(candidate, fitted.by_name) else 0.0
+            half_turn = np.pi if name in phases_to_turn(candidate, fitted.by_name, effect.sizes.undetermined) else 0.0
             quantities[short] = written(fitted.by_name[name] + half_turn, declared_in(experiment, name).unit)
     return {"effect": effect.effect, "at": candidate.place, **candidate.seat.senses, **quantities}
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 
 from lathesim.analysis.display_unit import display_unit, pretty_unit, resolved
+from lathesim.identification.signal import ROUNDING
 
 _SMALLEST_PLAIN, _LARGEST_PLAIN = -4, 7
 """Powers of ten between which a number is written without an exponent."""
@@ -18,6 +19,8 @@ MINUS = "\N{MINUS SIGN}"
 NOTHING = "\N{EN DASH}"
 NOT_DETERMINED = "not determined here"
 """The interval of a value that a recording says nothing of."""
+NARROW = "narrower than its last digit"
+"""The interval of a value that is known to more digits than are shown."""
 ARROW = "\N{RIGHTWARDS ARROW}"
 
 
@@ -65,7 +68,9 @@ def interval_texts(value: float, low: float, high: float, unit: str, ends: tuple
     if not (math.isfinite(least) and math.isfinite(most)) or all(ends):
         return quantity_text(value, unit, 2), NOT_DETERMINED
     half = 0.5 * abs(most - least)
-    decimals = min(8, 1 - math.floor(math.log10(half))) if half > 0.0 else None
+    if half <= ROUNDING * max(abs(shown), abs(least), abs(most)):
+        return quantity_text(value, unit), NARROW
+    decimals = 1 - math.floor(math.log10(half))
     texts = [number(item, decimals) for item in (shown, least, most)]
     between = f"at most {texts[2]}" if ends[0] else f"at least {texts[1]}" if ends[1] else f"{texts[1]} to {texts[2]}"
     return f"{texts[0]} {name}".strip(), f"{between} {name}".strip()

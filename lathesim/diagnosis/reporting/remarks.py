@@ -121,8 +121,12 @@ def _after_names(diagnosis: Diagnosis, *, off: bool) -> str:
         return f"To tell {open_.effect} from {listed(list(open_.tied_with))}: {open_.separating_experiment}"
     if open_ is not None:
         return f"To determine {open_.effect}: {open_.separating_experiment}"
-    paste = "Paste the lines below into the lesson, or run the _explained.yaml beside the report, which holds them."
-    return paste if diagnosis.rest.adequate and not off else f"{paste} The report shows when the remaining error is largest."
+    paste = "Paste the lines below into the lesson"
+    return (
+        f"{paste}."
+        if diagnosis.rest.adequate and not off
+        else f"{paste}, and see with lathesim compare when the remaining error is largest."
+    )
 
 
 def _record_more(diagnosis: Diagnosis) -> str:
@@ -133,6 +137,6 @@ def _record_more(diagnosis: Diagnosis) -> str:
 
 def _after_unknown(diagnosis: Diagnosis) -> str:
     if diagnosis.rest.discovered:
-        return "Try the formula below: the plug-in discovered_term.py beside the report holds it as an effect."
+        return "Try the formula below. A report comes with discovered_term.py, a plug-in that holds it as an effect."
     at = f" at {diagnosis.location.components[0]}" if diagnosis.location.components else ""
-    return f"Look in the report when and with which motion it is largest, and measure the force or position{at} there."
+    return f"See with lathesim compare when the error is largest, and measure the force or position{at} then."

@@ -61,8 +61,8 @@ def _named(diagnosis: Diagnosis) -> str:
     finds = found_effects(diagnosis)
     if not finds:
         names = with_places([(effect.effect, effect.at) for effect in diagnosis.effects])
-        verb, sizes = ("describe", "their sizes, which") if len(diagnosis.effects) > 1 else ("describes", "its size, which")
-        return f"Something is missing that {names} {verb} best. This recording does not determine {sizes} may be zero."
+        verb, intervals = ("describe", "their intervals include") if len(diagnosis.effects) > 1 else ("describes", "its interval includes")
+        return f"Something is missing. {names} {verb} it best, but {intervals} no effect at all: it may be something else."
     faults = [effect for effect in finds if effect.family == OF_RECORDING]
     physics = [effect for effect in finds if effect.family != OF_RECORDING]
     begins = f"New since {diagnosis.question.before}: " if diagnosis.question.before else "The simulation left out "
@@ -166,10 +166,13 @@ def _size(diagnosis: Diagnosis) -> str:
         sentences.append(f"{'; '.join(f'{effect.effect} {_size_text(effect)}' for effect in finds or diagnosis.effects)}.")
         doubtful = [effect.effect for effect in diagnosis.effects if finds and effect.sizes.may_be_zero]
         if doubtful:
-            verb, whose = ("improve", "their sizes") if len(doubtful) > 1 else ("improves", "its size")
-            sentences.append(f"{listed(doubtful)} {verb} the prediction too, but {whose} may be zero.")
+            many = len(doubtful) > 1
+            absent = "Their intervals include no effect at all, so they" if many else "Its interval includes no effect at all, so it"
+            sentences.append(f"{listed(doubtful)} {'make' if many else 'makes'} the prediction better too. {absent} may be absent.")
         if diagnosis.rest.removed_share > 0.0:
-            sentences.append(f"With recorded inputs at each part, this explains {percent(diagnosis.rest.removed_share)} of the error.")
+            sentences.append(
+                f"With each part driven by its recorded inputs, this explains {percent(diagnosis.rest.removed_share)} of the error."
+            )
     elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
         most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in values[:most]]
@@ -268,7 +271,7 @@ def _certainly_missing(diagnosis: Diagnosis) -> list[str]:
     if not kept:
         return [f"{diagnosis.search.rule[0].upper()}{diagnosis.search.rule[1:]}."] if diagnosis.search.rule else []
     best = max(kept, key=lambda one: one.gain)
-    level = f"its gain is {best.gain:.0f}, and {best.chance:.0f} could be chance"
+    level = f"the log-likelihood gains {best.gain:.0f}, and by chance at most {best.chance:.0f}"
     return [f"A smooth function of the motion predicts {best.place} clearly better: {level}."]
 
 
@@ -276,7 +279,7 @@ def _nothing_else(diagnosis: Diagnosis) -> list[str]:
     """Return that no effect predicts better than chance, or which one does and yet was left out."""
     rivals = [one for one in _rivals(diagnosis) if one.is_clear]
     if rivals:
-        return [f"The best effect, {rivals[0].text}, {rivals[0].reason}."]
+        return [f"No effect is named: the best one, {rivals[0].text}, {rivals[0].reason}."]
     return (
         ["No effect predicts the recording better than chance could."]
         if any(one.kind == "effect" for one in diagnosis.search.explanations)

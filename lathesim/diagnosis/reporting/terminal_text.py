@@ -61,4 +61,4 @@ def _beside(diagnosis: Diagnosis) -> list[str]:
     if not moved_values(diagnosis):
         return []
     values = [f"{name} = {quantity_text(item.refit_with, item.unit)}" for name, item in most_moved(diagnosis.baseline.items())]
-    return [f"Use these lines with {', '.join(values)}, as in the _explained.yaml."]
+    return [f"Use these lines with {', '.join(values)}."]

@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records import Free
@@ -148,12 +149,18 @@ class Problem:
         return self._slopes(residual, found, steps)
 
     def central(self, values: FloatArray, residual: FloatArray) -> Asking[FloatArray]:
-        """Ask for d (-residual) / d value, shape (values, ...), by central differences, one-sided at a bound."""
+        """Ask for d (-residual) / d value, shape (values, ...), by central differences, one-sided at a bound and beside a run that
+        grows beyond bounds."""
         if not len(values):
             return np.zeros((0, *residual.shape))
         steps = np.diag(STEP * self.scale)
         ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
-        found = yield np.vstack([ahead, behind])
+        found = np.array((yield np.vstack([ahead, behind])))
+        # such a run says nothing of a slope: what the other side says is all there is
+        grown = _has_grown(found, residual).reshape(2, -1)
+        for moved, runs, lost in zip((ahead, behind), np.split(found, 2), grown & ~grown[::-1], strict=True):
+            places = np.flatnonzero(lost)
+            moved[places, places], runs[places] = values[places], residual
         # a value between bounds that are one has no slope
         width = np.diag(ahead - behind)
         width = np.where(width > 0.0, width, np.inf)
@@ -174,6 +181,13 @@ class Problem:
         with np.errstate(invalid="ignore"):  # a lost run has no slopes, and no step is taken along them
             slopes = [known[place] if place in known else (residual - next(found)) / steps[place] for place in range(len(steps))]
         return np.array(slopes)
+
+
+def _has_grown(runs: FloatArray, residual: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return for each of some runs (runs, ...) whether its residual is beyond all proportion to the one a step beside it: along a slope as
+    steep as that, ``STEP`` of ``STEP`` of the step would change it by its own size."""
+    most = np.max(np.abs(residual), initial=0.0) / STEP**2
+    return np.asarray([most > 0.0 and not np.max(np.abs(run), initial=0.0) <= most for run in runs])
 
 
 Report = Callable[[int, float], None]

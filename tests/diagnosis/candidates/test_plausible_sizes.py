@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.explaining.plausible import of_usual_size, runs_away
+from lathesim.diagnosis.explaining.plausible import Implausible, of_usual_size, runs_away, unusual_sizes
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.study import possible_sizes
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.method import Method
+from lathesim.diagnosis.reporting.explanations import _why_implausible
 from lathesim.effects.force_law import WearForceGrowth
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction, StribeckFriction
 from lathesim.identification.catalogue import insert_candidates
@@ -50,6 +51,22 @@ def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool
     candidate = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
     (level,) = candidate.parameters
     assert of_usual_size(judging({level: possible}), candidate, {level: 50_000.0}) == believed
+
+
+def test_a_size_that_is_not_believed_is_named_with_its_bound() -> None:
+    (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2))
+    friction, other = (next(one for one in experiment.candidates if one.name == name) for name in ("CoulombFriction", "ForceOffset"))
+    (level,) = friction.parameters
+    (objection,) = unusual_sizes(judging({level: 1e4}), friction, {level: 50_000.0})
+    assert (objection.names, objection.size, objection.bound) == ((level,), 50_000.0, 1e4)
+    asked = SimpleNamespace(estimation=experiment)
+    said = [_why_implausible(objection, SimpleNamespace(candidate=one), asked) for one in (friction, other)]  # type: ignore[arg-type]
+    assert said == [
+        "needs a level of 50 kN, beyond the plausible 10 kN",
+        "needs CoulombFriction beside it, which needs a level of 50 kN, beyond the plausible 10 kN",
+    ]
+    runs_off = _why_implausible(Implausible("runs away"), SimpleNamespace(candidate=other), asked)  # type: ignore[arg-type]
+    assert runs_off == "makes the simulation run away from the recording"
 
 
 @pytest.mark.parametrize(
