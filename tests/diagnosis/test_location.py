@@ -10,11 +10,11 @@ from lathesim.components.sensors import AngularEncoder
 from lathesim.components.spindles import EmpiricalSpindle
 from lathesim.diagnosis.location import compared, missing_signal, passed_through, places
 from lathesim.diagnosis.records.diagnosis import Evidence, MissingSignal
-from lathesim.diagnosis.reporting.evidence import suspected
+from lathesim.diagnosis.reporting.evidence import suspected, unheld
 from lathesim.engine.assembly import Assembly, Part, Wire
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Fitted
-from lathesim.identification.replay.experiment import Experiment, RecordedMachine
+from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments
 from lathesim.identification.replay.loading import load_case
 from lathesim.identification.replay.validation_split import parted
 from lathesim.lessons.lesson import load_lesson
@@ -24,6 +24,7 @@ from tests.diagnosis.driven_axis import write_recording
 from tests.diagnosis.one_cut import FORCE as CUT_FORCE
 from tests.diagnosis.one_cut import cut_machine, cut_record
 from tests.diagnosis.pushed_table import FORCE, POSITION, Hidden, as_record, baseline, baselines, experiments, machine, pair
+from tests.diagnosis.test_loaded_servo import write_case
 
 SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
 
@@ -36,6 +37,16 @@ def test_the_lesson_alone_counts_with_the_values_that_leave_clearly_less() -> No
     assert held == compared(experiment, [fitted, heavy], light).fit[POSITION]
     assert held.before == pytest.approx(compared(experiment, [light], fitted).fit[POSITION].after)
     assert held.after > 10.0 * held.before
+
+
+def test_a_place_that_no_loop_spring_or_friction_brings_back_is_held_by_nothing(tmp_path: Path) -> None:
+    pushed = pair(Hidden())[0]
+    assert unheld(pushed, baselines(Hidden())[0].by_name, {POSITION: 1e-4}) == {POSITION}
+    assert unheld(pushed, {}, {}) == set()
+    write_case(tmp_path, (0.0, 0.0))
+    case = load_case(load_lesson(str(tmp_path / "lesson.yaml")), [tmp_path / "log.csv"], load_registry(installed=False))
+    (servo,) = build_experiments(case.machine, [("log", case.recordings[0].record)], ())
+    assert unheld(servo, {}, {"encoder.angle": 0.1}) == set()
 
 
 def test_the_missing_force_is_what_was_left_out() -> None:

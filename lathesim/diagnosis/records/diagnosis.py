@@ -169,7 +169,10 @@ class MissingSignal:
 
 @dataclass(frozen=True)
 class ChannelTrace:
-    """A channel of the validation recording over ``time`` [s]: recorded, simulated without and with what was found [``unit``]."""
+    """A channel of the validation recording over ``time`` [s]: recorded, simulated without and with what was found [``unit``].
+
+    One that is not ``held`` stays off by what it starts off: no loop, spring or friction brings it back, and errors add up.
+    """
 
     channel: str
     unit: str
@@ -177,6 +180,7 @@ class ChannelTrace:
     recorded: FloatArray
     before: FloatArray
     after: FloatArray
+    held: bool = True
 
 
 @dataclass(frozen=True)

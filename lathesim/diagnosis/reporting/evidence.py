@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -14,13 +14,15 @@ from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.explanations import best_of_each, gains
 from lathesim.engine.assembly import Place
 from lathesim.identification.replay.experiment import Experiment
+from lathesim.identification.replay.measured_motion import measured_output
+from lathesim.identification.signal import LARGER_PART, SETTLING
 
 
 def gather(validation: Experiment, found: Found, own: Compared) -> Evidence:
     """Return what the report draws, on the validation recording."""
     return Evidence(
         missing=missing_signals(validation, found.baseline, found.model),
-        traces=tuple(_traces(validation, own)),
+        traces=tuple(_traces(validation, own, found.model.validation_fit.by_name)),
         wires=wired_parts(validation.machine.assembly),
         tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found)),
         runners_up=tuple(runners_up(found)),
@@ -42,11 +44,37 @@ def _beside(trial: Tried) -> set[str]:
     return {candidate.part for candidate in trial.model.candidates if candidate.part != trial.candidate.part}
 
 
-def _traces(validation: Experiment, own: Compared) -> list[ChannelTrace]:
+def _traces(validation: Experiment, own: Compared, values: Mapping[str, float]) -> list[ChannelTrace]:
+    off = {name: item.after for name, item in own.fit.items() if np.isfinite(item.after) and item.after > item.floor}
+    free = unheld(validation, values, off)
+    time, recorded = validation.record.time, validation.own.recorded
     return [
-        ChannelTrace(name, own.fit[name].unit, validation.record.time, validation.own.recorded[row], own.before[row], own.after[row])
+        ChannelTrace(name, own.fit[name].unit, time, recorded[row], own.before[row], own.after[row], name not in free)
         for row, name in enumerate(validation.machine.compare)
     ]
+
+
+def unheld(validation: Experiment, values: Mapping[str, float], shifts: Mapping[str, float]) -> set[str]:
+    """Return the channels of places that keep a shift of the start (channel -> size [SI]) to the end of the lesson's own simulation with
+    ``values``."""
+    own, channels, assembly = validation.own, validation.machine.compare, validation.machine.assembly
+    shown = {name: Place.of(measured_output(assembly, name)) for name in shifts}
+    places = {name for name, place in shown.items() if place.port == assembly.ports(place.part).get("displacement")}
+    rows = {name: row for row, name in enumerate(channels) if name in places}
+    starts = own.settable(item.name for item in validation.start_states(own.plan))
+    pairs = [(name, start) for name, row in rows.items() for start in starts if own.plan.unit(start) == own.plan.unit(own.channels[row])]
+    names = own.settable([*values, *starts])
+    given = {name: values[name] if name in values else own.given(name) for name in names}
+    shifted = [{**given, start: given[start] + shifts[name]} for name, start in pairs]
+    base, *moved = own.outputs(names, np.array([[run[name] for name in names] for run in (given, *shifted)]))
+    ends = max(1, int(SETTLING * own.samples))
+    found = set()
+    for (name, _), run in zip(pairs, moved, strict=True):
+        apart = np.abs(run[rows[name]] - base[rows[name]])
+        first, last = (float(np.median(part)) for part in (apart[:ends], apart[-ends:]))
+        if first > 0.0 and last > LARGER_PART * first:
+            found.add(name)
+    return found
 
 
 def located(

@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.comparison import Explanation
-from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, Diagnosis, FoundEffect, Unnamed
+from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, ChannelTrace, Diagnosis, FoundEffect, Unnamed
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.number_text import interval_texts, least_probable_text, number, percent, probability_text, quantity_text
 from lathesim.diagnosis.reporting.remarks import next_step, with_places
@@ -122,17 +124,33 @@ def _in_part(diagnosis: Diagnosis, method: Method) -> str:
     return " ".join([*since, explains, *stays_off(diagnosis, method), *nothing])
 
 
-def stays_off(diagnosis: Diagnosis, method: Method) -> list[str]:
+def stays_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     """Return which channel stays furthest beyond its noise, and how far; nothing where none does."""
-    off = still_off(diagnosis, method)
+    free = {trace.channel: trace for trace in diagnosis.evidence.traces if not trace.held}
+    over = still_off(diagnosis, method)
+    adrift = [free[name] for name in over if name in free]
+    return [*_beyond_noise(diagnosis, [name for name in over if name not in free]), *_adrift(diagnosis, adrift)]
+
+
+def _beyond_noise(diagnosis: Diagnosis, off: Sequence[str]) -> list[str]:
     if not off:
         return []
     item, others = diagnosis.fit[off[0]], off[1:]
-    more = (
-        f"; {f'{others[0]} also exceeds its' if len(others) == 1 else f'{len(others)} more channels exceed their'} noise" if others else ""
-    )
+    also = f"{len(others)} more channels exceed their" if others[1:] else f"{others[0]} also exceeds its" if others else ""
     times = number(float(f"{item.after / item.floor:.2g}"), digits=2)
+    more = f"; {also} noise" if also else ""
     return [f"The error of {off[0]} remains {_shown(item.after, item.unit)}, {times} times its noise{more}."]
+
+
+def _adrift(diagnosis: Diagnosis, free: Sequence[ChannelTrace]) -> list[str]:
+    """Return how far channels are off that nothing holds: they sum up every small error, and their travel says more than their noise."""
+    if not free:
+        return []
+    worst = free[0]
+    item, travel = diagnosis.fit[worst.channel], float(np.nanmax(worst.recorded) - np.nanmin(worst.recorded))
+    share = f", {number(100.0 * item.after / travel, digits=2)} % of its travel" if item.after < travel else ""
+    off = f"{worst.channel if free[1:] else 'it'} is off by {_shown(item.after, item.unit)}{share}"
+    return [f"Nothing holds {listed([trace.channel for trace in free])}, so small errors add up: {off}."]
 
 
 def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
