@@ -126,6 +126,8 @@ def test_of_a_place_that_nothing_holds_the_share_of_its_travel_is_told_and_not_h
     travel = np.ptp(traces[0].recorded)
     drift = f"Nothing holds x_encoder.position, so small errors add up: it is off by 1 mm, {1e-1 / travel:.2g} % of its travel."
     assert headline(adrift) == f"The simulation left out CoulombFriction at x_axis. {drift}"
+    far = replace(adrift, fit={"x_encoder.position": ChannelFit("m", 3e-7, 9.0, float(3.0 * travel), "v")})
+    assert headline(far).endswith(", 3 times its travel.")
     both = replace(adrift, fit={**adrift.fit, "x_controller.voltage": ChannelFit("V", 4e-3, 0.58, 0.02, "v")})
     assert headline(both).endswith(f" The error of x_controller.voltage remains 20 mV, 5 times its noise. {drift}")
 

@@ -147,10 +147,12 @@ def _adrift(diagnosis: Diagnosis, free: Sequence[ChannelTrace]) -> list[str]:
     if not free:
         return []
     worst = free[0]
-    item, travel = diagnosis.fit[worst.channel], float(np.nanmax(worst.recorded) - np.nanmin(worst.recorded))
-    share = f", {number(100.0 * item.after / travel, digits=2)} % of its travel" if item.after < travel else ""
-    off = f"{worst.channel if free[1:] else 'it'} is off by {_shown(item.after, item.unit)}{share}"
-    return [f"Nothing holds {listed([trace.channel for trace in free])}, so small errors add up: {off}."]
+    off, travel = diagnosis.fit[worst.channel].after, float(np.nanmax(worst.recorded) - np.nanmin(worst.recorded))
+    said = f"{worst.channel if free[1:] else 'it'} is off by {_shown(off, worst.unit)}"
+    if travel > 0.0:
+        times = off / travel
+        said += f", {f'{number(100.0 * times, digits=2)} % of' if times < 1.0 else f'{number(times, digits=2)} times'} its travel"
+    return [f"Nothing holds {listed([trace.channel for trace in free])}, so small errors add up: {said}."]
 
 
 def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
