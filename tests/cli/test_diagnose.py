@@ -81,7 +81,7 @@ def test_json_tells_what_a_program_needs(answered: tuple[Said, Path]) -> None:
     assert set(answer["baseline"]["x_axis.viscous"]) >= {"unit", "given", "refit_without", "refit_with"}
     assert answer["summary"][0] == answer["sentence"]
     assert re.fullmatch(
-        r"The simulation left out CoulombFriction at x_axis\. Nothing holds x_encoder\.position, so small errors add up: "
+        r"The simulation left out CoulombFriction at x_axis\. Nothing brings back x_encoder\.position, so small errors add up: "
         r"it is off by [\d.]+ um, 0\.\d+ % of its travel\.",
         answer["sentence"],
     )
@@ -111,7 +111,7 @@ def test_a_person_reads_what_where_and_how_sure(answered: tuple[Said, Path]) -> 
     assert "Paste into the lesson:\ninsert:\n  - {effect: CoulombFriction, at: x_axis, level: " in said.out
     assert "Traceback" not in said.err
     assert (folder / "out" / "report.html").is_file()
-    assert said.out.startswith("The simulation left out CoulombFriction at x_axis. Nothing holds x_encoder.position, so ")
+    assert said.out.startswith("The simulation left out CoulombFriction at x_axis. Nothing brings back x_encoder.position, so ")
     decided = said.out.partition("\nHow it was decided:\n")[2].splitlines()
     assert decided[0].split() == ["explanation", "gain", "error", "chance", "level", "kept", "why"]
     assert decided[2].startswith("the lesson, its uncertain values fitted")
@@ -279,7 +279,7 @@ def test_beside_a_recording_from_before_only_what_changed_is_named(tmp_path: Pat
     )
     assert [effect["effect"] for effect in changed["effects"]] == ["CoulombFriction"]
     assert changed["fit"][POSITION]["recording"] == "fit.csv, second half"
-    assert changed["sentence"].startswith("New since fit.csv: CoulombFriction at x_axis. Nothing holds x_encoder.position, so ")
+    assert changed["sentence"].startswith("New since fit.csv: CoulombFriction at x_axis. Nothing brings back x_encoder.position, so ")
     assert unchanged["effects"] == []
     assert any("from before the change" in line for line in unchanged["left"])
 

@@ -39,7 +39,7 @@ def test_the_lesson_alone_counts_with_the_values_that_leave_clearly_less() -> No
     assert held.after > 10.0 * held.before
 
 
-def test_a_place_that_no_loop_spring_or_friction_brings_back_is_held_by_nothing(tmp_path: Path) -> None:
+def test_a_place_that_no_loop_spring_or_friction_brings_back_is_not_held(tmp_path: Path) -> None:
     pushed = pair(Hidden())[0]
     assert unheld(pushed, baselines(Hidden())[0].by_name, {POSITION: 1e-4}) == {POSITION}
     assert unheld(pushed, {}, {}) == set()

@@ -118,13 +118,13 @@ def test_a_channel_that_stays_off_is_named_also_where_effects_are() -> None:
     assert lines(replace(NAMED, fit=OFF))["Next"].endswith("lesson, and see with lathesim compare when the remaining error is largest.")
 
 
-def test_of_a_place_that_nothing_holds_the_share_of_its_travel_is_told_and_not_how_often_its_noise() -> None:
+def test_of_a_place_that_nothing_brings_back_the_share_of_its_travel_is_told_and_not_how_often_its_noise() -> None:
     """138 rad at an encoder of 0.2 mrad are 600 000 times its noise, and 7 % of what a motor turned without a loop."""
     traces = tuple(replace(trace, held="encoder" not in trace.channel) for trace in NAMED.evidence.traces)
     adrift = replace(NAMED, fit={**NAMED.fit, "x_encoder.position": ChannelFit("m", 3e-7, 4e-3, 1e-3, "v")})
     adrift = replace(adrift, evidence=replace(NAMED.evidence, traces=traces))
     travel = np.ptp(traces[0].recorded)
-    drift = f"Nothing holds x_encoder.position, so small errors add up: it is off by 1 mm, {1e-1 / travel:.2g} % of its travel."
+    drift = f"Nothing brings back x_encoder.position, so small errors add up: it is off by 1 mm, {1e-1 / travel:.2g} % of its travel."
     assert headline(adrift) == f"The simulation left out CoulombFriction at x_axis. {drift}"
     far = replace(adrift, fit={"x_encoder.position": ChannelFit("m", 3e-7, 9.0, float(3.0 * travel), "v")})
     assert headline(far).endswith(", 3 times its travel.")

@@ -143,7 +143,7 @@ def _beyond_noise(diagnosis: Diagnosis, off: Sequence[str]) -> list[str]:
 
 
 def _adrift(diagnosis: Diagnosis, free: Sequence[ChannelTrace]) -> list[str]:
-    """Return how far channels are off that nothing holds: they sum up every small error, and their travel says more than their noise."""
+    """Return how far channels are off that nothing brings back: they sum up small errors, and their travel says more than their noise."""
     if not free:
         return []
     worst = free[0]
@@ -152,7 +152,7 @@ def _adrift(diagnosis: Diagnosis, free: Sequence[ChannelTrace]) -> list[str]:
     if travel > 0.0:
         times = off / travel
         said += f", {f'{number(100.0 * times, digits=2)} % of' if times < 1.0 else f'{number(times, digits=2)} times'} its travel"
-    return [f"Nothing holds {listed([trace.channel for trace in free])}, so small errors add up: {said}."]
+    return [f"Nothing brings back {listed([trace.channel for trace in free])}, so small errors add up: {said}."]
 
 
 def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
