@@ -1,18 +1,33 @@
 """What the recordings of a diagnosis cannot answer: rivals that a search passed by, and effects that no size of them would show."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
 from lathesim.diagnosis.isolation.answerable import locked
+from lathesim.diagnosis.isolation.visible import Looking
 from lathesim.diagnosis.records.diagnosis import Unanswerable, as_json
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.effects.backlash_and_screw import PeriodicPitchError
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.sensor_errors import EncoderEccentricity
+from lathesim.identification.estimation.least_squares import fit
 from lathesim.record import Record
-from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, RESOLUTION, VISCOUS, as_record, experiments, recording, searched, study
+from tests.diagnosis.pushed_table import (
+    FORCE,
+    PERIOD,
+    POSITION,
+    RESOLUTION,
+    VISCOUS,
+    as_record,
+    baseline,
+    experiments,
+    recording,
+    searched,
+    study,
+)
 from tests.diagnosis.sample_diagnoses import NAMED, varied
 
 
@@ -50,6 +65,14 @@ def test_an_effect_that_no_size_shows_is_said_with_its_reason() -> None:
     _, (unanswerable,) = locked(asked, searched(estimation, validation))
     assert (unanswerable.effect, unanswerable.at) == ("CoulombFriction", "x_axis")
     assert unanswerable.why == "x_axis moves in one direction only; x_axis moves at one speed; a change of x_axis.viscous looks the same"
+
+
+def test_a_change_that_grows_beyond_bounds_has_a_size() -> None:
+    """A wave pushes a table that is held by nothing away: its square is beyond the largest number."""
+    estimation, validation = experiments(recording(), recording(seed=2))
+    fitted = fit(estimation.sensed, baseline(estimation))
+    looking = SimpleNamespace(study=study(estimation, validation), fitted=fitted, least=np.zeros(1))
+    assert 1.0 < Looking._moves(looking, np.full(fitted.residual.shape, 1e100)) < np.inf  # type: ignore[arg-type]
 
 
 def test_what_is_not_answered_stands_in_the_answer() -> None:

@@ -42,7 +42,7 @@ from lathesim.identification.estimation.least_squares import log_likelihood
 from lathesim.identification.execution import together
 from lathesim.identification.noise import NoiseModel, fit_noise_model
 from lathesim.identification.records import Candidate, Fitted, Model, instants_of, is_full_band, known_beforehand
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.signal import BEYOND, root_mean_square
 
 _NO_GAIN = Gain(0.0, 0.0)
 
@@ -278,7 +278,7 @@ class Looking:
             ratios = [] if force.is_force and noise.differences else [root_mean_square(left[row]) / floor]
             ratios += [root_mean_square(force.values) / max(float(self.least[row]), 1e-300)] if force.is_force else []
             found.append(min(ratios))
-        return float(max(found)) ** 2
+        return min(float(max(found)), BEYOND) ** 2
 
 
 @dataclass(eq=False)
