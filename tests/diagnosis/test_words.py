@@ -63,10 +63,8 @@ def test_a_named_effect_is_told_with_place_size_doubt_comparison_and_next_step()
     assert headline(NAMED) == "The simulation left out CoulombFriction at x_axis."
     told = lines(NAMED)
     assert told["Where"] == "x_axis and x_drive."
-    assert told["Size"].startswith(
-        "CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). With each part driven by its recorded inputs,"
-    )
-    assert told["Size"].endswith(" this explains 98.3 % of the error.")
+    assert told["Size"].startswith("CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N). With each part driven by its recorded inputs")
+    assert told["Size"].endswith(" and slow drift left out, this explains 98.3 % of the squared error.")
     assert told["Sure"] == (
         "97.4 % probable among all explanations compared. The closest rival, AsymmetricFriction at x_axis, "
         "refines CoulombFriction and explains little more."

@@ -50,7 +50,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         candidate.at,
         candidate.family,
         item.probability,
-        _turned(candidate, parameters, undetermined),
+        _turned(candidate, parameters),
         tied,
         separating,
         item.share,
@@ -126,28 +126,35 @@ def bounded(interval: Interval, declared: Declaration) -> Interval:
     return replace(interval, low=min(low, interval.value), high=max(high, interval.value), ends=ends)
 
 
-def _turned(candidate: Candidate, parameters: dict[str, Interval], undetermined: Collection[str] = ()) -> dict[str, Interval]:
+def _turned(candidate: Candidate, parameters: dict[str, Interval]) -> dict[str, Interval]:
     """Return each wave with a negative size as the same wave of positive size, half a turn on."""
     values = {f"{candidate.part}.{name}": item.value for name, item in parameters.items()}
     turned = dict(parameters)
-    sizes = [size for phase in phases_to_turn(candidate, values, undetermined) for size in candidate.waves[phase] if size in values]
+    sizes = [
+        size for phase in phases_to_turn(candidate, values, of_either_sign(parameters)) for size in candidate.waves[phase] if size in values
+    ]
     for name in (Place.of(size).port for size in sizes):
         item = parameters[name]
         turned[name] = Interval(-item.value, item.unit, -item.high, -item.low, item.ends[::-1])
     return turned
 
 
-def phases_to_turn(candidate: Candidate, values: Mapping[str, float], undetermined: Collection[str] = ()) -> list[str]:
+def of_either_sign(parameters: Mapping[str, Interval]) -> set[str]:
+    """Return the sizes whose interval holds zero."""
+    return {name for name, item in parameters.items() if item.low <= 0.0 <= item.high}
+
+
+def phases_to_turn(candidate: Candidate, values: Mapping[str, float], unsure: Collection[str] = ()) -> list[str]:
     """Return the phases (free names) of the waves whose size, or the largest of its sizes by what is usual, is negative.
 
     The sizes of such a wave change their sign and its phase is turned, see :attr:`Term.waves`; what the effect gives stays what it was.
-    Sizes that are ``undetermined`` (names without the part) may be of either sign, and decide where there is no other.
+    Sizes that are ``unsure`` (names without the part), as they may be of either sign, decide where there is no other.
     """
     usual = dict(zip(candidate.parameters, np.abs(candidate.points).max(axis=0, initial=0.0), strict=True))
     found = []
     for phase, sizes in candidate.waves.items():
         names = [name for name in sizes if name in values and usual[name] > 0.0]
-        names = [name for name in names if Place.of(name).port not in undetermined] or names
+        names = [name for name in names if Place.of(name).port not in unsure] or names
         if names and values[max(names, key=lambda name: abs(values[name]) / usual[name])] < 0.0:
             found.append(phase)
     return found

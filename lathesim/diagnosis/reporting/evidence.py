@@ -46,7 +46,8 @@ def _beside(trial: Tried) -> set[str]:
 
 def _traces(validation: Experiment, own: Compared, values: Mapping[str, float]) -> list[ChannelTrace]:
     off = {name: item.after for name, item in own.fit.items() if np.isfinite(item.after) and item.after > item.floor}
-    free = unheld(validation, values, off)
+    # a closed loop brings back what dry friction does not hold
+    free = set() if validation.feeds_back else unheld(validation, values, off)
     time, recorded = validation.record.time, validation.own.recorded
     return [
         ChannelTrace(name, own.fit[name].unit, time, recorded[row], own.before[row], own.after[row], name not in free)
@@ -56,7 +57,7 @@ def _traces(validation: Experiment, own: Compared, values: Mapping[str, float]) 
 
 def unheld(validation: Experiment, values: Mapping[str, float], shifts: Mapping[str, float]) -> set[str]:
     """Return the channels of places that keep a shift of the start (channel -> size [SI]) to the end of the lesson's own simulation with
-    ``values``."""
+    ``values``, of a machine of which nothing is fed back."""
     own, channels, assembly = validation.own, validation.machine.compare, validation.machine.assembly
     shown = {name: Place.of(measured_output(assembly, name)) for name in shifts}
     places = {name for name, place in shown.items() if place.port == assembly.ports(place.part).get("displacement")}

@@ -11,7 +11,7 @@ from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import FoundEffect
 from lathesim.diagnosis.records.found import Found
-from lathesim.diagnosis.reporting.effect_report import declared_in, phases_to_turn
+from lathesim.diagnosis.reporting.effect_report import declared_in, of_either_sign, phases_to_turn
 from lathesim.effects.effect import COMPUTED
 from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.least_squares import fit
@@ -41,7 +41,7 @@ def lesson_entry(effect: FoundEffect, candidate: Candidate, fitted: Fitted, expe
     for name in candidate.nuisance:
         short = Place.of(name).port
         if name in fitted.by_name and short not in quantities:
-            half_turn = np.pi if name in phases_to_turn(candidate, fitted.by_name, effect.sizes.undetermined) else 0.0
+            half_turn = np.pi if name in phases_to_turn(candidate, fitted.by_name, of_either_sign(effect.parameters)) else 0.0
             quantities[short] = written(fitted.by_name[name] + half_turn, declared_in(experiment, name).unit)
     return {"effect": effect.effect, "at": candidate.place, **candidate.seat.senses, **quantities}
 

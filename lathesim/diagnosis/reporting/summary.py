@@ -190,9 +190,8 @@ def _size(diagnosis: Diagnosis) -> str:
             absent = "Their intervals include no effect at all, so they" if many else "Its interval includes no effect at all, so it"
             sentences.append(f"{listed(doubtful)} {'make' if many else 'makes'} the prediction better too. {absent} may be absent.")
         if diagnosis.rest.removed_share > 0.0:
-            sentences.append(
-                f"With each part driven by its recorded inputs, this explains {percent(diagnosis.rest.removed_share)} of the error."
-            )
+            driven = "With each part driven by its recorded inputs and slow drift left out"
+            sentences.append(f"{driven}, this explains {percent(diagnosis.rest.removed_share)} of the squared error.")
     elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
         most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in values[:most]]

@@ -100,12 +100,12 @@ def test_of_two_sizes_with_one_phase_the_larger_by_what_is_usual_decides() -> No
     assert phases_to_turn(candidate, {}) == []
 
 
-def test_a_size_that_is_not_determined_does_not_make_another_one_negative() -> None:
+def test_a_size_that_may_be_of_either_sign_does_not_make_another_one_negative() -> None:
     candidate = term_of(TorqueRipple)
     phase, amplitude, share = (f"{candidate.part}.{name}" for name in ("phase", "amplitude", "share"))
     assert phases_to_turn(candidate, {amplitude: -1.5, share: 0.44}, ("share",)) == [phase]
     assert phases_to_turn(candidate, {amplitude: -1.5, share: 0.44}, ("amplitude", "share")) == []
     sizes = {"amplitude": Interval(-1.5, "N*m", -2.1, -0.9), "share": Interval(0.44, "1", -0.13, 1.0, (False, True))}
-    turned = _turned(candidate, sizes, ("share",))
+    turned = _turned(candidate, sizes)
     assert turned["amplitude"] == Interval(1.5, "N*m", 0.9, 2.1)
     assert turned["share"] == Interval(-0.44, "1", -1.0, 0.13, (True, False))
