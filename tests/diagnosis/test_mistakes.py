@@ -119,7 +119,7 @@ def coarse(record: Record, step: float) -> Record:
 def test_a_table_that_sticks_most_of_the_time_gets_no_other_name() -> None:
     """Stick-slip is chaotic in the noise; whatever else is said, nothing but the friction is named."""
     hidden = Hidden(dry=50.0)
-    found = diagnosed(recording(hidden, seed=1), recording(hidden, seed=2))
+    found = diagnosed(recording(hidden, count=1200, seed=1), recording(hidden, count=1200, seed=2))
     assert set(names(found)) <= {"CoulombFriction"}
 
 

@@ -20,21 +20,17 @@ Golden = Mapping[str, tuple[float, Sequence[float]]]
 
 
 class Runs:
-    """The cases of a lesson; with ``""`` for the lesson as it stands. Each is run when it is first asked for.
+    """The cases of a lesson; with ``""`` for the lesson as it stands. Each is run when it is first asked for."""
 
-    Machine code takes a second to make, which the tests of one machine share; plain runs are quicker where each case has its own machine.
-    """
-
-    def __init__(self, name: str, engine: str = "compiled") -> None:
+    def __init__(self, name: str) -> None:
         self.lesson: Lesson = load_lesson(name)
-        self.engine = engine
         self.registry: Registry = load_registry(installed=False)
 
     @functools.cache  # noqa: B019 - one object a test module
     def record(self, variant: str = "", overrides: tuple[tuple[str, str], ...] = ()) -> Record:
         """Return the record of a case; of one that breaks down what was simulated until then."""
         try:
-            return simulate(self.lesson, self.registry, variant or None, dict(overrides), engine=self.engine)
+            return simulate(self.lesson, self.registry, variant or None, dict(overrides), engine="compiled")
         except SimulationError as error:
             assert isinstance(error.record, Record)
             return error.record

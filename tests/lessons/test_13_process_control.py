@@ -39,7 +39,7 @@ GOLDEN = {
 
 @pytest.fixture(scope="module")
 def runs() -> Runs:
-    return Runs("13_process_control", engine="plain")
+    return Runs("13_process_control")
 
 
 def test_the_goals_and_the_golden_channels_are_as_stated(runs: Runs) -> None:
