@@ -195,13 +195,12 @@ def test_an_effect_whose_interval_holds_zero_is_no_find() -> None:
     )
     both = replace(NAMED, effects=(COULOMB, doubtful))
     assert headline(both) == "The simulation left out CoulombFriction at x_axis."
-    absent = "ForceOffset makes the prediction better too. Its interval includes no effect at all, so it may be absent."
+    absent = "ForceOffset makes the prediction better too. Its size is not determined: it may be absent."
     assert absent in lines(both)["Size"]
     assert "ForceOffset 200 mN (95 % interval -400 to 800 mN), may be zero" in lines(replace(both, effects=(doubtful,)))["Size"]
     only = headline(replace(both, effects=(doubtful,)))
     assert only == (
-        "Something is missing. ForceOffset at x_axis describes it best, but its interval includes no effect at all: "
-        "it may be something else."
+        "Something is missing. ForceOffset at x_axis describes it best, but its size is not determined: it may be something else."
     )
 
 

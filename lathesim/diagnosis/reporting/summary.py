@@ -63,8 +63,8 @@ def _named(diagnosis: Diagnosis) -> str:
     finds = found_effects(diagnosis)
     if not finds:
         names = with_places([(effect.effect, effect.at) for effect in diagnosis.effects])
-        verb, intervals = ("describe", "their intervals include") if len(diagnosis.effects) > 1 else ("describes", "its interval includes")
-        return f"Something is missing. {names} {verb} it best, but {intervals} no effect at all: it may be something else."
+        verb, sizes = ("describe", "their sizes are") if len(diagnosis.effects) > 1 else ("describes", "its size is")
+        return f"Something is missing. {names} {verb} it best, but {sizes} not determined: it may be something else."
     faults = [effect for effect in finds if effect.family == OF_RECORDING]
     physics = [effect for effect in finds if effect.family != OF_RECORDING]
     begins = f"New since {diagnosis.question.before}: " if diagnosis.question.before else "The simulation left out "
@@ -187,7 +187,7 @@ def _size(diagnosis: Diagnosis) -> str:
         doubtful = [effect.effect for effect in diagnosis.effects if finds and effect.sizes.may_be_zero]
         if doubtful:
             many = len(doubtful) > 1
-            absent = "Their intervals include no effect at all, so they" if many else "Its interval includes no effect at all, so it"
+            absent = "Their sizes are not determined: they" if many else "Its size is not determined: it"
             sentences.append(f"{listed(doubtful)} {'make' if many else 'makes'} the prediction better too. {absent} may be absent.")
         if diagnosis.rest.removed_share > 0.0:
             driven = "With each part driven by its recorded inputs and slow drift left out"
