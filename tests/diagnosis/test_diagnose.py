@@ -70,7 +70,7 @@ def test_a_friction_is_named_with_its_size_and_where_it_sits() -> None:
     assert level.unit == "N"
     assert level.value == pytest.approx(8.0, rel=0.05)
     assert level.low < level.value < level.high
-    assert found.sentence.startswith("The simulation left out CoulombFriction at x_axis. The error of x_encoder.position remains ")
+    assert found.sentence.startswith("The simulation left out CoulombFriction at x_axis. Nothing brings back x_encoder.position, so ")
     assert found.location.components[0] == "x_axis"
     assert found.location.channels == (POSITION,)
     assert found.fit[POSITION].after < 0.1 * found.fit[POSITION].before
