@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
-from lathesim.diagnosis.explaining.density import gain
-from lathesim.diagnosis.explaining.plausible import own_residuals, strained
+from lathesim.diagnosis.explaining.plausible import strained
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import over
+from lathesim.diagnosis.explaining.trial import modelled, over
 from lathesim.diagnosis.isolation.answerable import locked
 from lathesim.diagnosis.location import missing_share
 from lathesim.diagnosis.method import STANDARD, Method
@@ -27,10 +26,11 @@ from lathesim.diagnosis.records.found import Found
 from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, is_worse, stays_off
 from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
+from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.estimates import estimates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
-from lathesim.identification.records import Fitted, Model, Standing, is_full_band, with_start
+from lathesim.identification.records import Fitted, Free, Model, Standing, with_start
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.joined import JoinedExperiment, joined
 from lathesim.identification.replay.loading import Recorded
@@ -195,51 +195,68 @@ def _lacks_as_much_as_acts(study: Study, model: Model) -> bool:
 def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
     """Return what explains both recordings fitted together, where each of them wants other values of the same model.
 
-    One recording may leave a mixture of values open that two determine. Nothing is left then to judge the answer, so that each value is due
-    half the logarithm of the samples, and an explanation of fewer values needs no more than to leave less.
+    One recording may leave a mixture of values open that two determine. The search goes on from what was found. Nothing is left to judge
+    the answer, so that each value is due half the logarithm of the samples.
     """
     one_alone = prepared.question.validation is None or prepared.before is not None
     off = np.sqrt(np.mean(np.square(found.model.validation_fit.residual), axis=1))
     # by the error of the simulation, which judges both, an effect has to change a reading by more than errors of laws do
-    by_laws = study.method.within_laws * np.nanstd(study.validation.sensed.seen, axis=1)
+    by_laws = study.method.within_laws * study.validation.sensed.seen_spread
     usual = np.maximum(study.method.tie_errors * study.validation.sensed.replayed_floors, by_laws)
     if one_alone or not found.complete or np.all(off <= usual):
         return prepared, study, found
     both = joined(prepared.experiments)
-    shared = _fitted_anew(both, found.model.fitted)
-    if not _want_other_values(both, shared, study.method):
+    if not _want_other_values(both, found.model, study.method):
         return prepared, study, found
     study.progress("each recording wants other values: fitting both together")
     together = replace(prepared, experiments=(both, both), whole=both)
     study_of_both = _study(together, study.progress)
-    other = explain(study_of_both)
-    gained = gain(other.model.fitted, shared, full_band=is_full_band((*other.model.candidates, *found.model.candidates)))
-    before, after = (np.sum(np.square(own_residuals(study_of_both, one)[1]), axis=1) for one in (other.baseline, other.model))
-    simpler = gained.nats > 0.0 and len(other.model.free) < len(found.model.free)
-    better = simpler or is_clear(gained, study_of_both.method, len(other.model.free))
+    begun = modelled(study_of_both, found.model.candidates, _fitted_to_both(both, found.model, _second_start(both, found.model)))
+    other = explain(study_of_both, begun)
     # the simulation as a whole has to come nearer: one channel may lose a little of what another one gains
-    nearer = bool(np.sum(np.log(after)) <= np.sum(np.log(before)))
-    if not (other.complete and other.model.candidates and nearer and better):
+    before, after = _powers((found.model.fitted, found.model.validation_fit)), _powers((other.model.fitted,))
+    if not other.complete or np.sum(np.log(after)) > np.sum(np.log(before)):
         return prepared, study, found
+    gained = over(other.model, begun)[0]
     why = "each recording wants other values of what was found on the first one"
     step = Step("both together", (), (), gained.nats, gained.nats, why)
     return together, study_of_both, replace(other, controller=found.controller, history=(step, *other.history))
 
 
-def _want_other_values(both: JoinedExperiment, shared: Fitted, method: Method) -> bool:
+def _want_other_values(both: JoinedExperiment, model: Model, method: Method) -> bool:
     """Return whether values that both recordings share leave more than twice the power in a channel that values of their own leave.
 
-    Each begins as it does among both: a start of its own would pass for another value.
+    All but the first begin as they were recorded: a start of its own would pass for another value.
     """
-    alone = np.hstack([_fitted_anew(part, shared, begun).residual for part, begun in zip(both.parts, both.begun, strict=True)])
-    left, power = (np.sum(np.square(rows), axis=1) for rows in (alone, shared.residual))
-    return bool(np.any(left < (1.0 - method.larger_part) * power))
+    shared = _fitted_to_both(both, model)
+    begun = ({}, *both.started({})[1:])
+    alone = _powers(_fitted_alone(*one, shared) for one in zip(both.parts, begun, strict=True))
+    return bool(np.any(alone < (1.0 - method.larger_part) * _powers((shared,))))
 
 
-def _fitted_anew(experiment: Experiment, fitted: Fitted, begun: Mapping[str, float] | None = None) -> Fitted:
-    """Return a fit gone on with on another recording of the machine, which begins with the values ``begun`` if they are given."""
-    constant = {name: fitted.constant[name] for name in experiment.sensed.settable(fitted.constant)} | dict(begun or {})
-    return fit(experiment.sensed, [one for one in with_start(fitted) if one.name not in constant], constant, rounds=2)
+def _powers(fits: Iterable[Fitted]) -> FloatArray:
+    """Return the sum of squares that fits of several recordings leave of each channel, (channels,)."""
+    return np.asarray(np.sum([np.sum(np.square(one.residual), axis=1) for one in fits], axis=0))
+
+
+def _second_start(both: JoinedExperiment, model: Model) -> list[Free]:
+    """Return the states with which the second recording starts as free values, from where a model has them."""
+    names = dict(zip(both.begun[-1], both.started({})[-1], strict=True))
+    found = model.validation_fit.by_name
+    free = [one for one in both.start_states(both.sensed.plan) if one.name in names]
+    return [replace(one, start=found.get(names[one.name], one.start)) for one in free]
+
+
+def _fitted_to_both(both: JoinedExperiment, model: Model, starts: Sequence[Free] = ()) -> Fitted:
+    """Return the fit of a model gone on with on both recordings; the second one begins as it was recorded, or with ``starts``."""
+    constant = {name: model.fitted.constant[name] for name in both.sensed.settable(model.fitted.constant)}
+    return fit(both.sensed, [*with_start(model.fitted), *starts], constant, rounds=2)
+
+
+def _fitted_alone(part: Experiment, begun: Mapping[str, float], shared: Fitted) -> Fitted:
+    """Return the fit to both recordings gone on with on one of them alone, which begins with the values ``begun`` if they are given."""
+    constant = {name: shared.constant[name] for name in part.sensed.settable(shared.constant)} | dict(begun)
+    return fit(part.sensed, [one for one in with_start(shared) if one.name not in constant], constant, rounds=2)
 
 
 def _untried(prepared: PreparedQuestion, found: Found) -> tuple[str, ...]:

@@ -257,8 +257,7 @@ def compared(experiment: Experiment, before: Sequence[Mapping[str, float]], afte
     Of several sets of values before the first counts, unless a later one leaves clearly less.
     """
     names = experiment.own.settable([name for values in (*before, after) for name in values])
-    plan = experiment.own.plan
-    values = {name: plan.values[name] for name in names}
+    values = {name: experiment.own.given(name) for name in names}
     rows = np.array([[{**values, **chosen}[name] for name in names] for chosen in (*before, after)])
     *firsts, second = (experiment.sensed.from_zero_of(run) for run in experiment.own.outputs(names, rows))
     *alone, last = (_sizes(experiment, simulated) for simulated in (*firsts, second))
@@ -268,7 +267,7 @@ def compared(experiment: Experiment, before: Sequence[Mapping[str, float]], afte
             first, sizes = run, left
     fits: dict[str, ChannelFit] = {}
     for row, name in enumerate(experiment.machine.compare):
-        unit = plan.unit(experiment.own.channels[row])
+        unit = experiment.own.plan.unit(experiment.own.channels[row])
         fits[name] = ChannelFit(unit, experiment.floors[name], float(sizes[row]), float(last[row]), experiment.name)
     return Compared(first, second, fits)
 

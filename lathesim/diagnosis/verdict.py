@@ -260,7 +260,7 @@ def simulated(experiment: Experiment, channels: Sequence[str], values: Sequence[
     """Return channels (channels, samples) of the lesson's own simulation with each of some values by name."""
     own = experiment.own
     plan = wire(replace(own.plan.assembly, record=tuple(seen(experiment.with_candidates, name) for name in channels)))
-    names = own.settable([name for some in values for name in some])
+    names = [name for name in own.settable([name for some in values for name in some]) if name in plan.values]
     given = {name: own.given(name) for name in names}
     rows = np.array([[{**given, **some}[name] for name in names] for some in values])
     samples, begin = (own.samples - 1) * own.every + 1, int(SETTLING * own.samples)

@@ -78,7 +78,7 @@ def runs_away(study: Study, model: Model) -> bool:
     """
     alone, with_it = own_residuals(study, model)
     own = study.validation.own
-    moved = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
+    moved = np.maximum(own.seen_spread, own.seen_floors)
     with np.errstate(over="ignore"):
         off, before = (np.sqrt(np.mean(one**2, axis=1)) for one in (with_it, alone))
     far = study.method.sizes.largest * np.maximum(before, moved)
@@ -89,7 +89,7 @@ def own_residuals(study: Study, model: Model) -> list[FloatArray]:
     """Return what the lesson's own simulation leaves of each channel, shape (channels, samples), from where a model begins the validation
     recording: with the values of the lesson, and with those of the model."""
     own, begun = study.validation.own, model.validation_fit.by_name
-    starts = {name: begun[name] for name in begun if name in own.plan.states}
+    starts = {name: begun[name] for name in begun if name in own.starts}
     names = own.settable([*model.fitted.by_name, *starts])
     values = {**model.fitted.by_name, **starts}
     return own.residuals(names, np.array([[starts.get(name, own.given(name)) for name in names], [values[name] for name in names]]))

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from lathesim.diagnosis.explaining.chance import due, is_clear, unresolved
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -89,7 +87,7 @@ def changed_readings(study: Study, before: Model, after: Model) -> list[int]:
 def _least_reading(study: Study, row: int) -> float:
     """Return by how much errors of laws change a reading, one root mean square, where the error of the simulation judges."""
     validation = study.validation
-    return study.method.within_laws * float(np.nanstd(validation.sensed.seen[row])) if validation.machine.output_error else 0.0
+    return study.method.within_laws * float(validation.sensed.seen_spread[row]) if validation.machine.output_error else 0.0
 
 
 def least_size(study: Study, model: Model, row: int) -> float:

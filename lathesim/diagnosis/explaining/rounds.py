@@ -63,7 +63,7 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     # what acts in several places shows wholly only with a size in each
     everywhere = [one.shaped for one in candidates if one.shaped is not None and one.acts_elsewhere]
     wide = screen(experiment.sensed, model.fitted, everywhere) if everywhere else ()
-    least = 0.0 if _is_off(study, model) else due(study.method)
+    least = 0.0 if is_off(study, model) else due(study.method)
     items = sorted((*screened, *wide), key=lambda item: -item.gain)
     trials, good = _fitted_on(study, model, _promising(items, study, rivals, least), items, points)
     # what no machine does is no yardstick: a first fit of what is right may be far behind it. Nor is what is judged on other frequencies
@@ -94,7 +94,7 @@ def _read_off(points: Mapping[str, FloatArray], candidate: Candidate) -> FloatAr
     return read_off if read_off is not None and read_off.shape[-1:] == (len(candidate.parameters),) else None
 
 
-def _is_off(study: Study, model: Model) -> bool:
+def is_off(study: Study, model: Model) -> bool:
     """Return whether a channel is off by clearly more than the recording resolves: the noise that screening takes for granted is then what
     is missing, and its gains tell no more than which effects go first."""
     floors = study.estimation.sensed.seen_floors

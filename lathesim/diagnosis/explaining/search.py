@@ -15,7 +15,7 @@ import numpy as np
 from lathesim.diagnosis.explaining.chance import is_clear, is_clear_as_one_block
 from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible, own_residuals, released
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
-from lathesim.diagnosis.explaining.rounds import Rounds, is_finer
+from lathesim.diagnosis.explaining.rounds import Rounds, is_finer, is_off
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, was_there_before, without, worth
 from lathesim.diagnosis.method.method import FIRSTS, MOST_EFFECTS, SEARCH_TIME
@@ -33,21 +33,22 @@ def explains_the_motion(study: Study, model: Model) -> bool:
     """Return whether the lesson's own simulation of a model, from the start of the validation recording, leaves less of each channel than
     what is put down to a cause may leave."""
     own, residual = study.validation.own, own_residuals(study, model)[1]
-    size = np.maximum(np.nanstd(own.seen, axis=1), own.seen_floors)
+    size = np.maximum(own.seen_spread, own.seen_floors)
     return bool(np.all(np.mean(residual**2, axis=1) < (study.method.larger_part * size) ** 2))
 
 
-def explain(study: Study, *, of_motion: bool = False) -> Found:
+def explain(study: Study, begun: Model | None = None, *, of_motion: bool = False) -> Found:
     """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then.
 
-    With ``of_motion`` only what explains the motion is of use: the effects that grew are not held against rivals where they do not.
+    The search begins with the lesson as it stands, or goes on with what was ``begun``. With ``of_motion`` only what explains the motion is
+    of use: the effects that grew are not held against rivals where they do not.
     """
     # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
     ends = study.ends.share(SEARCH_TIME)
     sensed = study.estimation.sensed
     fitted = fit(sensed, [*baseline_free(study.estimation.machine), *study.estimation.start_states(sensed.plan)], rounds=3)
     baseline = modelled(study, (), fitted)
-    found = Found(baseline, baseline)
+    found = Found(baseline, begun or baseline)
     try:
         for state in _states(replace(study, progress=until(ends, study.progress)), found, of_motion):
             found = state
@@ -60,7 +61,8 @@ def explain(study: Study, *, of_motion: bool = False) -> Found:
 def _states(study: Study, found: Found, of_motion: bool) -> Iterator[Found]:
     """Yield the search as far as it has come."""
     rounds = Rounds(study)
-    found = _with_other_values(study, found, rounds)
+    if found.model is found.baseline:
+        found = _with_other_values(study, found, rounds)
     yield found
     for found in _grown(study, found, rounds):  # noqa: B020
         yield found
@@ -106,18 +108,18 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
 
     By the error of a simulation only what explains the motion is found: what is left then is not as white as it is taken for.
     """
-    others: list[Tried] = []
+    others, ahead = list[Tried](), list[Tried]()
     while len(found.model.candidates) < MOST_EFFECTS and not _is_done(study, found):
         model = found.model
         trials = rounds.on(model)
         found = found.having_tried(trials)
         best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before])
         if best is None:
-            found = _on_another(study, found, others, rounds)
+            found = _on_another(study, found, _firsts(study, model, others, ahead), rounds)
             yield found
             if found.model is model:
                 break
-            others = []
+            others, ahead = [], []
             continue
         found = _otherwise(study, found, best, rounds)
         if found.model is not model:
@@ -126,6 +128,7 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         good = [one for one in trials if significant(one, study)]
         rounds.rivals[best.candidate.part] = tuple(one.candidate for one in good if one is not best and as_good(one.model, best, study))
         others = [one for one in good if one is not best and is_plausible(study, one.model)]
+        ahead += [one for one in others if one.predicted.nats > best.predicted.nats]
         if was_there_before(study, best):
             found = replace(found, there_before=found.there_before | {best.candidate.part})
         study.progress(f"{best.name} predicts better, by a gain of {best.predicted.nats:.0f}")
@@ -143,22 +146,36 @@ def _is_done(study: Study, found: Found) -> bool:
     return study.estimation.machine.output_error and not study.judges_itself and explains_the_motion(study, found.model)
 
 
-def _on_another(study: Study, found: Found, others: Sequence[Tried], rounds: Rounds) -> Found:
-    """Return the search with two effects in the place of the last one that came in, of which the first was significant beside that one; as
-    it was where there are none, or what was found explains the motion.
+def _firsts(study: Study, model: Model, others: Sequence[Tried], ahead: Sequence[Tried]) -> list[Tried]:
+    """Return the effects that may stand at the beginning of a better explanation than what was found, the best first.
 
-    A friction that holds a weight has no slope that leads to the weight, while the friction is found beside the weight.
+    They are the ``others`` of the last round where what was found does not explain the motion, and what was ``ahead`` in some round: it
+    gained more by its own noise than what came in, which leaves less by the noise of either.
     """
-    if not others or explains_the_motion(study, found.model):
-        return found
-    gone = found.model.candidates[-1]
-    for first in sorted(others, key=lambda one: -one.predicted.nats)[:FIRSTS]:
-        study.progress(f"{gone.name} does not explain the motion: trying {first.name} in its place, and another effect beside it")
+    if not is_off(study, model):
+        return []
+    last = () if explains_the_motion(study, model) else others
+    places = {(one.family, one.at) for one in model.candidates}
+    earlier = [one for one in ahead if one not in last and (one.candidate.family, one.candidate.at) not in places]
+    return [one for firsts in (last, earlier) for one in sorted(firsts, key=lambda one: -one.predicted.nats)[:FIRSTS]]
+
+
+def _on_another(study: Study, found: Found, firsts: Sequence[Tried], rounds: Rounds) -> Found:
+    """Return the search with two effects in the place of what came in since the first of them was tried; as it was where none predict
+    better.
+
+    A friction that holds a weight has no slope that leads to the weight, while the friction is found beside the weight. A resonance does
+    what an early reading and a friction do, and nothing more is found beside it.
+    """
+    for first in firsts:
+        gone = [one for one in found.model.candidates if one not in first.before.candidates]
+        names = " and ".join(one.name for one in gone)
+        study.progress(f"{names}: trying {first.name} in the place, and another effect beside it")
         found, both = _beside(study, found, first, rounds)
         if both is not None and significant(both, study):
-            why = f"predict better than {gone.name} by {both.predicted.nats:.0f} nats"
+            why = f"predict better than {names} by {both.predicted.nats:.0f} nats"
             study.progress(f"{first.name} and {both.name} {why}")
-            step = Step("add", (first.name, both.name), (gone.name,), both.fitted.nats, both.predicted.nats, why)
+            step = Step("add", (first.name, both.name), tuple(one.name for one in gone), both.fitted.nats, both.predicted.nats, why)
             return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
     return found
 

@@ -58,6 +58,7 @@ def _traces(validation: Experiment, own: Compared, values: Mapping[str, float]) 
 def unheld(validation: Experiment, values: Mapping[str, float], shifts: Mapping[str, float]) -> set[str]:
     """Return the channels of places that keep a shift of the start (channel -> size [SI]) to the end of the lesson's own simulation with
     ``values``, of a machine of which nothing is fed back."""
+    validation, values = validation.last_with(values)
     own, channels, assembly = validation.own, validation.machine.compare, validation.machine.assembly
     shown = {name: Place.of(measured_output(assembly, name)) for name in shifts}
     places = {name for name, place in shown.items() if place.port == assembly.ports(place.part).get("displacement")}

@@ -91,6 +91,10 @@ class Experiment:
         """Return the recording whose errors are weighed alike at all frequencies of the motion."""
         return replace(self, machine=replace(self.machine, output_error=True))
 
+    def last_with(self, values: Mapping[str, float]) -> tuple[Experiment, Mapping[str, float]]:
+        """Return the last of the recordings that this holds, and some values by name with those with which it begins."""
+        return self, values
+
     @cached_property
     def floors(self) -> dict[str, float]:
         """What the recording cannot resolve in each compared channel, one standard deviation [SI]."""

@@ -109,6 +109,11 @@ class Simulator:
         return floors
 
     @cached_property
+    def seen_spread(self) -> FloatArray:
+        """The standard deviation of :attr:`seen`, (channels,)."""
+        return np.asarray(np.nanstd(self.seen, axis=1))
+
+    @cached_property
     def replayed_floors(self) -> FloatArray:
         """Return what a replay cannot resolve, (channels,): of a speed held against a place, also what its counts make of the rate."""
         floors = self.seen_floors.copy()
@@ -253,6 +258,11 @@ class Simulator:
             impulse_responses = np.array([run - runs[0] for run in runs[1:]]).reshape(len(states), *runs[0].shape)
         impulse_responses[:, [sight.row for sight in self.redundant_sensors]] = 0.0
         return states, np.where(np.abs(impulse_responses) < BEYOND, impulse_responses, 0.0), runs[0]
+
+    @property
+    def starts(self) -> tuple[str, ...]:
+        """The states of the machine."""
+        return tuple(self.plan.states)
 
     def settable(self, names: Iterable[str]) -> list[str]:
         """Return those of some names that this machine has, each once."""
