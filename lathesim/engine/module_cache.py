@@ -15,7 +15,7 @@ import importlib.util
 import marshal
 import sys
 import types
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,7 @@ from lathesim.engine.law_text import Piece
 from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, make_code, object_code
 from lathesim.errors import SimulationError
 
-_WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.0012, 0.07
+_WIRING_TIME, _LINE_TIME, _LAW_TIME = 0.6, 0.0025, 0.07
 """Seconds it takes to load the compiler, to compile a line of wiring and a law; about 1.5 times what a quiet core of 2.5 GHz takes."""
 
 _MANY_LINES = 700
@@ -113,8 +113,12 @@ def compiled_machine(fused: FusedModule) -> CompiledMachine:
 
 def _compiled(fused: FusedModule) -> CompiledMachine:
     """Compile a module (no fast mathematics)."""
-    library, symbol = _block(fused)
-    return make_code(fused, library.get_llvm_str(), symbol) or CompiledMachine(library.get_pointer_to_function(symbol), library)
+    block, llvm_text, symbol = _block(fused)
+    made = make_code(fused, llvm_text, symbol)
+    if made is None:
+        (compiled,) = block.overloads.values()
+        made = CompiledMachine(compiled.library.get_pointer_to_function(symbol), block)
+    return made
 
 
 def object_file(fused: FusedModule, name: str) -> bytes:
@@ -122,34 +126,35 @@ def object_file(fused: FusedModule, name: str) -> bytes:
 
     Raises :class:`SimulationError` where a law cannot be compiled.
     """
-    library, symbol = _block(fused)
-    return object_code(library.get_llvm_str(), symbol, name)
+    _, llvm_text, symbol = _block(fused)
+    return object_code(llvm_text, symbol, name)
 
 
-def _block(fused: FusedModule) -> tuple[Any, str]:
-    """Return the library that was made of a module, and the name of ``run_block`` there."""
+def _block(fused: FusedModule) -> tuple[Any, str, str]:
+    """Return what the compiler made of a module, its LLVM text, and the name of ``run_block`` there."""
     from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-    from lathesim.engine.numba_compiler import GIVEN, block_signature
-    from lathesim.engine.wiring_compiler import NotWiringError, WiringWriter
+    from lathesim.engine.numba_compiler import GIVEN, BlockCompiler, block_signature
 
     if fused.foreign:
         fact = f"{fused.foreign[0].partition(':')[0]} is a library of its own, with which a machine cannot be compiled."
         raise SimulationError(fact, remedy="Run it with 'lathesim run'.")
     module: Any = _load(module_path(fused), f"lathesim_compiled_{fused.digest}")
-    constants, laws = vars(module).copy(), compiled_laws(fused) | GIVEN
-    vars(module).update(laws)
+    for name, function in (compiled_laws(fused) | GIVEN).items():
+        setattr(module, name, function)
+    signature = block_signature()
+    block = _compiler(pipeline_class=BlockCompiler)(module.run_block)
     with _at_compiling(side_by_side=_lines(fused) > _MANY_LINES):
-        symbol = f"run_block_{fused.digest}"
-        with contextlib.suppress(NotWiringError, NumbaError, UnsupportedBytecodeError):
-            return WiringWriter(laws, constants, _expression).write(fused.source, symbol), symbol
-        block = _compiler()(module.run_block)  # which takes longer, and lets a variable change its type
         try:
-            block.compile(block_signature())
-        except (NumbaError, UnsupportedBytecodeError) as error:
-            raise _refusal(fused, error) from error
+            block.compile(signature)
+        except (NumbaError, UnsupportedBytecodeError):
+            block = _compiler()(module.run_block)  # which takes longer, and lets a variable change its type
+            try:
+                block.compile(signature)
+            except (NumbaError, UnsupportedBytecodeError) as error:
+                raise _refusal(fused, error) from error
     (compiled,) = block.overloads.values()
-    return compiled.library, compiled.fndesc.llvm_func_name
+    return block, block.inspect_llvm(signature.args), compiled.fndesc.llvm_func_name
 
 
 @contextlib.contextmanager
@@ -191,12 +196,6 @@ def _compiled_law(piece: Piece, used: tuple[Any, ...]) -> Any:
         _LAWS[piece.digest] = _compiler(pipeline_class=LawCompiler)(getattr(module, piece.name))
         _LAWS[piece.digest]._cache = LawCache(piece.digest)
     return _LAWS[piece.digest]
-
-
-def _expression(text: str, names: Sequence[str]) -> Any:
-    """Return an expression of names, ready to be compiled as a law is."""
-    function = f"import math\n\n\ndef expression({', '.join(names)}):\n    return {text}\n"
-    return _compiled_law(Piece("expression", function, (), hashlib.sha256(function.encode()).hexdigest()[:32]), ())
 
 
 def _compiler(**more: Any) -> Any:

@@ -1,9 +1,18 @@
-"""What numba compiles with: access to arrays, the compiler of laws, and their cache.
+"""What numba compiles with: access to arrays, the compiler of ``run_block``, and the cache of laws.
 
 How machine code reaches its arrays: ``vector``, ``matrix``, ``take`` and ``put`` of a fused module, compiled.
 
 Machine code is given one directory of addresses for memories, one for tables and one for noise: address, rows and columns of each array.
 Imported only where something is compiled.
+
+The compiler of ``run_block``: numba's own, without the passes that a wiring has no need of and that cost it more than half of the time.
+
+Left out are those that give every assignment a variable of its own and take that back, which go through the whole function once for each
+variable that is assigned twice; those that look for closures, for expressions of whole arrays and for texts of Python to be written
+otherwise, of which a wiring has none; and the first search for where each variable is last read, made once more before the machine code.
+LLVM is given the same text without them, so what is left out changes neither bits nor speed. A variable then has one type wherever it is
+assigned; in a wiring that is a float. A law that stands in the wiring and needs one of them is compiled by all of numba's passes: see
+:mod:`lathesim.engine.module_cache`. Imported only where something is compiled.
 """
 
 from __future__ import annotations
@@ -20,6 +29,7 @@ from numba import types
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult, compile_result
+from numba.core.compiler_machinery import PassManager
 from numba.core.serialize import dumps
 from numba.extending import intrinsic
 
@@ -99,13 +109,7 @@ def _on_bits(generate: Callable[..., Any]) -> Any:
 
         return types.float64(number), generated
 
-    made = intrinsic(typed)
-
-    @numba.njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-    def on_bits(number: Any) -> Any:
-        return made(number)
-
-    return on_bits
+    return intrinsic(typed)
 
 
 def _two(builder: Any, power: Any, whole: Any, real: Any) -> Any:
@@ -147,9 +151,10 @@ def block_signature() -> Any:
 
 
 _NUMBERS = (types.Number, types.Boolean, types.Literal)
+_LEFT_OUT = (*("ReconstructSSA", "PreLowerStripPhis"), *("InlineClosureLikes", "GenericRewrites", "NopythonRewrites"), "IRProcessing")
 
 
-class TextLibrary(JITCodeLibrary):  # type: ignore[misc]
+class _TextLibrary(JITCodeLibrary):  # type: ignore[misc]
     """LLVM text of a law, which is linked into wirings and never called, or of a wiring, whose machine code is made from the text.
 
     numba would make machine code of each and link it into the process, an eighth of its time; here it is made only where someone asks for
@@ -225,9 +230,21 @@ class LawCompiler(Compiler):  # type: ignore[misc]
     def define_pipelines(self) -> list[Any]:
         """Return numba's passes."""
         self.state.typingctx = _NumberTypes(self.state.typingctx)
-        self.state.library = TextLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library = _TextLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
         passes: list[Any] = super().define_pipelines()
         return passes
+
+
+class BlockCompiler(LawCompiler):
+    """Compiles a function whose variables keep their types to LLVM text."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes but for those left out."""
+        passes = PassManager("lathesim")
+        (usual,) = super().define_pipelines()
+        passes.passes = [item for item in usual.passes if item[0].__name__ not in _LEFT_OUT]
+        passes.finalize()
+        return [passes]
 
 
 def _loaded(context: Any, text: tuple[str, bytes], description: Any, environment: Any, signature: Any, *rest: Any) -> CompileResult:
@@ -235,7 +252,7 @@ def _loaded(context: Any, text: tuple[str, bytes], description: Any, environment
     start = rest[-2]
     for function in start:
         function()
-    library = TextLibrary(context.codegen(), text[0])
+    library = _TextLibrary(context.codegen(), text[0])
     library._final_module = llvm.parse_bitcode(text[1])
     library._finalize_final_module()
     return compile_result(

@@ -22,8 +22,9 @@ import numpy as np
 
 from lathesim.component import Parameter
 from lathesim.engine.assembly import Assembly, FloatArray
+from lathesim.engine.rk4 import HEUN
 from lathesim.engine.run import Hints, run
-from lathesim.engine.wiring import HEUN, Plan, wire
+from lathesim.engine.wiring import Plan, wire
 from lathesim.errors import LessonError, SimulationError
 from lathesim.exercises.hidden_effect import HiddenEffect, HiddenWish, drawn_values, place_wishes
 from lathesim.exercises.logger import LoggedColumn

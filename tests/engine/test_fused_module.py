@@ -20,9 +20,10 @@ from lathesim.engine.batch import Batch
 from lathesim.engine.fuse import fuse, grouped
 from lathesim.engine.law_text import NotInPlaceError, in_place
 from lathesim.engine.module_cache import module_path
+from lathesim.engine.rk4 import HEUN, RK4, Tableau
 from lathesim.engine.run import run
 from lathesim.engine.run_arrays import draw_noise
-from lathesim.engine.wiring import HEUN, RK4, Tableau, wire
+from lathesim.engine.wiring import wire
 from lathesim.errors import ComponentError
 from tests.engine import small_machine
 from tests.engine.small_machine import PARTS, WIRES, Axis, loop

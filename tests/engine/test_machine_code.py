@@ -22,12 +22,10 @@ from lathesim.engine import module_cache, run_arrays
 from lathesim.engine.assembly import Assembly, Part
 from lathesim.engine.fuse import fuse
 from lathesim.engine.law_text import law_text
-from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code
+from lathesim.engine.machine_code import is_kept, load_code
 from lathesim.engine.module_cache import compile_time, compiled_machine, is_compiled, tell_compiling_to, wiring_time
-from lathesim.engine.numba_compiler import GIVEN, TextLibrary
 from lathesim.engine.run import Hints, run
 from lathesim.engine.wiring import wire
-from lathesim.engine.wiring_compiler import NotWiringError, WiringWriter
 from lathesim.errors import SimulationError
 from tests.benchmarks.many_axes import axes_plan
 from tests.engine import small_machine
@@ -124,46 +122,6 @@ def test_a_variable_may_change_its_type(empty_cache: Path) -> None:
     plain, compiled = (run(plan, duration=1.0, engine=engine)["part.shown"] for engine in ("plain", "compiled"))
     assert plain.tobytes() == compiled.tobytes()
     assert 0.0 < compiled[-1] < compiled[0]
-
-
-def test_numba_makes_the_same_bits_of_a_wiring_that_is_refused(empty_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(*_: object) -> TextLibrary:
-        raise NotWiringError
-
-    monkeypatch.setattr(WiringWriter, "write", refused)
-    plain, compiled = (run(wire(loop()), duration=1.0, engine=engine) for engine in ("plain", "compiled"))
-    assert compiled.meta["engine"] == "compiled"
-    assert all(plain[name].tobytes() == compiled[name].tobytes() for name in plain.channels)
-
-
-def test_what_is_no_sum_or_product_is_compiled_once_for_all_wirings(empty_cache: Path) -> None:
-    text = """def run_block(first, count, period, step, steps, parameters, states, discrete, memories, tables, noise, record):
-    one = parameters[0]
-    low = one ** 2 if one > 0.0 and not one > 3.0 else math.sin(one)
-    for sample in range(count):
-        keep(record, sample, (max(low, -one) + sample // 2,))
-    return count
-"""
-    library = WiringWriter(GIVEN, {}, module_cache._expression).write(text, "sums")
-    machine = CompiledMachine(library.get_pointer_to_function("sums"), library)
-    for one in (2.5, 3.5, -0.75):
-        record, empty = np.zeros(4), np.zeros(0)
-        machine.run_block(0, 4, 0.1, 0.1, 1, np.array([one]), empty, empty, (), (), (), record)
-        low = one**2 if 0.0 < one <= 3.0 else math.sin(one)
-        assert record.tolist() == [max(low, -one) + sample // 2 for sample in range(4)]
-    kept = set(empty_cache.glob("law_*.code"))
-    WiringWriter(GIVEN, {}, module_cache._expression).write(text.replace("3.0", "4.0"), "others")
-    assert len(kept) == 4  # a square, a sine, the larger one, and a whole half
-    assert set(empty_cache.glob("law_*.code")) == kept
-
-
-@pytest.mark.parametrize(
-    "line", ["one = [parameters[0]]", "count = 1", "one = 1.0 if count else True", "one = unknown", "while count: pass"]
-)
-def test_what_cannot_be_written_is_refused(line: str) -> None:
-    head = "def run_block(first, count, period, step, steps, parameters, states, discrete, memories, tables, noise, record):"
-    with pytest.raises(NotWiringError):
-        WiringWriter(GIVEN, {}, module_cache._expression).write(f"{head}\n    {line}\n    return count\n", "refused")
 
 
 def test_a_law_may_be_written_with_what_a_wiring_has_none_of(empty_cache: Path) -> None:
