@@ -154,8 +154,9 @@ def _may_be_small(study: Study, candidate: Candidate, item: str) -> bool:
 
 def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: float, duration: float, method: Method) -> bool:
     """Return whether a shift in time or a filter's lag is a fair part of a sample, if the effect is one, or a skew of a clock over the
-    whole recording: a smaller one is how a simulation steps, or a friction or a play that is of another form."""
-    lag = candidate.effect.identification.delay
+    whole recording: a smaller one is how a simulation steps, or a friction or a play that is of another form. A delay of next to nothing
+    is a command that was held."""
+    lag = candidate.effect.identification.delay or candidate.effect.identification.whole_samples
     if not lag:
         return True
     of_time = candidate.effect.declarations[lag].unit == "s"

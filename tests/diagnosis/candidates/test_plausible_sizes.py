@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.explaining.plausible import Implausible, of_usual_size, runs_away, unusual_sizes
+from lathesim.diagnosis.explaining.plausible import Implausible, is_usual, of_usual_size, runs_away, unusual_sizes
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.study import possible_sizes
 from lathesim.diagnosis.explaining.trial import modelled
@@ -15,6 +15,7 @@ from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.reporting.explanations import _why_implausible
 from lathesim.effects.force_law import WearForceGrowth
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction, StribeckFriction
+from lathesim.effects.time_shift import TransportDelay
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Model
@@ -51,6 +52,13 @@ def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool
     candidate = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
     (level,) = candidate.parameters
     assert of_usual_size(judging({level: possible}), candidate, {level: 50_000.0}) == believed
+
+
+@pytest.mark.parametrize(("delay", "believed"), [(1e-7, False), (1.5e-3, True)], ids=["a command that was held", "a delay"])
+def test_a_delay_of_next_to_nothing_is_none(delay: float, believed: bool) -> None:
+    tables = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(TransportDelay,))
+    (candidate,) = tables[0].candidates
+    assert is_usual(study(*tables), candidate, dict.fromkeys(candidate.parameters, delay)) == believed
 
 
 def test_a_size_that_is_not_believed_is_named_with_its_bound() -> None:
