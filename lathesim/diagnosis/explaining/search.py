@@ -169,13 +169,14 @@ def _on_another(study: Study, found: Found, firsts: Sequence[Tried], rounds: Rou
     """
     for first in firsts:
         gone = [one for one in found.model.candidates if one not in first.before.candidates]
-        names = " and ".join(one.name for one in gone)
+        went = tuple(f"{one.name} at {one.place}" for one in gone)
+        names = " and ".join(went)
         study.progress(f"{names}: trying {first.name} in the place, and another effect beside it")
         found, both = _beside(study, found, first, rounds)
         if both is not None and significant(both, study):
             why = f"predict better than {names} by {both.predicted.nats:.0f} nats"
             study.progress(f"{first.name} and {both.name} {why}")
-            step = Step("add", (first.name, both.name), tuple(one.name for one in gone), both.fitted.nats, both.predicted.nats, why)
+            step = Step("add", (first.name, both.name), went, both.fitted.nats, both.predicted.nats, why)
             return replace(found, model=both.model, worth={}, rivals={}, history=(*found.history, step))
     return found
 
