@@ -156,7 +156,8 @@ def _firsts(study: Study, model: Model, others: Sequence[Tried], ahead: Sequence
         return []
     last = () if explains_the_motion(study, model) else others
     places = {(one.family, one.at) for one in model.candidates}
-    earlier = [one for one in ahead if one not in last and (one.candidate.family, one.candidate.at) not in places]
+    apart = [one for one in ahead if (one.candidate.family, one.candidate.at) not in places]
+    earlier = [one for one in apart if not any(one is other for other in last)]
     return [one for firsts in (last, earlier) for one in sorted(firsts, key=lambda one: -one.predicted.nats)[:FIRSTS]]
 
 
@@ -168,8 +169,8 @@ def _on_another(study: Study, found: Found, firsts: Sequence[Tried], rounds: Rou
     what an early reading and a friction do, and nothing more is found beside it.
     """
     for first in firsts:
-        gone = [one for one in found.model.candidates if one not in first.before.candidates]
-        went = tuple(f"{one.name} at {one.place}" for one in gone)
+        there = {one.part for one in first.before.candidates}
+        went = tuple(f"{one.name} at {one.place}" for one in found.model.candidates if one.part not in there)
         names = " and ".join(went)
         study.progress(f"{names}: trying {first.name} in the place, and another effect beside it")
         found, both = _beside(study, found, first, rounds)
