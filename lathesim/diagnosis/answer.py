@@ -117,15 +117,16 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
     laws = other_laws(question, found, experiment, validation)
     tied = bool(effects_found and effects_found[0].tied)
     differ = is_clear(moved, method) and moved.share > study.least_share
-    rule = decided(bool(effects_found), doubted, tied=tied, values_differ=differ or bool(found.values_off), another_law=bool(laws))
-    outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), rule.verdict in NAMING)
+    values_differ = differ or bool(found.values_off)
+    verdict, rule = decided(bool(effects_found), doubted, tied=tied, values_differ=values_differ, another_law=bool(laws))
+    outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), verdict in NAMING)
     read_off = {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
     effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **read_off}))
     location = _location(outcome, effects, [candidate for candidate, _ in counts])
-    formula = _formula(outcome, rule.verdict, study.progress)
+    formula = _formula(outcome, verdict, study.progress)
     return Diagnosis(
-        verdict=rule.verdict,
-        sentence=VERDICTS[rule.verdict],
+        verdict=verdict,
+        sentence=VERDICTS[verdict],
         question=AnsweredQuestion(question.lesson, question.fitted.name, before=question.before.name if question.before else ""),
         effects=effects,
         location=location,
@@ -142,7 +143,7 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
             easiest=_easiest(experiment),
         ),
         lines=LessonLines(_entries(outcome, effects, effects_found), _sides_found(found), plugin_text(formula) if formula else ""),
-        search=Searched(rule.reason, found.history, explanations_of(study, found, moved, doubted, differ=differ)),
+        search=Searched(rule, found.history, explanations_of(study, found, moved, doubted, differ=differ)),
         evidence=evidence,
     )
 
@@ -187,7 +188,7 @@ def _effects(outcome: _Outcome, ranked: Sequence[RankedEffect], values: Estimate
     found, validation = outcome.found, outcome.prepared.validation
     experiment, method = outcome.prepared.experiment, outcome.method
     channels = [deciding_channel(experiment, found, item, method) for item in ranked]
-    effects = tuple(reported(item, values, experiment, str(one or "")) for item, one in zip(ranked, channels, strict=True))
+    effects = tuple(reported(item, values, experiment, one) for item, one in zip(ranked, channels, strict=True))
     candidates = [item.candidate for item in ranked]
     return tuple(without_undetermined(effects, candidates, validation, found, values.values(), method=method))
 

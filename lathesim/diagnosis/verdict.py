@@ -35,27 +35,18 @@ from lathesim.identification.replay.open_loop import seen
 from lathesim.identification.signal import SETTLING, root_mean_square
 
 
-@dataclass(frozen=True)
-class Decided:
-    """A verdict with its reason in words."""
-
-    verdict: Verdict
-    reason: str
-
-
-def decided(named: bool, doubts: Sequence[Doubt], *, tied: bool, values_differ: bool, another_law: bool = False) -> Decided:
-    """Return the verdict: what predicts best names it; only where nothing of the catalogue does is what is missing unknown."""
+def decided(named: bool, doubts: Sequence[Doubt], *, tied: bool, values_differ: bool, another_law: bool = False) -> tuple[Verdict, str]:
+    """Return the verdict with its reason in words: what predicts best names it; only where nothing of the catalogue does is what is missing
+    unknown."""
     if named:
-        if tied:
-            return Decided("tied", "another explanation predicts as well")
-        return Decided("named", "no other explanation predicts as well")
+        return ("tied", "another explanation predicts as well") if tied else ("named", "no other explanation predicts as well")
     if another_law:
-        return Decided("unknown", "a controller follows another law than the lesson's")
+        return "unknown", "a controller follows another law than the lesson's"
     if any(doubt.clear for doubt in doubts):
-        return Decided("unknown", "a smooth function of what the machine does predicts better than every explanation of the catalogue")
+        return "unknown", "a smooth function of what the machine does predicts better than every explanation of the catalogue"
     if values_differ:
-        return Decided("parameters_only", "other values of the lesson predict best")
-    return Decided("no_mismatch", "no explanation predicts better than the lesson")
+        return "parameters_only", "other values of the lesson predict best"
+    return "no_mismatch", "no explanation predicts better than the lesson"
 
 
 def ranked(study: Study, found: Found) -> list[RankedEffect]:
@@ -83,34 +74,25 @@ def removed_share(experiment: Experiment, before: Fitted, after: Fitted) -> floa
     or a turn that no model could know, does not outweigh what an effect does. White noise of a sensor beyond its floor, as it is left
     after, is nothing that a model could remove.
     """
-    weighing = Weighing(before.noise)
     shapes = experiment.sensed.noise_shapes(after.by_name)
     white = np.array([white_noise(row, shape) for row, shape in zip(after.residual, shapes, strict=True)])
-    error, left = (float(weighing.error(experiment, fitted, white).sum()) for fitted in (before, after))
+    error, left = (float(_above_floors(experiment, fitted, before.noise, white).sum()) for fitted in (before, after))
     return 1.0 - left / error if error > 0.0 else 0.0
 
 
-@dataclass(frozen=True)
-class Weighing:
-    """How much of an error counts: weighed as forces and sensor noise of a fit's size are, one noise model a channel."""
+def _above_floors(experiment: Experiment, fitted: Fitted, noise: Sequence[NoiseModel], white: FloatArray) -> FloatArray:
+    """Return for each channel the squared error of a fit above the floor, in the band of the motion, weighed by ``noise`` of a fit.
 
-    noise: tuple[NoiseModel, ...]
-
-    def error(self, experiment: Experiment, fitted: Fitted, white: FloatArray | None = None) -> FloatArray:
-        """Return for each channel the squared error of a fit above the floor, in the band of the motion.
-
-        ``white`` (channels,) is the power of what the sensors add to their floors, which is no error.
-        """
-        shapes = experiment.sensed.noise_shapes(fitted.by_name)
-        added = np.zeros(len(shapes)) if white is None else white
-        errors = []
-        for row, shape, base, more in zip(fitted.residual, shapes, self.noise, added, strict=True):
-            weight = carried_over(base, shape)
-            whitened = weight.whiten(row)
-            kept = slice(0, min(weight.band, len(weight.power)))
-            floor = float(np.sum(2.0 * (shape.floor**2 + more) * shape.shapes[0][kept] / weight.power[kept]))
-            errors.append(max(float(np.sum(whitened * whitened)) - floor, 1e-9))
-        return np.array(errors)
+    ``white`` (channels,) is the power of what the sensors add to their floors, which is no error.
+    """
+    errors = []
+    for row, shape, base, more in zip(fitted.residual, experiment.sensed.noise_shapes(fitted.by_name), noise, white, strict=True):
+        weight = carried_over(base, shape)
+        whitened = weight.whiten(row)
+        kept = slice(0, weight.bins(full_band=False))
+        floor = float(np.sum(2.0 * (shape.floor**2 + more) * shape.shapes[0][kept] / weight.power[kept]))
+        errors.append(max(float(np.sum(whitened * whitened)) - floor, 1e-9))
+    return np.array(errors)
 
 
 @dataclass(frozen=True)
@@ -175,7 +157,7 @@ def _doubted(study: Study, model: Model, made_of: Mapping[str, tuple[Lacking, Fl
         size = math.sqrt(max(made.before**2 - made.after**2, 0.0))
         least = least_size(study, model, row) if lacking.is_force else float(validation.sensed.seen_floors[row])
         clear = is_clear(Gain(gain, error), study.method) and size > least
-        on, variables = tuple(map(str, made.parts)), tuple(term.variable for term in made.terms)
+        on, variables = tuple(map(str, made.terms)), tuple(term.variable for term in made.terms)
         left = (made.before, made.after, made.mean)
         found.append(Doubt(channel, lacking.at, lacking.unit, gain, error, *left, on, variables, clear, made.terms))
     return tuple(found)
@@ -217,30 +199,21 @@ _RECORDABLE = ("current", "rate", "reading", "flow", "displacement")
 """Roles of outputs that are recorded, the easiest to log first."""
 
 
-@dataclass(frozen=True)
-class DecidingChannel:
-    """A channel that tells an effect from those it is tied with: by how much they differ there, as a share of what it does."""
-
-    channel: str
-    apart: float
-
-    def __str__(self) -> str:
-        return f"Record {self.channel} too, where the explanations differ by {100.0 * self.apart:.0f} %."
-
-
-def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, method: Method) -> DecidingChannel | None:
-    """Return the channel, the easiest to log, that tells an effect from all it is tied with; none where nothing is tied, or none does."""
+def deciding_channel(experiment: Experiment, found: Found, item: RankedEffect, method: Method) -> str:
+    """Return a sentence on the channel, the easiest to log, that tells an effect from all it is tied with, and by how much these differ
+    there, as a share of what it does; empty where nothing is tied, or none does."""
     chosen = found.worth.get(item.candidate.part)
     tied = {candidate.part for candidate in item.tied}
     rivals = [trial.model.fitted for trial in found.rivals.get(item.candidate.part, ()) if trial.candidate.part in tied]
     channels = recordable(experiment)
     if chosen is None or not rivals or not channels:
-        return None
+        return ""
     first, *others = simulated(experiment, channels, [one.by_name for one in (chosen.model.fitted, *rivals)])
     sizes = np.maximum(np.std(first, axis=1), 1e-300)
     apart = np.array([[root_mean_square(row) for row in other - first] for other in others]) / sizes
     least = np.min(np.nan_to_num(apart, nan=0.0, posinf=0.0), axis=0)
-    return next((DecidingChannel(*pair) for pair in zip(channels, least.tolist(), strict=True) if pair[1] > method.little), None)
+    told = [(channel, 100.0 * share) for channel, share in zip(channels, least.tolist(), strict=True) if share > method.little]
+    return next((f"Record {channel} too, where the explanations differ by {percent:.0f} %." for channel, percent in told), "")
 
 
 def recordable(experiment: Experiment) -> list[str]:

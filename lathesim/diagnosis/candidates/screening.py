@@ -44,9 +44,8 @@ def screen(
             tried.sort(key=lambda item: -item[0] * _plausible(candidate, item[1]))
         if not tried:
             return None
-        basis = _basis(tried)
         starts = tuple(_start(candidate, item) for item in _apart(candidate, tried)[:3])
-        return Screened(candidate, _gain(basis, absorb.residual), starts, absorb.shares((basis @ absorb.residual) @ basis))
+        return Screened(candidate, _gain(_basis(tried), absorb.residual), starts)
 
     found = [promised for promised in together(one, candidates) if promised is not None]
     return tuple(sorted(found, key=lambda item: -item.gain))
@@ -218,18 +217,6 @@ class _Absorber:
         white[..., 1] = tapered[..., -1]
         flat = white.reshape(*tapered.shape[:-2], -1)
         return np.concatenate([flat, np.zeros((*flat.shape[:-1], self._extra), dtype=_SINGLE)], axis=-1)
-
-    def shares(self, explained: FloatArray) -> FloatArray:
-        """Return the share of the residual that is gone with ``explained``: for each channel in the band of the motion and on all."""
-        found, begin = [], 0
-        for model in self.noise:
-            end = begin + 2 * len(model.power)
-            for part in (slice(begin, min(begin + 2 * model.band, end)), slice(begin, end)):
-                power = float(np.sum(self.residual[part] ** 2))
-                left = float(np.sum((self.residual[part] - explained[part]) ** 2))
-                found.append(1.0 - left / power if power > 0.0 else 0.0)
-            begin = end
-        return np.array(found)
 
     def left(self, tapered: Sequence[FloatArray]) -> FloatArray:
         """Return :meth:`tapered` signals whitened, (signals, values), less what the baseline absorbs."""

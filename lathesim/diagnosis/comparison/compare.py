@@ -19,7 +19,7 @@ from lathesim.analysis.display_unit import known_share
 from lathesim.diagnosis.explanations.conditions import Term, at_one_speed
 from lathesim.diagnosis.explanations.lacking_force import lacking, quiet_every
 from lathesim.diagnosis.explanations.of_recording import conditions_of, of_channels
-from lathesim.diagnosis.location import FORCES, missing_share, missing_signal, places, wired_parts
+from lathesim.diagnosis.location import FORCES, missing_share, missing_signal, places
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import CHECKS_OF_RECORDINGS, found_by
 from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
@@ -125,7 +125,6 @@ class Comparison:
     replayed: tuple[Replayed, ...]
     depends_on: tuple[Dependence, ...]
     findings: tuple[str, ...]
-    wires: tuple[tuple[str, str], ...]
     faults: tuple[str, ...] = ()
     """What makes the recording unfit to say anything of the machine; each is among the findings too."""
     method: Method = STANDARD
@@ -198,7 +197,6 @@ def compare(lesson: str, machine: RecordedMachine, recorded: Recorded, method: M
         replayed,
         _depends_on((first, second), pieces, replayed, method),
         tuple(dict.fromkeys(findings)),
-        wired_parts(machine.assembly),
         faults,
         method,
     )

@@ -292,7 +292,7 @@ def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate)
     ]
     rest = tuple(one for one in model.candidates if one is not candidate)
     left = _neutral(model, candidate, rest)
-    made = tried(study, left, Screened(form, 0.0, tuple(starts[:1]), np.ones(1)), np.array(starts[1:]))
+    made = tried(study, left, Screened(form, 0.0, tuple(starts[:1])), np.array(starts[1:]))
     return replace(settled_trial(study, model, made), before=model)
 
 

@@ -40,9 +40,9 @@ def worth(candidate: Candidate, before: Model, model: Model) -> Tried:
     return Tried(candidate, before, model, *over(model, before))
 
 
-def tried(study: Study, before: Model, item: Screened, points: FloatArray | None, kept: tuple[Candidate, ...] | None = None) -> Tried:
-    """Return a candidate fitted on top of a model; with ``kept`` those effects of the model alone stay beside it."""
-    candidates = (*(before.candidates if kept is None else kept), item.candidate)
+def tried(study: Study, before: Model, item: Screened, points: FloatArray | None) -> Tried:
+    """Return a candidate fitted on top of a model."""
+    candidates = (*before.candidates, item.candidate)
     begun = [_begun(study, before, free) for free in starts(study, before, item, points)]
     motion = study.estimation.simulated_motion_of(candidates)
     if motion and not motion.items() <= before.fitted.constant.items():

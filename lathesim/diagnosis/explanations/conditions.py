@@ -52,10 +52,6 @@ class Conditions:
         """Return the motion of a part."""
         return next(motion for motion in self.motions if motion.name == name)
 
-    def thinned(self, every: int) -> Conditions:
-        """Return the conditions at every so many samples."""
-        return self.at(slice(None, None, every))
-
     def at(self, thin: slice) -> Conditions:
         """Return the conditions at some of the samples."""
         motions = tuple(Motion(one.name, one.unit, one.position[thin], one.velocity[thin], one.acceleration[thin]) for one in self.motions)

@@ -21,24 +21,18 @@ import numpy as np
 
 from lathesim.diagnosis.explanations.conditions import Conditions, Functions, Rules, Term
 from lathesim.diagnosis.explanations.held_out import HeldOut
-from lathesim.diagnosis.explanations.learned import Recording, learned, posterior_of
+from lathesim.diagnosis.explanations.learned import Recording, learned
 from lathesim.engine.assembly import FloatArray
 
 
 @dataclass(frozen=True)
 class KeptTerm:
-    """A term of a flexible explanation: its ``gain`` [nats] beside the terms before it, with its standard error, its ``size``, the root
-    mean square on the estimation recording [unit of the residual], and the ``share`` of the validation recording's power that it takes."""
+    """A term of a flexible explanation: its ``size``, the root mean square on the estimation recording [unit of the residual], and the
+    ``share`` of the validation recording's power that it takes beside the terms before it."""
 
     term: Term
-    gain: float
-    standard_error: float
     size: float
     share: float
-
-    def __str__(self) -> str:
-        """Return what it is, after "it"."""
-        return str(self.term)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +53,6 @@ class Flexible:
     after: float
     mean: float
     parts: tuple[KeptTerm, ...]
-    functions: Functions
-    amounts: tuple[FloatArray, ...]
-    absorbed: FloatArray
-    """How much of each of what is absorbed is there (number,), as multiples of what was given."""
 
     @property
     def terms(self) -> tuple[Term, ...]:
@@ -73,14 +63,6 @@ class Flexible:
         """Return the gain, where no line over time takes a ``share`` of the power: without that of the lines. A loop that swings by itself
         makes faint ones, and what shakes a machine from outside makes strong ones."""
         return self.gain if self.strongest_line > share else self.without_lines
-
-    def predict(self, conditions: Conditions) -> FloatArray:
-        """Return the function without its constant (samples,), with the phases of the estimation recording [unit of the residual]."""
-        return sum(self.each(conditions), np.zeros(len(conditions.time)))
-
-    def each(self, conditions: Conditions) -> list[FloatArray]:
-        """Return what each of the parts adds (samples,) [unit of the residual]."""
-        return [self.functions.columns(conditions, one) @ size for one, size in zip(self.terms, self.amounts, strict=True)]
 
 
 def flexible(
@@ -98,21 +80,14 @@ def flexible(
     judge = Recording(functions, *held_out, found.recording.colour, found.posterior.terms)
     asked = HeldOut(found, judge, length, every)
     kept = asked.holding()
-    ranked = asked.ranked(kept)
-    terms = [term for term, _ in ranked]
+    terms = asked.ranked(kept)
     left = np.square([asked.left(terms[:number]) for number in range(len(terms) + 1)])
     shares = (left[:-1] - left[1:]) / left[0]
-    parts = tuple(
-        KeptTerm(term, worth.gain, worth.standard_error, found.size_of(term, kept), float(share))
-        for (term, worth), share in zip(ranked, shares, strict=True)
-    )
+    parts = tuple(KeptTerm(term, found.size_of(term, kept), share) for term, share in zip(terms, shares.tolist(), strict=True))
     worth = asked.worth_of(terms, ())
     steady = asked.worth_of([term for term in terms if not term.is_line], ())
     # what shakes a machine looks at first like what swings as it is shaken: the share of a line is that beside all other terms
     beside = [asked.left([term for term in terms if term is not line]) ** 2 for line in terms if line.is_line]
     strongest = max((float((without - left[-1]) / left[0]) for without in beside), default=0.0)
-    posterior = posterior_of(found.recording, terms)
-    amounts = tuple(posterior.mean[posterior.places[term]] for term in terms)
-    absorbed = posterior.mean[1 : found.recording.beside.stop]
     of_power = asked.left(()), asked.left(terms), float(np.mean(judge.residual[judge.counted]))
-    return Flexible(worth.gain, worth.standard_error, steady.gain, strongest, *of_power, parts, functions, amounts, absorbed)
+    return Flexible(worth.gain, worth.standard_error, steady.gain, strongest, *of_power, parts)

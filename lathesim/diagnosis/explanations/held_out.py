@@ -96,15 +96,12 @@ class HeldOut:
                 return kept
             kept.append(max(better, key=lambda term: worths[term].gain))
 
-    def ranked(self, terms: Sequence[Term]) -> list[tuple[Term, Worth]]:
-        """Return terms with what each adds to those before it, the strongest first."""
-        found: list[tuple[Term, Worth]] = []
-        rest = list(terms)
+    def ranked(self, terms: Sequence[Term]) -> list[Term]:
+        """Return terms by what each adds to those before it, the strongest first."""
+        found, rest = list[Term](), list(terms)
         while rest:
-            before = [term for term, _ in found]
-            worths = {term: self.worth_of([*before, term], before) for term in rest}
-            best = max(rest, key=lambda term: worths[term].gain)
-            found.append((best, worths[best]))
+            best = max(rest, key=lambda term: self.worth_of([*found, term], found).gain)
+            found.append(best)
             rest.remove(best)
         return found
 

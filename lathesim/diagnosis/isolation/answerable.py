@@ -258,7 +258,7 @@ def _passed_by(study: Study, found: Found, worth: Tried, others: Sequence[Channe
     left = [(candidate, values) for candidate, values in begun if candidate.part not in there]
 
     def made(one: tuple[Candidate, np.ndarray]) -> Tried:
-        return settled_trial(study, worth.before, tried(study, worth.before, Screened(one[0], 0.0, (one[1],), np.ones(1)), None))
+        return settled_trial(study, worth.before, tried(study, worth.before, Screened(one[0], 0.0, (one[1],)), None))
 
     trials = together(made, left)
     return [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, worth, study)]

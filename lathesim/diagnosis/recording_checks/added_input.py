@@ -59,32 +59,9 @@ class AddedSignal(Effect):
         return incoming + share * added
 
 
-@dataclass(frozen=True)
-class AddedInput:
-    """Where a signal is added: behind the output ``channel`` (``part.output``), as the part ``name``."""
-
-    channel: str
-
-    @property
-    def name(self) -> str:
-        """The name of the part that adds it."""
-        return f"added_{self.channel.replace('.', '_')}"
-
-    @property
-    def target(self) -> str:
-        """The input that the signal drives."""
-        return f"{self.name}.added"
-
-
-def with_added_input(machine: RecordedMachine, added: AddedInput) -> RecordedMachine:
-    """Return the machine with a driven input behind a command; its recordings need that channel (:func:`with_signal`)."""
-    assembly = insert_effect(machine.assembly, AddedSignal, added.channel, name=added.name, sources={"added": 0.0})
-    return replace(machine, assembly=assembly, drive=(*machine.drive, added.target))
-
-
-def with_signal(record: Record, added: AddedInput, values: FloatArray) -> Record:
-    """Return the record with the signal (samples,) [unit of the command] as the channel that drives the added input."""
-    return record.with_channel(added.target, record.unit(added.channel), values)
+def _adding(channel: str) -> str:
+    """Return the name of the part that adds a signal behind an output (``part.output``)."""
+    return f"added_{channel.replace('.', '_')}"
 
 
 def shape_of(values: FloatArray, period: float, unit: str, method: Method = STANDARD) -> SignalShape:
@@ -191,9 +168,11 @@ def _may_be_added(one: UnrecordedInput, method: Method) -> bool:
 
 
 def with_inputs(machine: RecordedMachine, added: Sequence[UnrecordedInput]) -> RecordedMachine:
-    """Return the machine with the added signals as driven inputs."""
+    """Return the machine with the added signals as driven inputs behind their commands: its recordings need these channels, too."""
     for command in dict.fromkeys(one.command for one in added):
-        machine = with_added_input(machine, AddedInput(command))
+        name = _adding(command)
+        assembly = insert_effect(machine.assembly, AddedSignal, command, name=name, sources={"added": 0.0})
+        machine = replace(machine, assembly=assembly, drive=(*machine.drive, f"{name}.added"))
     return machine
 
 
@@ -202,7 +181,7 @@ def with_signals(experiment: Experiment, values: Mapping[str, float], added: Seq
     record, left = experiment.record, experiment.sensed.one(values)
     for row, name in controller_commands(experiment):
         if any(one.command == name for one in added):
-            record = with_signal(record, AddedInput(name), np.nan_to_num(left[row]))
+            record = record.with_channel(f"{_adding(name)}.added", record.unit(name), np.nan_to_num(left[row]))
     return record
 
 

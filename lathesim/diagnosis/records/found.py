@@ -15,21 +15,11 @@ from lathesim.identification.replay.experiment import POSSIBLE, RecordedMachine
 
 @dataclass(frozen=True)
 class Screened:
-    """A candidate with the log-likelihood that its responses promise [nats], and the starting values that promise most, best first.
-
-    ``shares`` are the shares of the whitened residual that they promise to explain, for each channel in the band of the motion and on all
-    frequencies.
-    """
+    """A candidate with the log-likelihood that its responses promise [nats], and the starting values that promise most, best first."""
 
     candidate: Candidate
     gain: float
     starts: tuple[FloatArray, ...]
-    shares: FloatArray
-
-    @property
-    def share(self) -> float:
-        """The largest of the shares."""
-        return float(self.shares.max(initial=0.0))
 
 
 @dataclass(frozen=True)
@@ -65,10 +55,6 @@ class Gain:
     error: float
     share: float = 0.0
     """Share of the error's power that is gone, in the channel where it is largest."""
-
-    def surely(self, errors: float) -> float:
-        """Return the gain less so many standard errors [nats]."""
-        return self.nats - errors * self.error
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def test_an_offset_that_adds_next_to_nothing_to_smooth_functions_gets_no_name() 
     first, second = experiments(*records, effects=(ForceOffset,))
     asked, found = study(first, second), searched(first, second)
     assert not found.model.candidates
-    offset = tried(asked, found.model, Screened(first.candidates[0], 0.0, (np.array([5.0]),), np.ones(1)), None)
+    offset = tried(asked, found.model, Screened(first.candidates[0], 0.0, (np.array([5.0]),)), None)
     found = replace(found, model=offset.model)
     found, left = outdone(asked, found, doubts(asked, found.model))
     assert not found.model.candidates

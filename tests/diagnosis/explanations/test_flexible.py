@@ -119,16 +119,6 @@ def test_what_a_quantised_sensor_may_be_off_by_is_no_finding():
     assert asked(hidden, unresolved=3.0).gain < 30.0
 
 
-def test_a_prediction_is_the_sum_of_its_parts():
-    found = asked(lambda conditions, recording: 2.0 * np.sign(conditions.motions[0].velocity))
-    conditions = moved(5)
-    predicted = found.predict(conditions)
-    assert predicted == pytest.approx(sum(found.each(conditions)))
-    moving = np.abs(conditions.motions[0].velocity) > 0.005
-    error = predicted - 2.0 * np.sign(conditions.motions[0].velocity)
-    assert np.std(error[moving]) < 0.3
-
-
 def test_what_hangs_on_a_part_by_a_spring_is_told_by_its_frequency():
     def swung(conditions, recording):
         stretch = rate = 0.0
