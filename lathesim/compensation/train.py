@@ -23,12 +23,11 @@ _WORST = 1e6
 
 @dataclass(frozen=True)
 class Trained:
-    """What one start ended with: weights, mean score over the situations while searching, rounds, and the mean scores on the way."""
+    """What one start ended with: weights, mean score over the situations while searching, and rounds."""
 
     vector: FloatArray
     score: float
     rounds: int
-    way: tuple[float, ...]
 
     @property
     def diverged(self) -> bool:
@@ -49,13 +48,11 @@ def adam(question: TrainingQuestion, start: FloatArray, rounds: int, tell: Repor
 def _stepping(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep, *, adam: bool) -> Trained:
     vector, best, least = start.copy(), start.copy(), math.inf
     mean, square, step = np.zeros_like(start), np.zeros_like(start), 1.0
-    way: list[float] = []
     for turn in range(rounds):
         value, gradient = question.slopes(vector)
-        way.append(value)
         tell(turn + 1, min(least, value))
         if not (math.isfinite(value) and np.all(np.isfinite(gradient))):
-            return Trained(best, least, turn + 1, tuple(way))
+            return Trained(best, least, turn + 1)
         if value < least:
             least, best = value, vector.copy()
             step *= 1.5
@@ -68,7 +65,7 @@ def _stepping(question: TrainingQuestion, start: FloatArray, rounds: int, tell: 
             vector = vector - size * (mean / (1.0 - 0.9 ** (turn + 1))) / (np.sqrt(square / (1.0 - 0.999 ** (turn + 1))) + 1e-12)
         else:
             vector = best - step * gradient / max(float(np.linalg.norm(gradient)), 1e-12) * 0.05
-    return Trained(best, least, rounds, tuple(way))
+    return Trained(best, least, rounds)
 
 
 def least_squares(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
@@ -82,7 +79,7 @@ def least_squares(question: TrainingQuestion, start: FloatArray, rounds: int, te
 
     how = Descent(question.problem, AsScored(question.score), tolerance=_SAME, least=0.0, bent=True)
     found = fit(how, start, rounds, report)
-    return Trained(found.values, found.cost, len(way), tuple(way))
+    return Trained(found.values, found.cost, len(way))
 
 
 def evolution(question: TrainingQuestion, start: FloatArray, rounds: int, tell: ReportStep) -> Trained:
@@ -93,15 +90,15 @@ def evolution(question: TrainingQuestion, start: FloatArray, rounds: int, tell: 
 
         options = {"seed": 1 + int(1e6 * abs(float(start[0]))) % 100_000, "verbose": -9, "maxiter": rounds, "tolfun": 1e-12}
         strategy = cma.CMAEvolutionStrategy(start, 0.3, options)
-        way: list[float] = []
+        turns = 0
         while not strategy.stop():
             cloud = strategy.ask()
             scores = np.nan_to_num(question.scores([np.asarray(item) for item in cloud]).mean(axis=1), nan=_WORST, posinf=_WORST)
             strategy.tell(cloud, list(scores))
-            way.append(float(strategy.result.fbest))
-            tell(len(way), way[-1])
+            turns += 1
+            tell(turns, float(strategy.result.fbest))
     best = float(strategy.result.fbest)
-    return Trained(np.asarray(strategy.result.xbest), best if best < _WORST else math.inf, len(way), tuple(way))
+    return Trained(np.asarray(strategy.result.xbest), best if best < _WORST else math.inf, turns)
 
 
 @dataclass(frozen=True)

@@ -126,7 +126,6 @@ class _Found:
     changes: tuple[Change, ...]
     objective: Objective
     point: FloatArray
-    misfit: float
     stopped: bool = False
 
 
@@ -176,9 +175,8 @@ class _Fitting:
         return self._replica(read, names)
 
     def _replica(self, read: Sequence[Waypoints], names: Sequence[str]) -> Replica:
-        return Replica(
-            [Setting(item.name, item.prepared.machinery, item.channels, item.time) for item in read], names, self.stop, self.cluster
-        )
+        settings = [Setting(item.prepared.machinery, item.channels, item.time) for item in read]
+        return Replica(settings, names, self.stop, self.cluster)
 
     def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, rounds: int = 2) -> _Found:
         """Return the best point of a structure, with the search that was asked for."""
@@ -203,9 +201,8 @@ class _Fitting:
                 raise
             self.heard()
             point, stopped = objective.history.best(), True
-        misfit = float(np.square(objective.vector(point)).sum())
         self.runs += objective.replica.runs
-        return _Found(tuple(changes), objective, point, misfit, stopped)
+        return _Found(tuple(changes), objective, point, stopped)
 
 
 def _descend(
@@ -250,7 +247,7 @@ def _with_structure(fitted: _Fitting, best: _Found, say: Say) -> _Found:
     found.floor, found.wandering = search.floor, search.wandering
     if chosen.stopped:
         fitted.heard()
-    return _Found(chosen.changes, found, chosen.point, float(np.square(found.vector(chosen.point)).sum()), chosen.stopped)
+    return _Found(chosen.changes, found, chosen.point, chosen.stopped)
 
 
 def _with_clock(fitted: _Fitting, best: _Found, say: Say) -> _Found:
@@ -270,7 +267,7 @@ def _with_clock(fitted: _Fitting, best: _Found, say: Say) -> _Found:
     if worth < SURE:
         return best
     say(f"The control's clock wanders by {in_unit(with_clock.wandering.spread**0.5, 'ms', '.2g')} in the first second.")
-    return _with_structure(fitted, _Found(best.changes, with_clock, point, float(np.square(with_clock.vector(point)).sum())), say)
+    return _with_structure(fitted, _Found(best.changes, with_clock, point), say)
 
 
 def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float, say: Say) -> Emulation:

@@ -164,7 +164,6 @@ class FrontierPoint:
     cost: float
     threshold: float
     delay: float
-    told: float
 
 
 def watermark_within(loop: WatermarkedLoop, samples: float, false_alarm: float) -> float:
@@ -192,12 +191,12 @@ def frontier(loop: WatermarkedLoop, watermarks: tuple[float, ...], false_alarm: 
     found = []
     for size in watermarks:
         if size == 0.0:
-            found.append(FrontierPoint(0.0, loop.cost(0.0), math.inf, math.nan, 0.0))
+            found.append(FrontierPoint(0.0, loop.cost(0.0), math.inf, math.nan))
             continue
         honest = simulate_loops(loop, size, int(min(false_alarm, 20_000)), 200, seed)
         threshold = threshold_for(log_likelihood_ratio(loop, size, honest)[:, 50:], false_alarm)
         lead = 2000
         attacked = simulate_loops(loop, size, 2 * lead, 1500, seed + 1, replay_from=lead)
         when = alarm_samples(log_likelihood_ratio(loop, size, attacked)[:, lead:], threshold)
-        found.append(FrontierPoint(size, loop.cost(size), threshold, float(np.nanmean(when)), float(np.isfinite(when).mean())))
+        found.append(FrontierPoint(size, loop.cost(size), threshold, float(np.nanmean(when))))
     return found

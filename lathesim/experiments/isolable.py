@@ -87,7 +87,6 @@ class Isolable:
     """What a recording of a lesson could tell, of which sensors, how often and how long [Hz, s]; ``notes`` say what was assumed."""
 
     lesson: Lesson
-    looking: Looking
     found: Isolation
     sensors: tuple[str, ...]
     rate: float
@@ -143,7 +142,7 @@ def isolable(
         program = _program_that_tells(prepare(lesson, registry, variant), looking, found, registry)
     period = machine.assembly.sample_period
     seconds, spent = period * len(experiment.record), clock.perf_counter() - began
-    return Isolable(lesson, looking, found, machine.compare, 1.0 / period, seconds, notes, sensors, program, spent)
+    return Isolable(lesson, found, machine.compare, 1.0 / period, seconds, notes, sensors, program, spent)
 
 
 def looking_at(

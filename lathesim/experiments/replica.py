@@ -56,9 +56,8 @@ class Search:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """One program on one machine, read at ``times`` (n,) [s] on ``channels``; ``name`` is for people."""
+    """One program on one machine, read at ``times`` (n,) [s] on ``channels``."""
 
-    name: str
     assembly: Assembly
     channels: tuple[str, ...]
     times: FloatArray
@@ -140,7 +139,7 @@ class ProgramRuns:
         self, assembly: Assembly, interpolator: str, channels: Sequence[str], names: Sequence[str], rate: float, longest: float,
     ) -> None:  # fmt: skip
         self.names, self.rate, self.runs = tuple(names), rate, 0
-        self.setting = Setting("programs", assembly, tuple(channels), np.arange(0.0, longest, 1.0 / rate))
+        self.setting = Setting(assembly, tuple(channels), np.arange(0.0, longest, 1.0 / rate))
         self.batch = _batch(self.setting, self.names)
         part = next(item for item in assembly.parts if item.name == interpolator)
         self.path = f"{interpolator}.path"

@@ -170,12 +170,10 @@ class GoalResult:
 
 @dataclass(frozen=True)
 class Yardstick:
-    """The lesson that records are held against: its name, where it stands, and what it says."""
+    """The lesson that records are held against: its name, and what it says."""
 
     name: str
-    place: str
     settings: LessonSettings
-    text: str
 
     @property
     def title(self) -> str:
@@ -332,7 +330,7 @@ def _merit(graded: Grade) -> tuple[str, int, int, float, str]:
 def _yardstick(name: str, source: YamlFile, registry: Registry) -> Yardstick:
     settings = validated(LessonSettings, source)
     check_goals(settings, source, registry)
-    return Yardstick(name, source.name, settings, source.text)
+    return Yardstick(name, settings)
 
 
 def _is_of(record: Record, lesson: Yardstick) -> bool:

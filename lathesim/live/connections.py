@@ -14,12 +14,10 @@ LOOPBACK = "127.0.0.1"
 
 @dataclass(frozen=True)
 class Address:
-    """A peer: ``scheme``, ``host``, ``port``, and what stands behind them."""
+    """A peer."""
 
-    scheme: str
     host: str
     port: int
-    path: str = ""
 
 
 def read_address(text: str, scheme: str, port: int | None = None) -> Address:
@@ -35,7 +33,7 @@ def read_address(text: str, scheme: str, port: int | None = None) -> Address:
         raise LiveError(f"'{text}' is no address.", remedy=f"Write it as {scheme}://127.0.0.1:5600.") from None
     if given is None or not parts.hostname:
         raise LiveError(f"'{text}' names no port.", remedy=f"Write it as {scheme}://127.0.0.1:5600.")
-    return Address(parts.scheme, parts.hostname, given, parts.path)
+    return Address(parts.hostname, given)
 
 
 class Listening(ABC):

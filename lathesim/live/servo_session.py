@@ -153,11 +153,6 @@ class Session:
     clock: ClockStatistics = field(default_factory=ClockStatistics)
     counts: dict[str, float | int] = field(default_factory=dict)
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the session as plain data."""
-        return {"peer": self.peer, "periods": self.periods, "late_periods": self.late_periods, "ended": self.reason, **self.counts,
-                "clock": self.clock.as_json()}  # fmt: skip
-
 
 @dataclass(frozen=True)
 class ServoSettings:

@@ -43,25 +43,12 @@ class Limits:
 class Path:
     """The path of a program: ``table`` of shape (segments, 19), columns as in ``path_columns.py``, not writable."""
 
-    name: str
     table: npt.NDArray[np.float64]
 
     @property
     def segments(self) -> int:
         """How many rows the table has."""
         return int(self.table.shape[0])
-
-    def point(self, row: int, distance: float) -> tuple[float, float]:
-        """Return the point (x, z) [m] of a segment at a distance [m] from its start."""
-        values = [float(value) for value in self.table[row]]
-        share = min(1.0, max(0.0, distance / values[at.LENGTH])) if values[at.LENGTH] > 0.0 else 0.0
-        if values[at.KIND] == at.ARC_MOVE:
-            angle = values[at.START_ANGLE] + values[at.SWEEP] * share
-            return values[at.CENTRE_X] + values[at.RADIUS] * math.sin(angle), values[at.CENTRE_Z] + values[at.RADIUS] * math.cos(angle)
-        return (
-            values[at.START_X] + share * (values[at.END_X] - values[at.START_X]),
-            values[at.START_Z] + share * (values[at.END_Z] - values[at.START_Z]),
-        )
 
 
 def lay_path(program: Program, limits: Limits | None = None) -> Path:
@@ -84,7 +71,7 @@ def lay_path(program: Program, limits: Limits | None = None) -> Path:
         raise ProgramError("The program moves nothing.", place=program.name, remedy="Write a G0 or G1 with an end point.")
     table = np.array(values, dtype=np.float64).reshape(-1, len(at.PATH_COLUMNS))
     table.setflags(write=False)
-    return Path(program.name, table)
+    return Path(table)
 
 
 def _thread_mode(move: Move, last: list[float]) -> float:

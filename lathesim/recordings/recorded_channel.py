@@ -29,7 +29,6 @@ class RecordedChannel:
     unit: str
     values: FloatArray
     driven: bool
-    resolution: float
 
     @property
     def part(self) -> str:
@@ -74,7 +73,7 @@ def channels_of(record: Record, mapping: RecordingMapping) -> list[RecordedChann
     for signal in mapping.signals:
         values = record[signal.target]
         if len(values) > 2 and np.isfinite(values).all():
-            channel = RecordedChannel(signal.target, signal.si_unit, values, signal.role == "drive", signal.resolution or 0.0)
+            channel = RecordedChannel(signal.target, signal.si_unit, values, signal.role == "drive")
             found.append(channel)
     return found
 

@@ -248,13 +248,10 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class LobePoint:
-    """The limit at a speed, and how stability is lost there: "Hopf" or "flip"; 95 % bounds of the limit [m] where something is
-    uncertain."""
+    """The limit at a speed, and how stability is lost there: "Hopf" or "flip"."""
 
     limit: WidthLimit
     kind: str
-    low: float = math.nan
-    high: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -184,7 +184,7 @@ def _emulation(runs: int) -> Work:
     lesson = load_lesson("27_a_controller_that_tells_nothing")
     prepared = prepare(lesson, load_registry(installed=False), "staircase")
     names = [item.name for item in free_values(lesson, prepared.plan, (), 4.0)]
-    replica = Replica([Setting("G1", prepared.machinery, ("x_axis.position", "y_axis.position"), np.arange(0.0, 25.0, 0.1))], names)
+    replica = Replica([Setting(prepared.machinery, ("x_axis.position", "y_axis.position"), np.arange(0.0, 25.0, 0.1))], names)
     return Work(f"{runs} runs of the emulation of G1", 5.0, spread(prepared.plan, names, runs), replica.readings)
 
 

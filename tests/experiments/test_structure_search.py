@@ -29,8 +29,8 @@ def test_changes_that_are_not_chosen_are_neutral() -> None:
     held = list(dict.fromkeys(name for change in changes for name in change.held))
     time = np.linspace(0.0, 4.5, 46)
     channels = ("x_axis.position", "y_axis.position")
-    plain = Replica([Setting("plain", prepared.machinery, channels, time)], [item.name for item in free])
-    whole = Replica([Setting("whole", holding.machinery, channels, time)], [*(item.name for item in free), *brought, *held])
+    plain = Replica([Setting(prepared.machinery, channels, time)], [item.name for item in free])
+    whole = Replica([Setting(holding.machinery, channels, time)], [*(item.name for item in free), *brought, *held])
     still = {name: np.zeros(len(time)) for name in channels}
     recorded = (Waypoints("three speeds", Path("three_speeds.csv"), prepared, time, still, {}, ()),)
     search = StructureSearch(whole, free, changes, Objective(plain, free, recorded, 0.0, 1e-6), print)

@@ -19,7 +19,7 @@ def told_by(registry: Registry, variant: str, seconds: float) -> Telling:
     prepared = prepare(lesson, registry, variant)
     free = free_values(lesson, prepared.plan, (), 2.0)
     times = np.arange(0.0, seconds + 1e-9, 0.1)
-    replica = Replica([Setting(variant, prepared.machinery, ("x_axis.position", "y_axis.position"), times)], [item.name for item in free])
+    replica = Replica([Setting(prepared.machinery, ("x_axis.position", "y_axis.position"), times)], [item.name for item in free])
 
     def read(points: np.ndarray) -> np.ndarray:
         return replica.readings(values_of(free, points))[0].reshape(len(points), -1) / NOISE

@@ -207,7 +207,7 @@ async def test_a_request_that_is_none_is_answered_and_forgotten() -> None:
 def source_at(port: int, *pauses: float, item: str = "Xact") -> MTConnectSource:
     """Return the source of one item of an agent."""
     mapped = map_from({"channels": {"x_scale.position": {"item": item, "unit": "mm"}}}, "map")
-    return MTConnectSource(Address("http", "127.0.0.1", port), mapped, *pauses)
+    return MTConnectSource(Address("127.0.0.1", port), mapped, *pauses)
 
 
 async def follow(source: MTConnectSource, until: int) -> tuple[list[float], list[str]]:

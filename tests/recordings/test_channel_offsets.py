@@ -31,7 +31,7 @@ def test_the_rounding_of_a_converter_is_no_noise_that_a_place_hands_on(step: flo
     wanted = np.roll(place, 40) if told else place
     voltage = 50.0 * np.gradient(np.cumsum(speed) * 1e-3, 1e-3) + 200.0 * (wanted if told else 0.0)
     voltage = np.round(voltage / step) * step if step else voltage
-    channels = [RecordedChannel("x_encoder.position", "m", place, False, 0.0), RecordedChannel("x_dac.voltage", "V", voltage, False, 0.0)]
+    channels = [RecordedChannel("x_encoder.position", "m", place, False), RecordedChannel("x_dac.voltage", "V", voltage, False)]
     found = [finding for finding in shifted_channels(channels, [], 1e-3) if "its noise comes" in finding.fact]
     assert bool(found) == told
 
@@ -54,6 +54,6 @@ def test_a_speed_is_late_only_where_its_motion_shows_that(strokes: int) -> None:
         speed[now + 1] = speed[now] + period / 0.08 * (wanted[now] - speed[now])
     angle = np.round(np.degrees(np.cumsum(speed) * period)) * np.pi / 180.0
     shown = np.round(np.concatenate([np.zeros(late), speed[:-late]]) / 0.105) * 0.105
-    channels = [RecordedChannel("s_encoder.angle", "rad", angle, False, 0.0), RecordedChannel("s_axis.speed", "rad/s", shown, False, 0.0)]
+    channels = [RecordedChannel("s_encoder.angle", "rad", angle, False), RecordedChannel("s_axis.speed", "rad/s", shown, False)]
     found = shifted_channels(channels, [replace(pair, correlation=1.0) for pair in pairs(channels, period)], period)
     assert [finding.kind for finding in found] == (["shift"] if strokes > 1 else [])

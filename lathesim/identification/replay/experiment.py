@@ -131,7 +131,7 @@ class Experiment:
         again = self._redundant_sensors(recorded)
         every = self.machine.decisions
         how = (self.machine.white, every, rates, self._led(), self.machine.output_error)
-        return Simulator(plan, channels, recorded, floors, self.name, again, self.weights, *how)
+        return Simulator(plan, channels, recorded, floors, again, self.weights, *how)
 
     def _led(self) -> frozenset[int]:
         """Return the rows of the compared channels that show the position of a part that follows its reference exactly."""
@@ -275,7 +275,7 @@ class Experiment:
         plan = wire(replace(self.machine.at_controllers_rate(driven), record=channels, finish=""))
         recorded = np.array([self._recorded[name] for name in self.machine.compare])
         floors = np.array([self.floors[name] for name in self.machine.compare])
-        return Simulator(plan, channels, recorded, floors, self.name, weights=self.weights, every=self.machine.decisions)
+        return Simulator(plan, channels, recorded, floors, weights=self.weights, every=self.machine.decisions)
 
     def _exact(self, assembly: Assembly) -> Assembly:
         """Return an assembly whose sensors resolve everything: rounding belongs to the recording's noise, once and not twice.

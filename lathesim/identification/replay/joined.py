@@ -123,7 +123,7 @@ class JoinedExperiment(Experiment):
         first = parts[0]
         return JoinedSimulator(
             first.plan, first.channels, np.concatenate([part.recorded for part in parts], axis=1),
-            np.max([part.floors for part in parts], axis=0), self.name, first.redundant_sensors, self.weights, first.white, first.every,
+            np.max([part.floors for part in parts], axis=0), first.redundant_sensors, self.weights, first.white, first.every,
             first.differenced, first.led, first.output_error, tuple(parts), self.begun,
         )  # fmt: skip
 

@@ -69,7 +69,6 @@ class Simulator:
     channels: tuple[str, ...]
     recorded: FloatArray
     floors: FloatArray
-    name: str = "the recording"
     redundant_sensors: tuple[RedundantSensor, ...] = ()
     weights: FloatArray | None = None
     white: bool = False

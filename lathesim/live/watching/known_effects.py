@@ -76,11 +76,6 @@ class MovedSize:
         more = self.now + found if self.neutral == 0.0 else self.now * found if self.neutral == 1.0 else min(self.now, found)
         return replace(self, now=more)
 
-    @property
-    def smaller(self) -> bool:
-        """Return whether it is nearer than it was to where the effect vanishes."""
-        return abs(self.now - self.neutral) < abs(self.was - self.neutral)
-
 
 @dataclass(frozen=True)
 class KnownEffect:
