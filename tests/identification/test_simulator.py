@@ -82,7 +82,7 @@ def test_the_noise_of_a_lost_run_has_finite_shapes(seconds: float) -> None:
 def test_the_difference_of_two_lost_channels_is_no_number_and_no_warning() -> None:
     simulator = pair(Hidden())[0].sensed
     lost = np.full((2, simulator.samples), np.inf)
-    twice = type(simulator)(simulator.plan, (POSITION, "x_axis.position"), np.zeros_like(lost), np.ones(2), "two", (RedundantSensor(1, 0),))
+    twice = type(simulator)(simulator.plan, (POSITION, "x_axis.position"), np.zeros_like(lost), np.ones(2), (RedundantSensor(1, 0),))
     assert np.all(np.isnan(twice.as_seen(lost)[1]))
     assert np.all(np.abs(twice.residual_of(twice.as_seen(lost))) > 0.5 * LOST)
 
@@ -101,7 +101,7 @@ def test_a_second_sensor_of_one_motion_shows_its_difference() -> None:
     first, second = np.array([0.0, 1.0, 2.0]), np.array([0.5, 1.5, 2.8])
     simulator = pair(Hidden())[0].sensed
     twice = type(simulator)(
-        simulator.plan, (POSITION, "x_axis.position"), np.array([first, second]), np.array([3.0, 4.0]), "two", (RedundantSensor(1, 0),)
+        simulator.plan, (POSITION, "x_axis.position"), np.array([first, second]), np.array([3.0, 4.0]), (RedundantSensor(1, 0),)
     )
     # less the mean of it: where a sensor has its zero says nothing
     assert twice.seen == pytest.approx(np.array([first, [-0.1, -0.1, 0.2]]))
