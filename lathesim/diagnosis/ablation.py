@@ -16,7 +16,6 @@ import math
 from collections.abc import Collection
 from dataclasses import replace
 
-from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import Question
 from lathesim.recordings.raw_table import Finding
 
@@ -41,14 +40,10 @@ def without(question: Question, steps: Collection[str]) -> Question:
         asked = replace(asked, machine=replace(asked.machine, uncertain={}))
     if "null" in steps:
         numbers = len(asked.machine.compare) * len(asked.fitted.record)
-        asked = replace(asked, machine=replace(asked.machine, white=True), method=_on_penalty_alone(asked.method, numbers))
+        method = replace(asked.method, margin=0.0, per_parameter=0.5 * math.log(numbers), material=0.0, share_of_rest=0.0)
+        method = replace(method, sizes=replace(method.sizes, largest=math.inf))
+        asked = replace(asked, machine=replace(asked.machine, white=True), method=method)
     if "held-out" in steps:
         asked = replace(asked, validation=replace(asked.fitted, findings=()))
     said = tuple(Finding("left out", "", f"Answered without {step}: {LEFT_OUT[step]}", "") for step in LEFT_OUT if step in steps)
     return replace(asked, fitted=replace(asked.fitted, findings=(*said, *asked.fitted.findings)))
-
-
-def _on_penalty_alone(method: Method, numbers: int) -> Method:
-    """Return settings with which the gain in likelihood on ``numbers`` values decides alone."""
-    sizes = replace(method.sizes, largest=math.inf)
-    return replace(method, margin=0.0, per_parameter=0.5 * math.log(numbers), material=0.0, share_of_rest=0.0, sizes=sizes)

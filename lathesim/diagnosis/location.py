@@ -19,7 +19,7 @@ from lathesim.component import Parameter
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelFit, MissingSignal
 from lathesim.diagnosis.records.shown import Shown
-from lathesim.engine.assembly import Assembly, FloatArray, Place
+from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.identification.noise import taper
 from lathesim.identification.records import Candidate, Fitted, Model
@@ -79,7 +79,9 @@ def pushed_part(experiment: Experiment, fitted: Fitted, row: int) -> Pushed | No
         return None
     place, state = max(moved, key=lambda item: float(np.abs(responses[item[0], row]).max()))
     part = Place.of(state).part
-    inertia, ports = _inertia(plan, part, fitted.by_name), plan.parts[part].component.ports
+    ports = plan.parts[part].component.ports
+    # what the force moves, as a mass or an inertia; some parts have none
+    inertia = value_of(plan, part, ports["inertia"], fitted.by_name) if "inertia" in ports else 0.0
     effort, flow = f"{part}.{ports['effort']}", f"{part}.{ports['flow']}"
     unit = plan.unit(effort) if inertia else f"{plan.unit(flow)}^2"
     return Pushed(effort, unit, responses[place, row], _flow_of(plan, state), inertia or 1.0)
@@ -149,12 +151,6 @@ def _flow_of(plan: Plan, state: str) -> float:
     return line[1] if line is not None and not line[0] else float(line is None and declared[flow].unit == declared[item].unit)
 
 
-def _inertia(plan: Plan, name: str, values: Mapping[str, float]) -> float:
-    """Return what a force on a part moves, as a mass or an inertia at its place; 0 where the part has none."""
-    item = plan.parts[name].component.ports.get("inertia", "")
-    return value_of(plan, name, item, values) if item else 0.0
-
-
 def value_of(plan: Plan, name: str, item: str, values: Mapping[str, float]) -> float:
     """Return a value of a part, given or in ``values``, or one that follows from its values while it stands."""
     component, given = plan.parts[name].component, plan.values
@@ -190,11 +186,6 @@ def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
         feeds = plan.feeds.items()
         queue += [Place.of(source).part for target, (kind, source) in feeds if kind == "output" and Place.of(target).part == name]
     return tuple(name for name in seen if is_of_machine(name))
-
-
-def wired_parts(assembly: Assembly) -> tuple[tuple[str, str], ...]:
-    """Return which part feeds which, once each."""
-    return tuple(dict.fromkeys((Place.of(wire.source).part, Place.of(wire.target).part) for wire in assembly.wires if wire.source))
 
 
 def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ...]:
@@ -275,13 +266,9 @@ def compared(experiment: Experiment, before: Sequence[Mapping[str, float]], afte
 def _sizes(experiment: Experiment, simulated: FloatArray) -> FloatArray:
     """Return how far simulated channels (channels, samples) are off, once the recording has settled, one root mean square each."""
     begin = int(SETTLING * experiment.own.samples)
-    off = zip(experiment.own.recorded, simulated, strict=True)
-    return np.array([root_mean_square(_counted(experiment, recorded - row)[begin:]) for recorded, row in off])
-
-
-def _counted(experiment: Experiment, values: FloatArray) -> FloatArray:
-    """Return values (samples,) without those that do not count."""
-    return values if experiment.weights is None else np.where(experiment.weights > LARGER_PART, values, np.nan)
+    off = experiment.own.recorded - simulated
+    counted = off if experiment.weights is None else np.where(experiment.weights > LARGER_PART, off, np.nan)
+    return np.array([root_mean_square(row[begin:]) for row in counted])
 
 
 def direction_of(velocity: FloatArray, method: Method = STANDARD) -> FloatArray:

@@ -49,11 +49,6 @@ def is_led(component: type[Component]) -> bool:
     return {"reference_rate", "displacement", "flow"} <= set(component.ports) and "drive" not in component.ports
 
 
-def has_dry_friction(component: type[Component]) -> bool:
-    """Return whether a part has a dry friction of its own, as a parameter."""
-    return "dry_friction" in component.ports
-
-
 SENSED = "sensed_"
 """Beginning of the parts of a replay that say how much of the recorded motion an input senses."""
 

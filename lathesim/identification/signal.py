@@ -108,6 +108,11 @@ def behind(signal: FloatArray, other: FloatArray, most: int) -> int:
     return int(shifts[np.argmax(correlated / np.sqrt(np.maximum(there[0] * there[1], 1e-300)))])
 
 
+def late(values: FloatArray, samples: int) -> FloatArray:
+    """Return values (samples,) so many samples later, the ends held."""
+    return values[np.clip(np.arange(len(values)) - samples, 0, len(values) - 1)]
+
+
 def read_ahead(signal: FloatArray, samples: FloatArray | float) -> FloatArray:
     """Return a signal (samples,) so many samples later, along the cubic spline through what is known of it; at its ends it stays. One that
     grew beyond all bounds is returned as it is."""

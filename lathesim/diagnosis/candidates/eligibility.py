@@ -11,13 +11,15 @@ from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Place
 from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.roles import has_dry_friction
 
 
 def due(model: Model, experiment: Experiment) -> list[Candidate]:
-    """Return the simple effects that may be added: no refinement of another one, and what they stand on is there."""
+    """Return the simple effects that may be added: no refinement of another one, nor one of which a refined form is there, and what they
+    stand on is there."""
     there = {candidate.part for candidate in model.candidates}
-    return [candidate for candidate in experiment.candidates if candidate.part not in there and _is_due(candidate, model, experiment)]
+    refined = {(name, other.at) for other in model.candidates for name in other.effect.identification.generalises}
+    left = [one for one in experiment.candidates if one.part not in there and (one.name, one.at) not in refined]
+    return [one for one in left if not one.effect.identification.generalises and stands(one, model, experiment)]
 
 
 def finer(model: Model, experiment: Experiment) -> list[Candidate]:
@@ -32,24 +34,11 @@ def finer(model: Model, experiment: Experiment) -> list[Candidate]:
     ]
 
 
-def _is_due(candidate: Candidate, model: Model, experiment: Experiment) -> bool:
-    """Return whether a candidate may be added: it is no refinement, what it stands on is there, and no refined form of it is."""
-    refined = {(name, other.at) for other in model.candidates for name in other.effect.identification.generalises}
-    return (
-        not candidate.effect.identification.generalises
-        and stands(candidate, model, experiment)
-        and (candidate.name, candidate.at) not in refined
-    )
-
-
 def stands(candidate: Candidate, model: Model, experiment: Experiment) -> bool:
     """Return whether what a candidate stands on is there: in the model or in the lesson's machine."""
-    there = {
-        (name, other.at) for other in model.candidates for name in (other.name, *other.effect.identification.generalises)
-    } | _in_baseline(experiment)
-    return not candidate.effect.identification.prerequisites or any(
-        (name, candidate.at) in there for name in candidate.effect.identification.prerequisites
-    )
+    forms = {(name, other.at) for other in model.candidates for name in (other.name, *other.effect.identification.generalises)}
+    needed = {(name, candidate.at) for name in candidate.effect.identification.prerequisites}
+    return not needed or bool(needed & (forms | _in_baseline(experiment)))
 
 
 def _in_baseline(experiment: Experiment) -> set[tuple[str, str]]:
@@ -62,7 +51,7 @@ def _in_baseline(experiment: Experiment) -> set[tuple[str, str]]:
             if effect in parts and host in parts and issubclass(parts[effect], Effect):
                 there.add((parts[effect].__name__, host))
     for name, component in parts.items():
-        if has_dry_friction(component):
+        if "dry_friction" in component.ports:
             there.add(("CoulombFriction", name))
     return there
 

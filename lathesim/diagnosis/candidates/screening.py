@@ -45,7 +45,8 @@ def screen(
         if not tried:
             return None
         starts = tuple(_start(candidate, item) for item in _apart(candidate, tried)[:3])
-        return Screened(candidate, _gain(_basis(tried), absorb.residual), starts)
+        amount = _basis(tried) @ absorb.residual
+        return Screened(candidate, 0.5 * float(amount @ amount), starts)
 
     found = [promised for promised in together(one, candidates) if promised is not None]
     return tuple(sorted(found, key=lambda item: -item.gain))
@@ -164,11 +165,6 @@ def _basis(tried: Sequence[_Response]) -> FloatArray:
     values, vectors = np.linalg.eigh(responses @ responses.T)
     good = values > _NOTHING * values[-1]
     return np.asarray((vectors[:, good] / np.sqrt(values[good])).T @ responses)
-
-
-def _gain(basis: FloatArray, residual: FloatArray) -> float:
-    amount = basis @ residual
-    return 0.5 * float(amount @ amount)
 
 
 class _Absorber:

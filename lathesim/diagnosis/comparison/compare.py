@@ -209,14 +209,11 @@ def _started(experiment: Experiment) -> Fitted:
     """
     shown = experiment.start_states(experiment.sensed.plan)
     plan = experiment.sensed.plan
-    rest = [replace(item, start=experiment.sensed.given(item.name)) if _is_a_velocity(plan.unit(item.name)) else item for item in shown]
+    moving = {item.name for item in shown if any(convertible(plan.unit(item.name), unit) for unit in ("m/s", "rad/s"))}
+    rest = [replace(item, start=experiment.sensed.given(item.name)) if item.name in moving else item for item in shown]
     tried = [fit(experiment.sensed, starts, rounds=0) for starts in (rest, shown)]
     tried.append(fit(experiment.sensed, shown, rounds=2, iterations=6, slopes="kept"))
     return min(tried, key=lambda fitted: float(np.sum((fitted.residual / experiment.sensed.seen_floors[:, None]) ** 2)))
-
-
-def _is_a_velocity(unit: str) -> bool:
-    return any(convertible(unit, velocity) for velocity in ("m/s", "rad/s"))
 
 
 def _channels(experiment: Experiment, fitted: Fitted) -> list[ChannelResidual]:
@@ -281,15 +278,12 @@ def _quiet_force(force: FloatArray, noise: FloatArray, total: FloatArray, method
     share of the ``total``; NaN where fewer than the ``fewest`` means would be left."""
     every = quiet_every(force)
     while len(force) >= fewest * every:
-        size, swamped, acts = (_rms(_means(values, every)) for values in (force, noise, total))
+        means = [values[: len(values) // every * every].reshape(-1, every).mean(axis=1) for values in (force, noise, total)]
+        size, swamped, acts = map(_rms, means)
         if size > method.errors * swamped:
             return size, size / acts if acts > 0.0 else math.inf
         every *= 2
     return math.nan, math.nan
-
-
-def _means(values: FloatArray, every: int) -> FloatArray:
-    return np.asarray(values[: len(values) // every * every].reshape(-1, every).mean(axis=1))
 
 
 def _depends_on(

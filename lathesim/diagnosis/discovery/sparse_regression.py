@@ -260,7 +260,8 @@ def _replayed(
         for name, size, column in zip(names, sizes, draft.columns, strict=True)
     )
     size = root_mean_square(missing_signal(validation, judged, draft.row).values)
-    return Discovered(draft.at, draft.unit, addends, share, _role(experiment, draft.at), _domain(draft, motion), size)
+    role = next((role for role, port in experiment.machine.assembly.ports(draft.at).items() if port == Place.of(draft.at).port), "")
+    return Discovered(draft.at, draft.unit, addends, share, role, _domain(draft, motion), size)
 
 
 def _share_of_formula(validation: Experiment, judged: Fitted, second: Experiment, found: Fitted, names: Sequence[str], row: int) -> float:
@@ -303,11 +304,6 @@ def _with_term(assembly: Assembly, draft: _Draft, motion: Mapping[str, FloatArra
     candidate = Part(_TERM, SplineTerm.with_units({"signal": declared.unit}), tables={"basis": table})
     known = {key: getattr(assembly, key) for key in ("sample_period", "step", "finish", "record")}
     return Machinery((*assembly.parts, candidate), tuple(wires.values()), **known, seen_as=seen_as)
-
-
-def _role(experiment: Experiment, at: str) -> str:
-    ports = experiment.machine.assembly.ports(at)
-    return next((role for role, port in ports.items() if port == Place.of(at).port), "")
 
 
 def _unit_over(unit: str, of: str) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from lathesim.diagnosis.explaining.chance import due, is_clear, unresolved
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
@@ -79,15 +81,12 @@ def moves(study: Study, before: Model, after: Model) -> bool:
 def changed_readings(study: Study, before: Model, after: Model) -> list[int]:
     """Return the rows of the channels that a model simulates otherwise than another one by no less than their noise, in the validation
     recording."""
-    floors = study.validation.sensed.seen_floors
+    sensed = study.validation.sensed
+    # where the error of the simulation judges, errors of laws change a reading too
+    by_laws = study.method.within_laws * sensed.seen_spread if study.validation.machine.output_error else 0.0
+    least = np.maximum(sensed.seen_floors, by_laws)
     moved = zip(before.validation_fit.residual, after.validation_fit.residual, strict=True)
-    return [row for row, (one, other) in enumerate(moved) if root_mean_square(one - other) >= max(floors[row], _least_reading(study, row))]
-
-
-def _least_reading(study: Study, row: int) -> float:
-    """Return by how much errors of laws change a reading, one root mean square, where the error of the simulation judges."""
-    validation = study.validation
-    return study.method.within_laws * float(validation.sensed.seen_spread[row]) if validation.machine.output_error else 0.0
+    return [row for row, (one, other) in enumerate(moved) if root_mean_square(one - other) >= least[row]]
 
 
 def least_size(study: Study, model: Model, row: int) -> float:

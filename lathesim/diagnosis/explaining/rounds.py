@@ -146,17 +146,14 @@ def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> 
     # what promises the same at the same place as a simpler form may be its twin: in one direction a weight is that of a friction
     plain = [item for item in worth if (item.candidate.name, item.candidate.at) in simpler]
 
+    apart = least_apart(study.method)
+
     def belongs(item: Screened) -> bool:
         one = item.candidate
         like = (one.name, one.at) in simpler or (one.family, one.at) in alike
-        return like or one.part in rivals or any(_is_twin(item, other, study) for other in plain)
+        return like or one.part in rivals or any(one.at == other.candidate.at and abs(item.gain - other.gain) < apart for other in plain)
 
     return near + [item for item in worth if not any(item is one for one in near) and belongs(item)]
-
-
-def _is_twin(item: Screened, other: Screened, study: Study) -> bool:
-    """Return whether two candidates at one place promise gains that cannot be told apart."""
-    return item.candidate.at == other.candidate.at and abs(item.gain - other.gain) < least_apart(study.method)
 
 
 def simpler_forms(candidate: Candidate) -> set[tuple[str, str]]:

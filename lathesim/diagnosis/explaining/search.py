@@ -256,14 +256,10 @@ def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
         best = chosen(study, trials)
         if best is None or not as_good(best.model, added, study):
             continue
-        if best.parameters <= candidate.counted + added.parameters or _repeats_there_too(added.candidate, candidate):
+        periodic = [one.effect.identification.periodic for one in (added.candidate, candidate)]
+        if best.parameters <= candidate.counted + added.parameters or (added.candidate.at == candidate.at and all(periodic)):
             return _with_finer(study, found, candidate, best)
     return found
-
-
-def _repeats_there_too(added: Candidate, candidate: Candidate) -> bool:
-    """Return whether two effects repeat on one wire: the second may be the shape of the wave of the first."""
-    return added.at == candidate.at and bool(added.effect.identification.periodic and candidate.effect.identification.periodic)
 
 
 def _rival_instead(study: Study, found: Found, added: Tried, rounds: Rounds) -> Found:

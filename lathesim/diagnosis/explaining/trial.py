@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from lathesim.diagnosis.explaining.starts import starts
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.found import Gain, Screened, Tried
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.least_squares import ROUGH, Begun, fit, fit_each
+from lathesim.identification.estimation.least_squares import ROUGH, Begun, Manner, fit, fit_each
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records import Candidate, Fitted, Free, Model, is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, baseline_free
@@ -51,7 +51,8 @@ def tried(study: Study, before: Model, item: Screened, points: FloatArray | None
     if item.candidate.otherwise:
         # nobody says on which side of a spring the only sensor sits, or whether a filter is computed
         constant = {**before.fitted.constant, **item.candidate.otherwise}
-        begun += [Begun(free, constant) for free in starts(study, with_constant(before, constant), item, points)]
+        otherwise = replace(before, fitted=replace(before.fitted, constant=constant))
+        begun += [Begun(free, constant) for free in starts(study, otherwise, item, points)]
     best = max(_rough(study, before, begun, candidates), key=lambda one: one.score)
     gained = gain(best, before.fitted, full_band=is_full_band(candidates))
     if gained.nats < due(study.method):
@@ -59,15 +60,12 @@ def tried(study: Study, before: Model, item: Screened, points: FloatArray | None
     return worth(item.candidate, before, modelled(study, candidates, best))
 
 
-def with_constant(model: Model, constant: Mapping[str, float]) -> Model:
-    """Return a model with other constant values beside its fitted ones."""
-    return replace(model, fitted=replace(model.fitted, constant=constant))
-
-
 def settled_trial(study: Study, before: Model, trial: Tried) -> Tried:
-    """Return a trial fitted until nothing moves any more."""
-    candidates = trial.model.candidates
-    return worth(trial.candidate, before, modelled(study, candidates, settled(study, trial.model.fitted, candidates)))
+    """Return a trial fitted on from where it stands, all slopes taken afresh, until nothing moves any more."""
+    candidates, rough = trial.model.candidates, trial.model.fitted
+    how: Manner = {"rounds": 2, "full_band": is_full_band(candidates), "tolerance": 1e-5, "settle": _SETTLED}
+    fitted = fit(study.estimation.sensed, with_start(rough), rough.constant, **how)
+    return worth(trial.candidate, before, modelled(study, candidates, fitted))
 
 
 def _rough(study: Study, before: Model, begun: Sequence[Begun], candidates: tuple[Candidate, ...]) -> list[Fitted]:
@@ -85,19 +83,9 @@ def _begun(study: Study, before: Model, free: Sequence[Free]) -> Begun:
     The error of a simulation has other slopes a little further on, so that none are known beforehand.
     """
     known = dict(zip(before.fitted.names, before.fitted.sensitivity, strict=True)) if before.fitted.sensitivity is not None else {}
-    near = _begins_at(before, free) and not study.estimation.machine.output_error
+    values = dict(zip(before.fitted.names, before.fitted.values.tolist(), strict=True))
+    near = not study.estimation.machine.output_error and all(one.start == values.get(one.name, one.start) for one in free)
     return Begun(free, before.fitted.constant, known if near else {})
-
-
-def _begins_at(before: Model, free: Sequence[Free]) -> bool:
-    values = before.fitted.by_name
-    return all(one.start == values[one.name] for one in free if one.name in before.fitted.names)
-
-
-def settled(study: Study, fitted: Fitted, candidates: tuple[Candidate, ...]) -> Fitted:
-    """Return a fit gone on with from where it stands, all slopes taken afresh, until nothing moves any more."""
-    wide = is_full_band(candidates)
-    return fit(study.estimation.sensed, with_start(fitted), fitted.constant, rounds=2, full_band=wide, tolerance=1e-5, settle=_SETTLED)
 
 
 def without(study: Study, model: Model, gone: Candidate) -> Model:

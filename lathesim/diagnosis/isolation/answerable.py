@@ -239,7 +239,8 @@ def locked(study: Study, found: Found) -> tuple[Found, tuple[Unanswerable, ...]]
     for part, worth in found.worth.items():
         rivals = _passed_by(study, found, worth, known)
         found = replace(found, rivals={**found.rivals, part: (*found.rivals.get(part, ()), *rivals)})
-    return found, tuple(_unanswerable(looking, one) for one in unseen(looking, shaped))
+    hidden = [(one.shape.candidate, "; ".join(reasons(looking, one))) for one in unseen(looking, shaped)]
+    return found, tuple(Unanswerable(candidate.name, candidate.place, why) for candidate, why in hidden)
 
 
 def _passed_by(study: Study, found: Found, worth: Tried, others: Sequence[ChannelChange]) -> list[Tried]:
@@ -262,9 +263,3 @@ def _passed_by(study: Study, found: Found, worth: Tried, others: Sequence[Channe
 
     trials = together(made, left)
     return [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, worth, study)]
-
-
-def _unanswerable(looking: Looking, one: Visible) -> Unanswerable:
-    """Return an effect that is not seen, with why."""
-    candidate = one.shape.candidate
-    return Unanswerable(candidate.name, candidate.place, "; ".join(reasons(looking, one)))

@@ -157,14 +157,9 @@ def unrecorded_inputs(
                 signal = np.nan_to_num(experiment.sensed.one(values)[row])
                 if not _goes_with_inputs(experiment, command, signal, method):
                     found.append(_described(experiment, command, signal, share, method))
-    certain = {one.command for one in found if _may_be_added(one, method)}
+    # one of simple shape, or one that a contradiction shows and that is smaller than what a wrong column leaves
+    certain = {one.command for one in found if one.shape.share > 0.0 or method.little < one.unexplained < method.larger_part}
     return [one for one in found if one.command in certain]
-
-
-def _may_be_added(one: UnrecordedInput, method: Method) -> bool:
-    """Return whether a signal may be added: one of simple shape, or one that a contradiction shows and that is smaller than what a wrong
-    column leaves."""
-    return one.shape.share > 0.0 or method.little < one.unexplained < method.larger_part
 
 
 def with_inputs(machine: RecordedMachine, added: Sequence[UnrecordedInput]) -> RecordedMachine:

@@ -21,7 +21,7 @@ from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal import strongest_jumps
+from lathesim.identification.signal import late, strongest_jumps
 
 _BLOCKS = 16
 """Blocks of a recording between which a step is looked for, but for two at either end."""
@@ -36,15 +36,15 @@ def changed_midway(experiment: Experiment, fitted: Fitted, method: Method = STAN
         residual = np.nan_to_num(fitted.residual[row])
         recorded = np.nan_to_num(experiment.sensed.recorded[row])
         lags = range(-furthest, furthest + 1)
-        step = _step(np.array([_power(recorded - _late(recorded - residual, lag)) for lag in lags]), method=method)
+        step = _step(np.array([_power(recorded - late(recorded - residual, lag)) for lag in lags]), method=method)
         # from one end of the delays that are looked for to the other nothing is found: what was left out runs beside the motion
         if step is not None and abs(lags[step[1][1]] - lags[step[1][0]]) <= furthest:
             place, (before, after) = step
-            late = lags[after] - lags[before]
-            milliseconds = abs(late) * experiment.sensed.period * 1e3
+            by = lags[after] - lags[before]
+            milliseconds = abs(by) * experiment.sensed.period * 1e3
             return (
-                f"From about {_when(experiment, place):.3g} s on {channel} is {milliseconds:.3g} ms ({abs(late)} samples) "
-                f"{'later' if late > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
+                f"From about {_when(experiment, place):.3g} s on {channel} is {milliseconds:.3g} ms ({abs(by)} samples) "
+                f"{'later' if by > 0 else 'earlier'} beside the other channels than before: samples were lost or repeated. "
                 "Use what comes before, or after."
             )
         scales = scale_step * np.arange(-200, 201)
@@ -102,11 +102,6 @@ def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: M
 
 def _when(experiment: Experiment, place: float) -> float:
     return place / _BLOCKS * experiment.sensed.samples * experiment.sensed.period
-
-
-def _late(values: FloatArray, lag: int) -> FloatArray:
-    """Return values (samples,) so many samples later, the ends held."""
-    return values[np.clip(np.arange(len(values)) - lag, 0, len(values) - 1)]
 
 
 def _power(left: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from lathesim.diagnosis.recording_checks.controllers import share_with, unexplai
 from lathesim.engine.assembly import FloatArray, Part, Place
 from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.roles import decides
-from lathesim.identification.signal import FEWEST_LEVELS, OFF_GRID, SETTLING, grid_spacing, root_mean_square, smallest_step
+from lathesim.identification.signal import FEWEST_LEVELS, OFF_GRID, SETTLING, grid_spacing, late, root_mean_square, smallest_step
 
 
 def mapped_elsewhere(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
@@ -187,7 +187,9 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
             continue
         shifts = [(name, rows) for name in (command, *fed) for rows in range(-MOST_SHIFTED, MOST_SHIFTED + 1) if rows]
         # a column that is moved ends where nothing was recorded: a derivative makes a large command of that
-        left = {(name, by): share_with(experiment, name, _moved(experiment, name, by), row, values, MOST_SHIFTED) for name, by in shifts}
+        left = {
+            (name, by): share_with(experiment, name, late(experiment.record[name], -by), row, values, MOST_SHIFTED) for name, by in shifts
+        }
         best = min(left, key=lambda one: left[one], default=None)
         if best is not None and left[best] < method.little * share:
             name, rows = best
@@ -198,9 +200,3 @@ def _rows_shifted(experiment: Experiment, values: Mapping[str, float], method: M
                 f"what its controller was given, as recorded {share:.1%} of it does not (ChannelTimeShift)."
             )
     return ""
-
-
-def _moved(experiment: Experiment, name: str, rows: int) -> FloatArray:
-    """Return a column read so many rows ahead, the ends held."""
-    column = experiment.record[name]
-    return column[np.clip(np.arange(len(column)) + rows, 0, len(column) - 1)]

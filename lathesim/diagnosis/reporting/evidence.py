@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 
 import numpy as np
 
-from lathesim.diagnosis.location import Compared, missing_signals, places, wired_parts
+from lathesim.diagnosis.location import Compared, missing_signals, places
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location
 from lathesim.diagnosis.records.found import Found, Tried
@@ -20,10 +20,11 @@ from lathesim.identification.signal import LARGER_PART, SETTLING
 
 def gather(validation: Experiment, found: Found, own: Compared) -> Evidence:
     """Return what the report draws, on the validation recording."""
+    wires = [wire for wire in validation.machine.assembly.wires if wire.source]
     return Evidence(
         missing=missing_signals(validation, found.baseline, found.model),
         traces=tuple(_traces(validation, own, found.model.validation_fit.by_name)),
-        wires=wired_parts(validation.machine.assembly),
+        wires=tuple(dict.fromkeys((Place.of(wire.source).part, Place.of(wire.target).part) for wire in wires)),
         tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found)),
         runners_up=tuple(runners_up(found)),
     )

@@ -26,7 +26,8 @@ def answer_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
     if diagnosis.lines.insert:
         lines += ["", "Paste into the lesson:", insert_lines(diagnosis.lines.insert, diagnosis.lines.side), *_beside(diagnosis)]
     if diagnosis.search.untried:
-        lines += ["", f"Not tried: {_first_of(diagnosis.search.untried, Shown.most_rows)}."]
+        names, more = diagnosis.search.untried[: Shown.most_rows], len(diagnosis.search.untried) - Shown.most_rows
+        lines += ["", f"Not tried: {', '.join(names)}{f' and {more} more' if more > 0 else ''}."]
     return [plain(line) for line in lines]
 
 
@@ -48,12 +49,6 @@ def _table(head: tuple[str, ...], rows: Rows) -> list[str]:
 
 def _section(title: str, sentences: Sequence[str]) -> list[str]:
     return ["", title, *(f"- {sentence}" for sentence in sentences)] if sentences else []
-
-
-def _first_of(names: Sequence[str], most: int) -> str:
-    """Return the first names of a list, and how many more there are."""
-    more = names[most:]
-    return ", ".join(names[:most]) + (f" and {len(more)} more" if more else "")
 
 
 def _beside(diagnosis: Diagnosis) -> list[str]:

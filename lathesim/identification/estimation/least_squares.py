@@ -16,7 +16,7 @@ import numpy as np
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation.covariance import covariance_and_misfit
 from lathesim.identification.estimation.fit import Asking, Descent, Fit, Problem, Weighting, descending, side_by_side
-from lathesim.identification.noise import NoiseModel, NoiseShapes, fit_noise_model, whitened, whitened_power
+from lathesim.identification.noise import NoiseModel, fit_noise_model, whitened, whitened_power
 from lathesim.identification.records import Fitted, Free, known_beforehand
 from lathesim.identification.replay.simulator import Simulator
 
@@ -24,11 +24,6 @@ ROUGH = 1e-4
 """A descent that decides between models ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
 Slopes = Literal["kept", "anew", "central"]
-
-
-def noise_of(residual: FloatArray, shapes: Sequence[NoiseShapes]) -> tuple[NoiseModel, ...]:
-    """Return the noise model of every channel of a residual."""
-    return tuple(fit_noise_model(row, shape) for row, shape in zip(residual, shapes, strict=True))
 
 
 def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel], *, full_band: bool = True) -> float:
@@ -166,4 +161,4 @@ class _FreeMachine:
     def noise(self, here: Fit, *, coloured: bool) -> tuple[NoiseModel, ...]:
         """Return the noise models of the residual of a fit, with the machine at its values."""
         named = {**self.constant, **dict(zip(self.free, here.values.tolist(), strict=True))}
-        return noise_of(here.residual, self.simulator.noise_shapes(named, coloured=coloured))
+        return tuple(map(fit_noise_model, here.residual, self.simulator.noise_shapes(named, coloured=coloured)))

@@ -220,11 +220,8 @@ def _starting_points(free: Sequence[Free], starts: int, seed: int) -> list[list[
     from scipy.stats import qmc
 
     spread = qmc.Sobol(len(free), seed=seed).random(1 << (starts - 1).bit_length())[:starts]
-    return [[_begun(item, share) for item, share in zip(free, row, strict=True)] for row in 2.0 * spread - 1.0]
-
-
-def _begun(item: Free, share: float) -> Free:
-    return replace(item, start=float(np.clip(item.start + _SPREAD * share * item.scale, item.low, item.high)))
+    starts_of = [[item.start + _SPREAD * share * item.scale for item, share in zip(free, row, strict=True)] for row in 2.0 * spread - 1.0]
+    return [[replace(item, start=float(np.clip(at, item.low, item.high))) for item, at in zip(free, row, strict=True)] for row in starts_of]
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,7 +38,10 @@ def plain_replay(replayed: Assembly, motion: Collection[str], samples: int, comp
     twins = {output: f"{_TWIN}{output}" for output in rounding}
     parts, wires = list(replayed.parts), list(replayed.wires)
     for name in dict.fromkeys(Place.of(output).part for output in rounding):
-        parts.append(replace(_without_steps(replayed.by_name[name]), name=f"{_TWIN}{name}"))
+        part = replayed.by_name[name]
+        bits = part.component.ports["bits"]
+        most = {bits: part.component.declared(Parameter)[bits].high}
+        parts.append(replace(part, name=f"{_TWIN}{name}", parameters={**part.parameters, **most}))
         wires += [replace(item, target=f"{_TWIN}{item.target}") for item in replayed.wires if Place.of(item.target).part == name]
     asked = (*rounding, *twins.values(), *motion)
     plan = wire(replace(replayed, parts=tuple(parts), wires=tuple(wires), record=asked, finish=""))
@@ -90,8 +93,3 @@ def _rounded(assembly: Assembly, compared: Collection[str]) -> list[str]:
     fed = {item.source for item in assembly.wires}
     outputs = [f"{part.name}.{item}" for part in converters for item in part.component.declared(Output)]
     return [output for output in outputs if output in fed and output not in compared]
-
-
-def _without_steps(part: Part) -> Part:
-    bits = part.component.ports["bits"]
-    return replace(part, parameters={**part.parameters, bits: part.component.declared(Parameter)[bits].high})

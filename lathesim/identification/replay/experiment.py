@@ -394,11 +394,7 @@ def own_run(experiment: Experiment, values: Mapping[str, float]) -> FloatArray:
 
 def own_error(experiment: Experiment, values: Mapping[str, float]) -> float:
     """Return the squared error of the lesson's own simulation with some values, in squared floors, summed over channels and samples."""
-    error = _known(experiment, experiment.sensed.as_seen(own_run(experiment, values)))[:, int(SETTLING * experiment.own.samples) :]
+    seen_there, simulated = experiment.sensed.seen, experiment.sensed.as_seen(own_run(experiment, values))
+    error = np.where(np.isfinite(seen_there), seen_there - simulated, 0.0)[:, int(SETTLING * experiment.own.samples) :]
     with np.errstate(over="ignore"):  # a run that grows beyond all bounds is infinitely far off
         return float(np.sum((np.nan_to_num(error, nan=np.inf) / experiment.sensed.seen_floors[:, None]) ** 2))
-
-
-def _known(experiment: Experiment, simulated: FloatArray) -> FloatArray:
-    """Return recorded less simulated, zero where nothing was recorded."""
-    return np.where(np.isfinite(experiment.sensed.seen), experiment.sensed.seen - simulated, 0.0)

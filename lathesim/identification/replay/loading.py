@@ -116,8 +116,10 @@ def _recorded_machine(assembly: Machinery, mapping: RecordingMapping, records: S
     """Return a machine that takes the inputs of the first recording and is sampled as the last one is, of which nothing is uncertain."""
     period = records[-1].sample_period
     between = {signal.target: signal.between for signal in mapping.signals}
+    # what follows from the driven inputs, as a rate, is driven too
+    driven = (*mapping.targets("drive"), *(name for name in records[0].channels if name not in between))
     return RecordedMachine(
-        at_period(assembly, period), driven_of(mapping, records[0]), mapping.targets("compare"), {}, {},
+        at_period(assembly, period), driven, mapping.targets("compare"), {}, {},
         decisions=decisions_for_each(period, assembly), clock=clock_beside(period, assembly), between=between,
     )  # fmt: skip
 
@@ -154,12 +156,6 @@ def noise_of_rows(mapped: MappedRecording) -> dict[str, float]:
         return {}
     steps = {name: smallest_step(known := values[np.isfinite(values)]) or grid_spacing(known) for name, values in mapped.taken.items()}
     return {name: max(steps[name] / math.sqrt(12.0), row_noise(mapped.marks, values)) for name, values in mapped.taken.items()}
-
-
-def driven_of(mapping: RecordingMapping, record: Record) -> tuple[str, ...]:
-    """Return the inputs that a recording gives: those of the mapping, and those that follow from them."""
-    mapped = {signal.target for signal in mapping.signals}
-    return (*mapping.targets("drive"), *(name for name in record.channels if name not in mapped))
 
 
 def _refuse_empty(file: Path, mapped: MappedRecording, mapping: RecordingMapping) -> None:

@@ -83,7 +83,8 @@ def _sits_at(assembly: Assembly, effect: str) -> set[str]:
 
 def cut(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> Assembly:
     """Return the assembly in which each recorded channel feeds its wires as it was recorded; the parts still compute their own."""
-    held, bench = _held_channels(assembly, recorded), Rewiring(assembly)
+    plan, bench = wire(assembly), Rewiring(assembly)
+    held = {channel for channel in recorded if not plan.moves_between_samples(seen(assembly, channel))}
     for channel, values in recorded.items():
         targets = [target for target in bench.fed_by(seen(assembly, channel)) if not _senses_own_host(assembly, target)]
         if targets:
@@ -121,17 +122,13 @@ def _taken_by_processes(bench: Rewiring, output: str) -> list[str]:
     return found
 
 
-def is_a_process(component: type[Component]) -> bool:
-    """Return whether a part neither moves nor drives nor measures: stock, tool and cut."""
-    return not {"effort", "drive", "measured", "reading"} & set(component.ports)
-
-
 def _is_of_a_process(bench: Rewiring, target: str) -> bool:
-    """Return whether an input is of parts that neither move nor measure, through effects that sit on it and what belongs to them."""
+    """Return whether an input is of parts that neither move nor drive nor measure, as stock, tool and cut, through effects that sit on it
+    and what belongs to them."""
     part, item = Place.of(target)
     component = bench.parts[part].component
     if "incoming" not in component.declared(Input):
-        return is_a_process(component)
+        return not {"effort", "drive", "measured", "reading"} & set(component.ports)
     fed = bench.fed_by(f"{part}.outgoing")
     return item == "incoming" and bool(fed) and all(_is_of_a_process(bench, end) for end in fed)
 
@@ -268,11 +265,6 @@ def _senses_own_host(assembly: Assembly, target: str) -> bool:
     part, item = Place.of(target)
     component = assembly.by_name[part].component
     return issubclass(component, (Effect, GoesWithMain)) and item != "incoming"
-
-
-def _held_channels(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> set[str]:
-    plan = wire(assembly)
-    return {channel for channel in recorded if not plan.moves_between_samples(seen(assembly, channel))}
 
 
 def _is_late(component: type[Component]) -> bool:
