@@ -149,30 +149,10 @@ def test_a_sound_machine_needs_no_new_lesson(sound: tuple[Path, Path, Path], tmp
     assert answer["report"] == str(tmp_path / "report.html")
 
 
-def test_ctrl_c_keeps_what_is_known(
+def test_a_request_to_terminate_keeps_what_is_known(
     rubbing: tuple[Path, Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    import lathesim.diagnosis.explaining.rounds as searching
-
-    screen, rounds = searching.screen, []
-
-    def interrupted(*given: Any, **more: Any) -> Any:
-        rounds.append(1)
-        if len(rounds) == 2:
-            raise KeyboardInterrupt
-        return screen(*given, **more)
-
-    monkeypatch.setattr(searching, "screen", interrupted)
-    said = diagnosed(capsys, rubbing, "--out", tmp_path)
-    assert said.code == 130
-    assert "The simulation left out CoulombFriction at x_axis." in said.out
-    assert "The search was stopped before it had tried everything." in said.out
-    assert (tmp_path / "report.html").is_file()
-
-
-def test_a_request_to_terminate_keeps_what_is_known(
-    rubbing: tuple[Path, Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+    """It interrupts as Ctrl-C does."""
     import lathesim.diagnosis.explaining.rounds as searching
 
     screen, rounds = searching.screen, []
@@ -184,9 +164,11 @@ def test_a_request_to_terminate_keeps_what_is_known(
         return screen(*given, **more)
 
     monkeypatch.setattr(searching, "screen", terminated)
-    said = diagnosed(capsys, rubbing, "--no-report")
+    said = diagnosed(capsys, rubbing, "--out", tmp_path)
     assert said.code == 130
     assert "The simulation left out CoulombFriction at x_axis." in said.out
+    assert "The search was stopped before it had tried everything." in said.out
+    assert (tmp_path / "report.html").is_file()
     assert signal.getsignal(signal.SIGTERM) is not signal.default_int_handler
 
 
