@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.discovery.generated_plugin import plugin_text
-from lathesim.diagnosis.discovery.sparse_regression import discover
+from lathesim.diagnosis.discovery.sparse_regression import Discovered, discover
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.density import gain
 from lathesim.diagnosis.explaining.plausible import strained
@@ -22,7 +22,7 @@ from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_measured, other_laws
 from lathesim.diagnosis.recording_checks.checks import SLOW_LOG
 from lathesim.diagnosis.recording_checks.controllers import AnotherLaw
-from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
+from lathesim.diagnosis.recording_checks.wrong_readings import coarse_counts
 from lathesim.diagnosis.records.diagnosis import (
     NAMING,
     TOO_SLOW,
@@ -40,7 +40,6 @@ from lathesim.diagnosis.records.diagnosis import (
     Unnamed,
     Verdict,
 )
-from lathesim.diagnosis.records.discovered import Discovered
 from lathesim.diagnosis.records.found import Found, Gain, RankedEffect
 from lathesim.diagnosis.reporting.effect_report import bounded, declared_in, reported
 from lathesim.diagnosis.reporting.evidence import gather, located
@@ -63,11 +62,10 @@ from lathesim.recordings.raw_table import Finding
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What the answer is drawn from: the recordings, what was found, the lesson's own simulation, what is missing, what was decided."""
+    """What the answer is drawn from: the recordings, what was found, what is missing, what was decided."""
 
     prepared: PreparedQuestion
     found: Found
-    own: Compared
     evidence: Evidence
     baseline: dict[str, BaselineValue]
     doubts: tuple[Doubt, ...]
@@ -119,7 +117,7 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
     differ = is_clear(moved, method) and moved.share > study.least_share
     values_differ = differ or bool(found.values_off)
     verdict, rule = decided(bool(effects_found), doubted, tied=tied, values_differ=values_differ, another_law=bool(laws))
-    outcome = _Outcome(prepared, found, own, evidence, _baseline(experiment, found, values), doubted, tuple(laws), verdict in NAMING)
+    outcome = _Outcome(prepared, found, evidence, _baseline(experiment, found, values), doubted, tuple(laws), verdict in NAMING)
     read_off = {f"{candidate.part}.{candidate.effect.identification.spacing}": count for candidate, count in counts}
     effects = _effects(outcome, effects_found, replace(values, by_name={**values.by_name, **read_off}))
     location = _location(outcome, effects, [candidate for candidate, _ in counts])

@@ -33,12 +33,11 @@ from lathesim.record import stretches
 
 @dataclass(frozen=True)
 class OffChannel:
-    """A channel whose replay is off: root mean square over the floor, the parts it passes through, and when it is largest [s]."""
+    """A channel whose replay is off: root mean square over the floor, and the parts it passes through."""
 
     channel: str
     over_floor: float
     parts: tuple[str, ...]
-    windows: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -166,12 +165,7 @@ def places(experiment: Experiment, fitted: Fitted) -> list[OffChannel]:
     result = []
     for row, channel in enumerate(experiment.machine.compare):
         over = float(np.sqrt(np.mean(fitted.residual[row] ** 2)) / experiment.sensed.replayed_floors[row])
-        parts = passed_through(experiment.sensed.plan, experiment.sensed.channels[row])
-        result.append(
-            OffChannel(
-                channel, over, parts, _windows(missing_signal(experiment, fitted, row).values, experiment.machine.assembly.sample_period)
-            )
-        )
+        result.append(OffChannel(channel, over, passed_through(experiment.sensed.plan, experiment.sensed.channels[row])))
     return sorted(result, key=lambda place: -place.over_floor)
 
 
@@ -188,8 +182,8 @@ def passed_through(plan: Plan, channel: str) -> tuple[str, ...]:
     return tuple(name for name in seen if is_of_machine(name))
 
 
-def _windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ...]:
-    """Return up to five stretches in which the missing signal is largest."""
+def largest_windows(signal: FloatArray, period: float) -> tuple[tuple[float, float], ...]:
+    """Return up to five stretches of time [s] in which a missing signal is largest."""
     width = max(1, len(signal) // 200)
     power = np.convolve(signal * signal, np.ones(width) / width, mode="same")
     limit = float(np.quantile(power, 0.95))

@@ -18,7 +18,7 @@ from lathesim.diagnosis.recording_checks.checks import (
     too_slow_for_commands,
 )
 from lathesim.diagnosis.recording_checks.controllers import AnotherLaw, another_law, controller_value, with_commands_followed
-from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
+from lathesim.diagnosis.recording_checks.wrong_readings import sensor_zeros
 from lathesim.diagnosis.records.found import ControllerValue, Found
 from lathesim.effects.effect import Effect
 from lathesim.identification.estimation.least_squares import fit

@@ -8,8 +8,7 @@ import pytest
 
 from lathesim.conformance import check_component
 from lathesim.diagnosis.discovery.generated_plugin import plugin_text
-from lathesim.diagnosis.discovery.sparse_regression import discover
-from lathesim.diagnosis.records.discovered import Addend, Discovered, Span
+from lathesim.diagnosis.discovery.sparse_regression import Addend, Discovered, Span, discover
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import Part, Wire
 from lathesim.engine.run import run

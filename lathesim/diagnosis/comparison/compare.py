@@ -22,7 +22,7 @@ from lathesim.diagnosis.explanations.of_recording import conditions_of, of_chann
 from lathesim.diagnosis.location import FORCES, missing_share, missing_signal, places
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.recording_checks.checks import CHECKS_OF_RECORDINGS, found_by
-from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
+from lathesim.diagnosis.recording_checks.wrong_readings import sensor_zeros
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import fit

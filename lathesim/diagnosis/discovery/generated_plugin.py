@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 
-from lathesim.diagnosis.records.discovered import Discovered
+from lathesim.diagnosis.discovery.sparse_regression import Discovered
 
 _INPUTS = (("flow", "v", "velocity"), ("displacement", "q", "position"))
 _BELOW = {"v": "{flow}", "q": "{displacement}", "t": "s"}

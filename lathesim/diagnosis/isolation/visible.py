@@ -26,7 +26,6 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from scipy.fft import rfft
 
 from lathesim.diagnosis.candidates.screening import is_limit
 from lathesim.diagnosis.candidates.starting_points import limit_points
@@ -40,34 +39,11 @@ from lathesim.diagnosis.records.found import Gain
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.least_squares import log_likelihood
 from lathesim.identification.execution import together
-from lathesim.identification.noise import NoiseModel, fit_noise_model
+from lathesim.identification.noise import NoiseModel, fit_noise_model, whitened
 from lathesim.identification.records import Candidate, Fitted, Model, instants_of, is_full_band, known_beforehand
 from lathesim.identification.signal import BEYOND, root_mean_square
 
 _NO_GAIN = Gain(0.0, 0.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Transformed:
-    """Changes of channels by the frequencies of the motion: of each channel the transforms (changes, frequencies) and means (changes,)."""
-
-    transforms: tuple[FloatArray, ...]
-    means: tuple[FloatArray, ...]
-
-    @classmethod
-    def of(cls, noise: Sequence[NoiseModel], changes: FloatArray) -> Transformed:
-        """Return changes (n, channels, samples) as noise models of these kinds see them."""
-        rows = [changes[:, row] for row in range(len(noise))]
-        seen = [rfft(one.tapered(row))[:, : one.bins(full_band=False)] for one, row in zip(noise, rows, strict=True)]
-        return cls(tuple(seen), tuple(np.asarray(one.mean_of(row)) for one, row in zip(noise, rows, strict=True)))
-
-    def white(self, noise: Sequence[NoiseModel]) -> FloatArray:
-        """Return them as independent numbers of variance one, (n, numbers)."""
-        found = []
-        for model, transform, mean in zip(noise, self.transforms, self.means, strict=True):
-            scaled = transform * model.gain[: transform.shape[1]]
-            found += [scaled.real, scaled.imag, (mean / model.mean_spread)[:, None]]
-        return np.concatenate(found, axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +54,6 @@ class Taken:
     slopes: FloatArray
     """Change of the channels for one unit of each value (values, channels, samples)."""
     noise: tuple[NoiseModel, ...]
-    transformed: Transformed
     held: FloatArray
     """What holds each value: one over its standard deviation beforehand (values,)."""
 
@@ -86,19 +61,18 @@ class Taken:
     def of(cls, fitted: Fitted) -> Taken:
         """Return what the values of a fit take up."""
         slopes = np.zeros((0, *fitted.residual.shape)) if fitted.sensitivity is None else -fitted.sensitivity
-        held = np.sqrt(known_beforehand(fitted.free))
-        return cls(tuple(fitted.names), slopes, fitted.noise, Transformed.of(fitted.noise, slopes), held)
+        return cls(tuple(fitted.names), slopes, fitted.noise, np.sqrt(known_beforehand(fitted.free)))
 
     @cached_property
     def white(self) -> FloatArray:
         """The slopes as independent numbers of variance one where the noise is that of the fit, (values, numbers)."""
-        return self.transformed.white(self.noise)
+        return whitened(self.noise, self.slopes, full_band=False)
 
     def amounts(self, change: FloatArray, noise: Sequence[NoiseModel]) -> FloatArray:
         """Return by how much each value takes up a change (channels, samples) where the noise is such, (values,)."""
-        white = self.white if noise is self.noise else self.transformed.white(noise)
+        white = self.white if noise is self.noise else whitened(noise, self.slopes, full_band=False)
         known = white @ white.T + np.diag(self.held**2)
-        wanted = white @ Transformed.of(noise, change[None]).white(noise)[0]
+        wanted = white @ whitened(noise, change[None], full_band=False)[0]
         size = np.sqrt(np.maximum(np.diag(known), 1e-300))
         return np.asarray(np.linalg.lstsq(known / np.outer(size, size), wanted / size)[0] / size)
 

@@ -1,21 +1,26 @@
-"""Whether a reading is in another unit than the lesson says, or was cut off where it was read, and not in the machine.
+"""Whether a reading is in another unit than the lesson says, from another zero, in coarser counts, or was cut off where it was read.
 
 A drive at its limit shows as a current that stands, and so does a logger whose range is too small. The drive's machine goes where that
 current takes it; that of the logger goes on as if there were none: everything else that was recorded follows without a limit.
+
+A replay cannot show counts, as rounding is noise to it. The values tell them at once: all of them are whole multiples of one spacing.
+A second sensor of one motion has its zero nowhere near that of the first one on most machines, which is no error of either.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
 from lathesim.analysis.display_unit import shown_with_unit
 from lathesim.diagnosis.location import FORCES, missing_share
 from lathesim.diagnosis.method import STANDARD, Method
+from lathesim.engine.assembly import Place
+from lathesim.identification.estimation.estimates import Estimate
 from lathesim.identification.records import Candidate, Fitted
 from lathesim.identification.replay.experiment import Experiment
-from lathesim.identification.signal import SETTLING, root_mean_square
+from lathesim.identification.signal import FEWEST_LEVELS, OFF_GRID, SETTLING, grid_spacing, root_mean_square
 from lathesim.recordings.recorded_channel import known_factor
 
 
@@ -97,3 +102,68 @@ def _goes_beyond(recorded: np.ndarray, simulated: np.ndarray, level: float, side
     usual = float(np.quantile(np.abs(recorded - simulated)[inside], method.nearly_all))
     beyond = side * (simulated - recorded)[flat]
     return float(np.mean(beyond > 0.0)) > method.nearly_all and float(np.median(beyond)) > method.errors * usual
+
+
+def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]:
+    """Return a sentence for each second sensor whose zero differs from that of the first one or of the prescribed position."""
+    told = []
+    sensed = experiment.sensed
+    for row in sorted(sensed.led):
+        simulated = sensed.channel([], [], sensed.plan.channels.index(sensed.channels[row]))
+        apart = sensed.recorded[row] - simulated
+        apart = apart[np.isfinite(apart)] if np.isfinite(apart).any() else np.zeros(1)
+        middle, spread = float(np.mean(apart)), float(np.std(apart))
+        if abs(middle) > method.errors * max(spread, float(sensed.seen_floors[row])):
+            shown = shown_with_unit(abs(middle), sensed.plan.unit(sensed.channels[row]), 3)
+            told.append(
+                f"{experiment.machine.compare[row]} has its zero {shown} beside that of the reference; taken for no error of either."
+            )
+    for row, (first, apart) in experiment.sensed.zeros().items():
+        shown_there = experiment.sensed.seen[row][np.isfinite(experiment.sensed.seen[row])]
+        spread = float(np.std(shown_there)) if len(shown_there) else 0.0
+        if abs(apart) > method.errors * max(spread, float(experiment.sensed.seen_floors[row])):
+            name, other = experiment.machine.compare[row], experiment.machine.compare[first]
+            shown = shown_with_unit(abs(apart), experiment.sensed.plan.unit(experiment.sensed.channels[row]), 3)
+            told.append(f"{name} has its zero {shown} beside that of {other}; taken for no error of either.")
+    return told
+
+
+def coarse_counts(
+    experiments: Sequence[Experiment], known: Collection[Candidate] = (), method: Method = STANDARD
+) -> list[tuple[Candidate, Estimate]]:
+    """Return each effect whose size is the spacing of what a sensor reads, with that spacing, where all recordings show one that is coarser
+    than the lesson's sensor has; ``known`` ones are not given again. A sensor that the lesson takes for exact tells nothing: every
+    recording keeps only so many digits."""
+    seen = [_on_grids(experiment, method=method) for experiment in experiments]
+    found = []
+    for candidate in experiments[0].candidates:
+        spacings = np.array([grids.get(candidate.part, 0.0) for grids in seen])
+        middle, spread = float(np.mean(spacings)), float(np.ptp(spacings))
+        if spread < OFF_GRID * middle and all(candidate.part != other.part for other in known):
+            error = spread + OFF_GRID * middle / FEWEST_LEVELS
+            found.append((candidate, Estimate(middle, error, error)))
+    return found
+
+
+def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, float]:
+    found: dict[str, float] = {}
+    period = experiment.machine.assembly.sample_period
+    for candidate in (candidate for candidate in experiment.candidates if candidate.effect.identification.spacing):
+        ports = experiment.machine.assembly.ports(candidate.at)
+        # the rate of an encoder is one count a sample, or several
+        for role, counts in (("reading", 1.0), ("rate", period)):
+            channel = f"{candidate.at}.{ports.get(role, '')}"
+            if channel in experiment.machine.compare and (known := _declared(experiment, channel, counts)) > 0.0:
+                spacing = counts * grid_spacing(experiment.record[channel])
+                if spacing > method.alike * known:
+                    found.setdefault(candidate.part, spacing)
+    return found
+
+
+def _declared(experiment: Experiment, channel: str, counts: float) -> float:
+    """Return the counts [SI] in which a sensor reads as far as the lesson tells, 0 where it does not; ``counts`` make one unit of the
+    channel."""
+    name = experiment.machine.assembly.ports(channel).get("resolution", "")
+    return max(
+        experiment.own.given(f"{Place.of(channel).part}.{name}") if name else 0.0, counts * experiment.machine.resolution.get(channel, 0.0)
+    )

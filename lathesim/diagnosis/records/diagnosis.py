@@ -302,79 +302,52 @@ def with_unit(number: str, unit: str) -> str:
 def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the JSON of a diagnosis; numbers that are not finite become null."""
     place, values = diagnosis.location, ("unit", "given", "refit_without", "refit_with", "low", "high")
-    return dict(
-        eight_digits(
-            {
-                "schema": SCHEMA,
-                "lesson": diagnosis.question.lesson,
-                "verdict": diagnosis.verdict,
-                "sentence": diagnosis.sentence,
-                "effects": [_effect(effect) for effect in diagnosis.effects],
-                "location": {
-                    "components": place.components,
-                    "channels": place.channels,
-                    "windows_s": place.windows,
-                    "variables": place.variables,
-                },
-                "fit": diagnosis.fit,
-                "missing": [
-                    {
-                        "at": item.at,
-                        "unit": item.unit,
-                        "before": item.sizes[0],
-                        "after": item.sizes[1],
-                        "share_before": known_share(item.share_before),
-                        "share_after": known_share(item.share_after),
-                    }
-                    for item in diagnosis.evidence.missing
-                ],
-                "removed_share": diagnosis.rest.removed_share,
-                "adequate": diagnosis.rest.adequate,
-                "baseline": {name: {key: getattr(item, key) for key in values} for name, item in diagnosis.baseline.items()},
-                "insert": diagnosis.lines.insert,
-                "side": diagnosis.lines.side,
-                "left": diagnosis.rest.left,
-                "not_told": diagnosis.rest.not_told,
-                "recording": diagnosis.question.findings,
-                "discovered": diagnosis.rest.discovered or None,
-                "rule": diagnosis.search.rule,
-                "history": [_step(number, step) for number, step in enumerate(diagnosis.search.history, start=1)],
-                "complete": diagnosis.complete,
-                "report": None,
-                "wall_time_s": diagnosis.search.wall_time,
-            }
-            | _OF_EARLIER_METHODS
-            | {"untried": diagnosis.search.untried, "explanations": diagnosis.search.explanations, "unnamed": diagnosis.rest.unnamed}
-            | {"unanswerable": diagnosis.rest.unanswerable}
-        )
-    )
+    told = {
+        "schema": SCHEMA,
+        "lesson": diagnosis.question.lesson,
+        "verdict": diagnosis.verdict,
+        "sentence": diagnosis.sentence,
+        "effects": [_effect(effect) for effect in diagnosis.effects],
+        "location": {"components": place.components, "channels": place.channels, "windows_s": place.windows, "variables": place.variables},
+        "fit": diagnosis.fit,
+        "missing": [
+            {"at": item.at, "unit": item.unit, "before": item.sizes[0], "after": item.sizes[1],
+             "share_before": known_share(item.share_before), "share_after": known_share(item.share_after)}
+            for item in diagnosis.evidence.missing
+        ],
+        "removed_share": diagnosis.rest.removed_share,
+        "adequate": diagnosis.rest.adequate,
+        "baseline": {name: {key: getattr(item, key) for key in values} for name, item in diagnosis.baseline.items()},
+        "insert": diagnosis.lines.insert,
+        "side": diagnosis.lines.side,
+        "left": diagnosis.rest.left,
+        "not_told": diagnosis.rest.not_told,
+        "recording": diagnosis.question.findings,
+        "discovered": diagnosis.rest.discovered or None,
+        "rule": diagnosis.search.rule,
+        "history": [_step(number, step) for number, step in enumerate(diagnosis.search.history, start=1)],
+        "complete": diagnosis.complete,
+        "report": None,
+        "wall_time_s": diagnosis.search.wall_time,
+        **_OF_EARLIER_METHODS,
+        "untried": diagnosis.search.untried,
+        "explanations": diagnosis.search.explanations,
+        "unnamed": diagnosis.rest.unnamed,
+        "unanswerable": diagnosis.rest.unanswerable,
+    }  # fmt: skip
+    return dict(eight_digits(told))
 
 
 def _step(number: int, step: Step) -> dict[str, Any]:
-    return {
-        "step": number,
-        "move": step.move,
-        "in": step.came_in,
-        "out": step.went,
-        "log_likelihood_gain": step.gain,
-        "validation_gain": step.validation_gain,
-        "why": step.why,
-    }
+    told = {"step": number, "move": step.move, "in": step.came_in, "out": step.went}
+    return {**told, "log_likelihood_gain": step.gain, "validation_gain": step.validation_gain, "why": step.why}
 
 
 def _effect(effect: FoundEffect) -> dict[str, Any]:
+    sizes = {name: {"value": item.value, "unit": item.unit, "low": item.low, "high": item.high} for name, item in effect.parameters.items()}
     return {
-        "effect": effect.effect,
-        "at": effect.at,
-        "family": effect.family,
-        "probability": effect.probability,
-        "parameters": {
-            name: {"value": item.value, "unit": item.unit, "low": item.low, "high": item.high} for name, item in effect.parameters.items()
-        },
-        "tied_with": effect.tied_with,
-        "separating_experiment": effect.separating_experiment,
-        "share": effect.share,
-        "undetermined": effect.sizes.undetermined,
-        "may_be_zero": effect.sizes.may_be_zero,
+        "effect": effect.effect, "at": effect.at, "family": effect.family, "probability": effect.probability, "parameters": sizes,
+        "tied_with": effect.tied_with, "separating_experiment": effect.separating_experiment, "share": effect.share,
+        "undetermined": effect.sizes.undetermined, "may_be_zero": effect.sizes.may_be_zero,
         **({"before": effect.before} if effect.before else {}),
-    }
+    }  # fmt: skip

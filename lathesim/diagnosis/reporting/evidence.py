@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 
 import numpy as np
 
-from lathesim.diagnosis.location import Compared, missing_signals, places
+from lathesim.diagnosis.location import Compared, largest_windows, missing_signals, places
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location
 from lathesim.diagnosis.records.found import Found, Tried
@@ -88,7 +88,8 @@ def located(
     hosts = [Place.of(candidate.at).part for candidate in found.model.candidates] if named else []
     channels = [place.channel for place in worst if place.over_floor > 1.0]
     suspects = hosts or suspected(validation, evidence, channels, method=method)
-    windows = worst[0].windows if worst else ()
+    missing = evidence.missing[validation.machine.compare.index(worst[0].channel)].before if worst else np.zeros(1)
+    windows = largest_windows(missing, validation.machine.assembly.sample_period)
     return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, tuple(dict.fromkeys(variables))[: Shown.most_variables])
 
 

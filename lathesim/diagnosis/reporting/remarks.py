@@ -25,16 +25,14 @@ def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray
 
 
 def value_instead(names: tuple[str, ...], baseline: Mapping[str, BaselineValue], *, whole: bool) -> list[str]:
-    """Return which value explains the recordings by itself, or takes a part of it away where it does not do the ``whole``, and which others
-    would as well."""
+    """Return which value explains the recordings by itself, or takes a part of it away where it does not do the ``whole``."""
     if not names:
         return []
     item = baseline[names[0]]
     off = f" ({item.refit_with / item.given - 1.0:+.0%})" if item.given else ""
     does = "explains the error by itself" if whole else "explains a part of the error"
     told = f"{names[0]} of {with_unit(f'{item.refit_with:.4g}', item.unit)}{off} {does}, though the lesson declares it impossible"
-    others = f"; so would another value of {' or of '.join(names[1:])}" if len(names) > 1 else ""
-    return [f"{told}{others}. Measure it, and give its uncertainty in the lesson."]
+    return [f"{told}. Measure it, and give its uncertainty in the lesson."]
 
 
 def at_their_bounds(names: Sequence[str]) -> list[str]:

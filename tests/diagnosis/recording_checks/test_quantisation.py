@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.recording_checks.quantisation import coarse_counts
+from lathesim.diagnosis.recording_checks.wrong_readings import coarse_counts
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.sensor_errors import Quantisation
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine, build_experiments

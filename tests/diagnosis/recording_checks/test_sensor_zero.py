@@ -6,7 +6,7 @@ import pytest
 from lathesim.components.axes import LedAxis
 from lathesim.components.sensors import LinearEncoder
 from lathesim.diagnosis.location import compared
-from lathesim.diagnosis.recording_checks.sensor_zero import sensor_zeros
+from lathesim.diagnosis.recording_checks.wrong_readings import sensor_zeros
 from lathesim.effects.backlash_and_screw import CumulativePitchError, ThermalScrewGrowth
 from lathesim.effects.sensor_errors import LostCounts
 from lathesim.effects.time_shift import ChannelTimeShift
