@@ -67,9 +67,8 @@ class ControlSetting:
 
 @dataclass(frozen=True)
 class Control:
-    """A control: its name, what begins a comment, the axes that it has settings for, what it holds, and what it lacks, in a sentence."""
+    """A control: what begins a comment, the axes that it has settings for, what it holds, and what it lacks, in a sentence."""
 
-    title: str
     comment: str
     letters: str
     holds: Mapping[str, ControlSetting]
@@ -218,7 +217,6 @@ def _play(says: str, file: str, section: str, digits: str, *rows: str) -> dict[s
 
 
 LINUXCNC = Control(
-    "LinuxCNC",
     "#",
     _LETTERS,
     {
@@ -251,7 +249,6 @@ LINUXCNC = Control(
     "LinuxCNC compensates play, screw, offset, lag and resonance, and has no setting for friction or an input shaper",
 )
 GRBLHAL = Control(
-    "grblHAL",
     ";",
     _LETTERS[:6],
     _play(
@@ -261,7 +258,6 @@ GRBLHAL = Control(
     "grblHAL compensates play, and has no setting for screw, friction or vibration",
 )
 SMOOTHIEWARE = Control(
-    "Smoothieware",
     "#",
     _LETTERS[:3],
     _play(
@@ -271,14 +267,12 @@ SMOOTHIEWARE = Control(
     "Smoothieware compensates play, and has no setting for screw, friction or vibration",
 )
 KLIPPER = Control(
-    "Klipper",
     "#",
     _LETTERS[:2],
     {"InputShaper": ControlSetting(_shaper, "Hz. It rounds corners by half a vibration, and does not hold what a cut excites.")},
     "Klipper shapes the path of X and Y against vibration, and has no setting for play, screw or friction",
 )
 SINUMERIK = Control(
-    "SINUMERIK",
     ";",
     _LETTERS,
     {

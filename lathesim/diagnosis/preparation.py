@@ -114,8 +114,7 @@ def prepare(question: Question) -> PreparedQuestion:
 
 
 def _against_commands(prepared: PreparedQuestion, given: Mapping[str, float]) -> PreparedQuestion:
-    """Return the recordings checked against the commands of the lesson's controllers, with signals that nobody recorded where these explain
-    what a command does otherwise."""
+    """Return the recordings checked against the controllers' commands, with signals that nobody recorded where these explain one."""
     question, method = prepared.question, prepared.question.method
     # a feed-forward may be more than all that the lesson's controller does
     laws = {law.channel: law.feed_forward for law in another_law(prepared.experiment, prepared.validation, given, method=method)}

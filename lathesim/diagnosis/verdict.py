@@ -36,8 +36,7 @@ from lathesim.identification.signal import SETTLING, root_mean_square
 
 
 def decided(named: bool, doubts: Sequence[Doubt], *, tied: bool, values_differ: bool, another_law: bool = False) -> tuple[Verdict, str]:
-    """Return the verdict with its reason in words: what predicts best names it; only where nothing of the catalogue does is what is missing
-    unknown."""
+    """Return the verdict with its reason: what predicts best names it; unknown is only what nothing of the catalogue predicts."""
     if named:
         return ("tied", "another explanation predicts as well") if tied else ("named", "no other explanation predicts as well")
     if another_law:
@@ -245,8 +244,7 @@ RULE = "a command does not follow from its controller, and everything else agree
 
 
 def agrees(answer: Diagnosis) -> bool:
-    """Return whether the rest of the machine agrees with its recordings once the added signals are known: nothing speaks against the model,
-    or effects are named."""
+    """Return whether nothing else speaks against the model once the added signals are known, or effects are named."""
     return answer.verdict != "recording_fault" and (answer.rest.adequate or answer.names)
 
 

@@ -74,8 +74,7 @@ class Candidate:
 
     @property
     def otherwise(self) -> dict[str, float]:
-        """Return the settings of a second form that is tried too, as nobody says which it is: the sensor sits before the effect's spring,
-        or the filter is computed."""
+        """Return the settings of a second form that is tried too: the sensor sits before the effect's spring, or the filter is computed."""
         flag = self.effect.identification.held_flag
         return dict.fromkeys(self.seat.unsaid_side.values(), 0.0) | ({f"{self.part}.{flag}": COMPUTED} if flag else {})
 
@@ -236,8 +235,7 @@ def with_start(fitted: Fitted) -> list[Free]:
 
 @dataclass(frozen=True)
 class Model:
-    """The baseline with some effects, fitted; ``validation_fit`` is the model on the validation recording, with only what belongs to a
-    recording fitted anew."""
+    """The baseline with some effects, fitted; in ``validation_fit`` only what belongs to a recording is fitted anew."""
 
     candidates: tuple[Candidate, ...]
     fitted: Fitted

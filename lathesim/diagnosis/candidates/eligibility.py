@@ -14,8 +14,7 @@ from lathesim.identification.replay.experiment import Experiment
 
 
 def due(model: Model, experiment: Experiment) -> list[Candidate]:
-    """Return the simple effects that may be added: no refinement of another one, nor one of which a refined form is there, and what they
-    stand on is there."""
+    """Return the simple effects that may be added: what they stand on is there, and no refined form of them is."""
     there = {candidate.part for candidate in model.candidates}
     refined = {(name, other.at) for other in model.candidates for name in other.effect.identification.generalises}
     left = [one for one in experiment.candidates if one.part not in there and (one.name, one.at) not in refined]
@@ -73,7 +72,6 @@ def without_one_sided(experiments: Sequence[Experiment], method: Method = STANDA
 
 
 def is_told_by_direction(candidate: Candidate, other: Candidate) -> bool:
-    """Return whether a candidate is told from another only by how both act in two directions: it is refined by that, or repeats like it
-    and acts at the same port."""
+    """Return whether how both act in two directions alone tells a candidate from another, which refines it or repeats like it there."""
     alike = (candidate.effect.family, candidate.effect.site) == (other.effect.family, other.effect.site)
     return candidate.name in other.effect.identification.generalises or (alike and candidate.effect.identification.periodic is True)

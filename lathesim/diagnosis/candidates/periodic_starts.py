@@ -67,8 +67,7 @@ def _waves_of(candidates: Sequence[Candidate]) -> Iterator[_Wave]:
 
 
 def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
-    """Return starting values by candidate part for effects that repeat over the place of their host: strongest wavelengths, three
-    phases."""
+    """Return starting values by candidate part for effects that repeat over a place: strongest wavelengths, three phases."""
     places = _places(experiment)
     signals = [_standardised(missing_signal(experiment, fitted, row).values) for row in range(len(experiment.machine.compare))]
     # what is missing is known in the band of the motion; a shorter ripple shows in the residual's second differences

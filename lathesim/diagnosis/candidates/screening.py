@@ -33,8 +33,7 @@ _Response = tuple[float, float, FloatArray, FloatArray]
 def screen(
     simulator: Simulator, fitted: Fitted, candidates: Sequence[Candidate], points: Mapping[str, FloatArray] | None = None
 ) -> tuple[Screened, ...]:
-    """Return how the candidates score that move a channel at all, the most promising first; ``points`` gives starting values by candidate
-    part, in the place of usual ones."""
+    """Return how the candidates that move a channel score, the best first; ``points`` are starting values by part instead of usual ones."""
     absorb = _Absorber(simulator, fitted)
 
     def one(candidate: Candidate) -> Screened | None:
@@ -60,8 +59,7 @@ def _responses(
     points: FloatArray,
     others: Mapping[str, float] | None = None,
 ) -> list[_Response]:
-    """Return what a candidate at each starting value, and ``others`` with it, do to the residual, beside what the baseline absorbs; the
-    most promising first."""
+    """Return what a candidate at each start, with ``others``, does to the residual beside what the baseline absorbs, the best first."""
     base = {**fitted.by_name, **dict(zip(candidate.parameters, candidate.neutral.tolist(), strict=True)), **(others or {})}
     names = list(base)
     rows = np.tile(np.array(list(base.values())), (len(points), 1))

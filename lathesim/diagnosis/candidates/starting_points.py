@@ -74,8 +74,7 @@ def _late_points(experiment: Experiment, fitted: Fitted, candidates: Sequence[Ca
 
 
 def _falling_behind(signal: FloatArray, other: FloatArray, most: int) -> float:
-    """Return by how many samples, with each sample, a signal (samples,) falls behind another one: by how much more its second half is
-    behind than its first."""
+    """Return by how many samples a sample a signal falls behind another one: its second half is behind by more than its first."""
     half = len(signal) // 2
     first, second = (behind(signal[part], other[part], most) for part in (slice(half), slice(half, None)))
     return (second - first) / half

@@ -79,8 +79,7 @@ def moves(study: Study, before: Model, after: Model) -> bool:
 
 
 def changed_readings(study: Study, before: Model, after: Model) -> list[int]:
-    """Return the rows of the channels that a model simulates otherwise than another one by no less than their noise, in the validation
-    recording."""
+    """Return the rows of the channels of the validation recording that two models simulate otherwise by no less than their noise."""
     sensed = study.validation.sensed
     # where the error of the simulation judges, errors of laws change a reading too
     by_laws = study.method.within_laws * sensed.seen_spread if study.validation.machine.output_error else 0.0

@@ -129,8 +129,7 @@ def _fitted_on(
 
 
 def _overlooked(good: Sequence[Tried], items: Sequence[Screened], batches: Sequence[Sequence[Screened]]) -> list[list[Screened]]:
-    """Return as one batch what promised nearly as much as the best of the trials, and stood behind what promised more and did not keep it;
-    of later batches."""
+    """Return as one batch what of later ones promised nearly as much as the best trial, behind what promised more and did not keep it."""
     best = max(good, key=lambda made: made.predicted.nats).candidate
     promised = max(item.gain for item in items if item.candidate.part == best.part)
     near = [item for batch in batches for item in batch if item.gain > RIVAL * promised]

@@ -30,8 +30,7 @@ from lathesim.identification.replay.experiment import baseline_free
 
 
 def explains_the_motion(study: Study, model: Model) -> bool:
-    """Return whether the lesson's own simulation of a model, from the start of the validation recording, leaves less of each channel than
-    what is put down to a cause may leave."""
+    """Return whether the lesson's own simulation of a model leaves less of each channel than what is put down to a cause may leave."""
     own, residual = study.validation.own, own_residuals(study, model)[1]
     size = np.maximum(own.seen_spread, own.seen_floors)
     return bool(np.all(np.mean(residual**2, axis=1) < (study.method.larger_part * size) ** 2))
@@ -234,8 +233,7 @@ def _finer_forms(study: Study, model: Model, candidate: Candidate) -> list[Tried
 
 
 def _with_finer(study: Study, found: Found, candidate: Candidate, best: Tried) -> Found:
-    """Return the search with a finer form in the place of an effect, unless it only found a way to values that the simpler one has not
-    reached: then with these values."""
+    """Return the search with a finer form in the place of an effect, or with values that it led to and the simpler one had not reached."""
     again = _in_place(study, best.model, best.candidate, candidate)
     if as_good(again.model, best, study):
         gained = worth(candidate, found.model, again.model)

@@ -85,8 +85,7 @@ def alike(
 
 
 def _best_of_each(promised: Sequence[tuple[ChannelChange, float, float]]) -> list[tuple[Candidate, FloatArray]]:
-    """Return each candidate with the values from which it promises most, the best first; of changes, by how much each is to be scaled, and
-    the share that it promises."""
+    """Return each candidate with the values that promise most, the best first; of changes, their scale and the share they promise."""
     found: dict[str, tuple[Candidate, FloatArray]] = {}
     for change, factor, _ in sorted(promised, key=lambda one: -one[2]):
         values = _scaled(change, factor)
@@ -96,8 +95,7 @@ def _best_of_each(promised: Sequence[tuple[ChannelChange, float, float]]) -> lis
 
 
 def _white(looking: Looking, changes: Sequence[ChannelChange]) -> tuple[FloatArray, FloatArray]:
-    """Return what the model leaves of changes, whitened and of length one, (changes, numbers), and their lengths: to rank them, no more
-    digits are needed."""
+    """Return what the model leaves of changes, whitened and of length one, (changes, numbers), to rank them, and their lengths."""
     rows, sizes = [], []
     for change in changes:
         row = whitened(looking.fitted.noise, change.left[None], full_band=True)[0]

@@ -65,8 +65,7 @@ def _adding(channel: str) -> str:
 
 
 def shape_of(values: FloatArray, period: float, unit: str, method: Method = STANDARD) -> SignalShape:
-    """Return the shape of a signal (samples,): of a command, which is arithmetic, as little may stay unexplained as with any other fault
-    mended."""
+    """Return the shape of a signal (samples,); of a command, which is arithmetic, next to nothing may stay unexplained."""
     largest = float(np.max(np.abs(values), initial=0.0))
     on = np.abs(values) > method.little * largest
     if largest == 0.0 or not on.any():

@@ -32,8 +32,7 @@ _ANGLES = {1.0: "radians", 0.5 / math.pi: "turns", 180.0 / math.pi: "degrees"}
 
 
 def of_another_place(experiment: Experiment, values: Mapping[str, float], method: Method = STANDARD) -> str:
-    """Return a sentence where a column is of another axis, or of the other side of a transmission, than the lesson maps it to; empty where
-    none is."""
+    """Return a sentence where a column is of another axis or of the other side of a transmission; empty where none is."""
     if not experiment.machine.replay:
         return ""
     begin = int(SETTLING * experiment.sensed.samples)

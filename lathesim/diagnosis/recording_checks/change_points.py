@@ -93,8 +93,7 @@ def _told_by_others(experiment: Experiment) -> dict[int, str]:
 
 
 def _moves_otherwise(experiment: Experiment, fitted: Fitted, row: int, method: Method = STANDARD) -> bool:
-    """Return whether another channel than the one of a ``row`` is off, from sample to sample, by far more than it resolves: then something
-    happened to the machine."""
+    """Return whether another channel than ``row`` is off, sample to sample, by far more than it resolves: the machine changed."""
     others = np.delete(np.nan_to_num(fitted.residual), row, axis=0)
     floors = np.delete(experiment.sensed.seen_floors, row)
     return bool(np.any(np.mean(np.diff(others, axis=1) ** 2, axis=1) > 2.0 * (method.errors * floors) ** 2))

@@ -60,8 +60,7 @@ def first_found(checks: Checks, cases: Sequence[tuple[Experiment, Any]], method:
 def against_commands(
     experiments: Iterable[Experiment], given: Mapping[str, float], laws: Mapping[str, bool], method: Method, added: Collection[str] = ()
 ) -> tuple[Finding, ...]:
-    """Return where the recorded commands do not follow from what the controllers were given, but for other ``laws`` and for what may be
-    ``added`` to commands."""
+    """Return where recorded commands do not follow, but for other ``laws`` of controllers and for what may be ``added`` to commands."""
     checks: Checks = {"command": partial(contradicted, of_another_law=laws, added=added), **CHECKS_OF_COLUMNS}
     return tuple(one for experiment in experiments for one in found_by(checks, [(experiment, given)], method))
 
@@ -100,8 +99,7 @@ def too_slow_for_commands(findings: Iterable[Finding], compared: Iterable[str]) 
 
 
 def of_a_slow_log(findings: Iterable[Finding], machine: RecordedMachine, answer: Diagnosis) -> tuple[Finding, ...]:
-    """Return a finding where what nothing explains sits in a controller that decided more often than was recorded; empty where it does
-    not."""
+    """Return a finding where what nothing explains sits in a controller that decided more often than was recorded."""
     slow = next((finding for finding in findings if finding.kind == "coarse"), None)
     suspect = next(iter(answer.location.components), "")
     part = machine.assembly.by_name.get(suspect)

@@ -57,8 +57,7 @@ def unexplained_share(experiment: Experiment, values: Mapping[str, float]) -> It
 
 
 def share_with(experiment: Experiment, name: str, column: FloatArray, row: int, values: Mapping[str, float], ends: int = 0) -> float:
-    """Return the share of a command (row) that a replay with another column ``name`` (samples,) [SI] does not explain; the last samples,
-    ``ends`` of them, do not count."""
+    """Return the share of a command (row) that a replay with another column ``name`` leaves; the last ``ends`` samples do not count."""
     simulator = experiment.sensed_with(name, column)
     return _share(simulator, row, simulator.one(values), ends)
 

@@ -41,8 +41,7 @@ def another_machine(model: Model, experiment: Experiment, validation: Experiment
 
 
 def _by_itself(model: Model, experiment: Experiment, kept: Mapping[str, float] | None = None) -> Fitted:
-    """Fit a model to a recording with nothing held by what the lesson says, but values that are ``kept``: what the recording says by
-    itself."""
+    """Fit a model to a recording, held by nothing that the lesson says but ``kept`` values: what it says by itself."""
     starts = experiment.start_states(experiment.sensed.plan)
     constant = {**model.fitted.constant, **(kept or {})}
     apart = {item.name for item in starts} | set(constant)

@@ -161,8 +161,7 @@ def _on_grids(experiment: Experiment, method: Method = STANDARD) -> dict[str, fl
 
 
 def _declared(experiment: Experiment, channel: str, counts: float) -> float:
-    """Return the counts [SI] in which a sensor reads as far as the lesson tells, 0 where it does not; ``counts`` make one unit of the
-    channel."""
+    """Return the counts [SI] in which the lesson says that a sensor reads, 0 where it does not; ``counts`` are one unit of the channel."""
     name = experiment.machine.assembly.ports(channel).get("resolution", "")
     return max(
         experiment.own.given(f"{Place.of(channel).part}.{name}") if name else 0.0, counts * experiment.machine.resolution.get(channel, 0.0)

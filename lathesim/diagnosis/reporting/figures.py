@@ -98,8 +98,7 @@ def _fit(panel: Any, time: FloatArray) -> None:
 
 
 def svg_text(figure: Any, prefix: str, title: str) -> str:
-    """Return a figure as an SVG element for a page: letters stay letters, names inside begin with ``prefix`` so that no two figures
-    clash."""
+    """Return a figure as an SVG element with letters as text; its names begin with ``prefix``, so that no two figures clash."""
     import matplotlib
 
     style = {"svg.fonttype": "none", "svg.hashsalt": prefix, "font.family": "sans-serif", "text.color": INK, "axes.edgecolor": QUIET}

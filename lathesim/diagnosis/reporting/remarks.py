@@ -15,8 +15,7 @@ from lathesim.identification.replay.experiment import POSSIBLE
 
 
 def not_shown(fitted: Fitted, uncertain: Mapping[str, float], floors: FloatArray) -> list[str]:
-    """Return which ``uncertain`` values (name -> standard deviation) move no channel by a hundredth of its floor (channels,), even as far
-    off as possible."""
+    """Return which ``uncertain`` values (name -> deviation) move no channel by a hundredth of its floor, even as far off as possible."""
     found = []
     for name, slope in zip(fitted.names, fitted.sensitivity if fitted.sensitivity is not None else (), strict=False):
         if name in uncertain and not np.any(np.abs(slope) * POSSIBLE * uncertain[name] > Shown.hardly_shown * floors[:, None]):

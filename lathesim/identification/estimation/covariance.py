@@ -34,8 +34,7 @@ _FEWEST = 5.0
 
 
 def covariance_of(information: FloatArray) -> FloatArray:
-    """Return the covariance of an information matrix: a mixture of which nothing is known has a large variance; a value that nothing shows
-    has none."""
+    """Return the covariance of an information matrix: large for a mixture that nothing tells, none for a value that nothing shows."""
     covariance = np.zeros_like(information)
     shown = np.flatnonzero(np.diag(information) > np.finfo(float).tiny)
     if len(shown):

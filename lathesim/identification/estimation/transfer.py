@@ -25,8 +25,7 @@ _VAGUE = 0.02
 
 
 def begun_anew(experiment: Experiment, candidates: Sequence[Candidate]) -> list[Free]:
-    """Return what is free at the start of another recording: the states of the machine's own parts, and what effects remember of the time
-    before, as an edge that was worn already."""
+    """Return what is free where another recording starts: states, and what effects remember of before, as an edge that was worn."""
     duration = len(experiment.record) * experiment.machine.assembly.sample_period
     unit = experiment.sensed.plan.unit
     before = []

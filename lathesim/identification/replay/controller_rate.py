@@ -28,8 +28,7 @@ _SIGNALS = (HeldSignal, LinearSignal, SplineTerm)
 
 
 def decisions_for_each(period: float, assembly: Assembly) -> int:
-    """Return how often the controllers of an assembly decide for each recorded sample, where they do so more than once and on the same
-    clock; 1 where they do not."""
+    """Return how often controllers decide for each recorded sample, on the same clock; 1 where they do so once, or on another."""
     ratio = period / assembly.sample_period
     whole = round(ratio)
     slower = 1 < whole <= MOST and abs(ratio - whole) < _WHOLE * whole

@@ -295,8 +295,7 @@ class Experiment:
         return replace(assembly, parts=tuple(parts))
 
     def _step(self, assembly: Assembly) -> float:
-        """Return the step of a replay: half a sample period, or less where the lesson declares a lag or a spring that is quicker, but never
-        less than the lesson's own."""
+        """Return the step of a replay: half a sample, less for a quicker lag or spring that is declared, and no less than the lesson's."""
         quick = min((_quickest(part) for part in self.machine.assembly.parts), default=math.inf)
         steps = math.ceil(assembly.sample_period / min(0.5 * assembly.sample_period, 0.5 * quick) - ROUNDING)
         return max(assembly.step, assembly.sample_period / steps)

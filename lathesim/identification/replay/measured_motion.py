@@ -103,8 +103,7 @@ def counted_motion(
 
 @dataclass(frozen=True)
 class _Shown:
-    """A place or a velocity (``output``) that a channel shows: what it recorded, ``gain`` times as large; ``flow`` is the output of the
-    velocity that belongs to a place."""
+    """A place or velocity (``output``) that a channel shows, ``gain`` times as large; ``flow`` is the velocity that belongs to a place."""
 
     output: str
     values: FloatArray

@@ -111,8 +111,7 @@ def follow(assembly: Assembly, motion: Mapping[str, FloatArray]) -> Assembly:
 
 
 def _taken_by_processes(bench: Rewiring, output: str) -> list[str]:
-    """Return the inputs of processes that an output feeds; past effects that others see as well, as what is recorded has passed them
-    too."""
+    """Return the inputs of processes that an output feeds, past effects that others see as well: what is recorded passed them too."""
     found: list[str] = []
     for target in bench.fed_by(output):
         if _is_of_a_process(bench, target):
