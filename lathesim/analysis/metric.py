@@ -87,8 +87,7 @@ class Measurements:
 
 
 def measure(record: Record, metrics: Mapping[str, Metric] | Iterable[Metric]) -> Measurements:
-    """Measure what can be measured. A metric whose channels are missing, that has no value or that fails, is listed under ``skipped`` with
-    the reason."""
+    """Measure what can be measured; a metric that lacks channels, has no value or fails is listed under ``skipped`` with the reason."""
     measured = Measurements()
     nothing_cut = sign_of_cutting(record) is not None and not was_cut(record)
     for metric in metrics.values() if isinstance(metrics, Mapping) else metrics:

@@ -199,8 +199,7 @@ class Writer:
         return {} if self.checked else idle_values(self.plan, part)
 
     def _assign(self, targets: list[str], part: Part, law: str, staged: bool, time: str) -> list[str]:
-        """Write a law. A part that may be idle has a branch beside it: machines with many candidates for what was left out cost little more
-        than without them."""
+        """Write a law. A part that may be idle has a branch beside it: many candidates cost little more than none."""
         if not self._idle(part) or self.known_idle.get(part.name) is False:
             return self._law(targets, part, law, staged, time)
         passed = part.component.idle()[1]

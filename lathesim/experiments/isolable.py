@@ -216,8 +216,7 @@ def _refuse_unknown(sensors: Sequence[str], assembly: Assembly) -> None:
 
 
 def _driven(lesson: Lesson, assembly: Assembly) -> dict[str, str]:
-    """Return the inputs that a recording would give, with the outputs that feed them: those that the lesson drives, else what an
-    interpolator feeds."""
+    """Return the inputs that a recording would give, with what feeds them: driven by the lesson, else fed by an interpolator."""
     walking = {part.name for part in assembly.parts if "path" in part.tables}
     names = lesson.settings.recordings.drive if lesson.settings.recordings is not None else {}
     if names:

@@ -81,8 +81,7 @@ class Objective:
         return whole
 
     def deviations(self, points: FloatArray, only: Sequence[int] | None = None) -> list[FloatArray]:
-        """Return model minus way-points, for each recording (members, channels, times); 0 where nothing was recorded or nothing counts, FAR
-        where a run diverged."""
+        """Return model minus way-points for each recording (members, channels, times); 0 where nothing counts, FAR where a run diverged."""
         rows = np.atleast_2d(points)
         chosen = range(len(self.recorded)) if only is None else only
         found = []

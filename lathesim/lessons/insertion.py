@@ -346,8 +346,7 @@ def _show_beyond(bench: _Bench, effect: type[Effect], host: Part, name: str) -> 
 
 
 def beyond_its_spring(assembly: Assembly, name: str, host: str) -> dict[str, str]:
-    """Return the only sensor of a host's place and how much it sees of an inserted spring (sensor -> ``part.parameter``), if nobody says
-    where it sits."""
+    """Return the only sensor of a host and how much it sees of an inserted spring (sensor -> ``part.parameter``), if nobody says it."""
     sensors = sensors_of(assembly.by_name, assembly.wired, getattr(assembly, "seen_as", {}), host)
     places = [one for one in sensors if one.role == "displacement"]
     seeing = {one.name: f"{name}_beyond_{one.name}" for one in places if len(places) == 1 and one.assumed}

@@ -78,8 +78,7 @@ class Grid:
         return b
 
     def ratios(self, b: FloatArray, limits: AxisLimits, share: float | FloatArray, of: Segments = _ALL) -> FloatArray:
-        """Return by how much to slow down at a share of each segment, or of some, so that both limits hold: the larger of |v|/v and
-        sqrt(|a|/a)."""
+        """Return by how much to slow down at a share of each segment, or of some, for both limits: max(|v|/v, sqrt(|a|/a))."""
         here = (1.0 - share) * b[:-1][of] + share * b[1:][of]
         acceleration = np.diff(b)[of] / (2.0 * np.diff(self.s)[of])
         q1, q2 = self.slopes(1, share, of), self.slopes(2, share, of)

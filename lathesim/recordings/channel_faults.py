@@ -224,8 +224,7 @@ def clipped_readings(channels: list[RecordedChannel]) -> list[Finding]:
 
 
 def _full_scale(channel: RecordedChannel, ends: tuple[float, float]) -> list[float]:
-    """Return both ends of a channel where it stands long at each and they are the ends of a converter, counted in its steps: 2^n - 1 and
-    -2^n."""
+    """Return both ends of a channel that stands long at each where they are those of a converter in steps: 2^n - 1 and -2^n."""
     gaps = np.diff(np.unique(channel.values))
     count = float(gaps.min(initial=np.inf))
     powers = 2.0 ** np.arange(*_FULL_SCALE)

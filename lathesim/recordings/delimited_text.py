@@ -147,8 +147,7 @@ def _kinds(rows: Sequence[Sequence[str]], width: int, comma: bool) -> list[str]:
 
 
 def _first_row(filled: Sequence[tuple[int, str]], delimiter: str, comma: bool, kinds: Sequence[str]) -> int | None:
-    """Return the first line in which half of the cells, and the leftmost one, have the ``kinds`` of their columns; a preamble has labels at
-    the left."""
+    """Return the first line of which half of the cells, and the leftmost, have the ``kinds`` of their columns; preambles have labels."""
     leading = next((cell for cell, kind in enumerate(kinds) if kind in ("number", "when")), 0)
     for number, line in filled:
         row = cells(line, delimiter)

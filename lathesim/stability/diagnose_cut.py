@@ -274,8 +274,7 @@ def _strongest_order(both: FloatArray) -> float:
 
 
 def _turns_and_grows(rows: FloatArray, count: int, top: float) -> bool:
-    """Whether the band that carries ``count`` differences in a row comes back as large after each turn, turned by an angle that is none of
-    whole orders."""
+    """Whether the band with ``count`` differences in a row comes back as large after a turn, at an angle that is none of whole orders."""
     length = len(rows)
     spectrum = np.fft.fft(rows)
     order = np.fft.fftfreq(length) * length / count

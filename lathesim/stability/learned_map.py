@@ -249,8 +249,7 @@ def learned_map(
 
 
 def limits_after(belief: Belief, good: Adequacy, inside: CutRange) -> FloatArray:
-    """Return quantiles of the limit [m] at 2.5, 50 and 97.5 %, (3, speeds). The lower one is held where one mode explains no
-    longer all cuts."""
+    """Return quantiles of the limit [m] at 2.5, 50 and 97.5 %, (3, speeds); the lower is held where one mode no longer explains all."""
     limits = belief.log_limits(inside.speeds)
     quantiles = np.minimum(np.exp(_quantiles(limits, belief.weights)), 50.0 * inside.widest)
     return quantiles if good.good else _held(quantiles, inside.speeds, belief.cuts)

@@ -186,8 +186,7 @@ def _elements(equation: DelayEquation) -> list[tuple[float, float]]:
 
 
 def _chebyshev(points: int) -> tuple[FloatArray, FloatArray]:
-    """Return the Chebyshev points behind -1 in rising order, (points,), and the differentiation matrix (points, points + 1), -1 in the last
-    column."""
+    """Return the rising Chebyshev points behind -1, (points,), and the differentiation matrix (points, points + 1), -1 last."""
     angles = np.pi * np.arange(points + 1) / points
     x = np.cos(angles)
     weight = np.ones(points + 1)

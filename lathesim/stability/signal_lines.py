@@ -192,8 +192,7 @@ _PER_TURN = 24
 
 
 def refined_speed(values: FloatArray, rate: float, turning: float) -> float:
-    """Return the revolutions a second near ``turning`` at which most power repeats every turn, or every second turn with the sign changed;
-    the given one where none stands out."""
+    """Return the revolutions a second near ``turning`` at which most power repeats with every turn or two; else the given ones."""
     low, slow = _low_orders(values, rate, turning)
     turns = len(low) * turning / slow
     if turns < SHORT.turns:
@@ -261,8 +260,7 @@ class Vibration:
 
 
 def vibration(values: FloatArray, rate: float, turning: float, fewest: float = ORDERS.fewest_turns) -> Vibration:
-    """Return the lines of a signal sampled at ``rate`` [Hz] at ``turning`` revolutions a second; :class:`RecordingError` where it is too
-    short."""
+    """Return the lines of a signal of ``rate`` [Hz] at ``turning`` turns a second; :class:`RecordingError` where it is too short."""
     if not turning > 0.0:
         raise RecordingError(f"the speed is {60.0 * turning:g} rpm.", remedy="Give the speed of the spindle with --speed.")
     if len(values) * turning / rate < fewest:

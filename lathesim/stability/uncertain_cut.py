@@ -195,8 +195,7 @@ def _widths(cut: Cut, speeds: FloatArray) -> FloatArray:
 
 
 def _frequency_lines(tool: ToolPoint) -> FloatArray:
-    """Return frequencies [Hz] close together where the modes are: the limits from them are right within 0.3 %, and within
-    1.5 % where process damping rules."""
+    """Return frequencies [Hz], close near modes: limits are right within 0.3 %, and 1.5 % where process damping rules."""
     highest = 3.0 * max(mode.frequency for mode in tool.modes)
     parts = [np.linspace(highest / 200.0, highest, 200)]
     reach = np.sinh(np.linspace(-5.0, 5.0, 160)) / math.sinh(5.0)

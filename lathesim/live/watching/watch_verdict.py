@@ -68,8 +68,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class BeforeChange:
-    """What was known before a change, as a lesson takes it, by the names ``part.parameter``: the ``sizes`` of effects, and the ``values``
-    that the lesson calls uncertain."""
+    """What was known before a change, by ``part.parameter``: ``sizes`` of effects, and ``values`` that the lesson calls uncertain."""
 
     sizes: Mapping[str, str]
     values: Mapping[str, str]

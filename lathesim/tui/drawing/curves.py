@@ -103,8 +103,7 @@ def range_of(values: Sequence[FloatArray]) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class Scaled:
-    """A curve over time [s] with ``values`` [SI], divided by ``scale`` for drawing; ``low`` and ``high`` [``unit``] bound the visible
-    part."""
+    """A curve over time [s]: ``values`` [SI] over ``scale``; ``low`` and ``high`` [``unit``] bound the visible part."""
 
     time: FloatArray
     values: FloatArray

@@ -42,8 +42,7 @@ _SHOWN = 1.6
 
 @dataclass(frozen=True, eq=False)
 class ToolPointSeen:
-    """Frequencies [Hz], the real part of the response and of the fitted modes [m/N], all (lines,), the command that does the same, and
-    what is said of it."""
+    """Frequencies [Hz], real parts of response and fitted modes [m/N], all (lines,), the command for it, and what is said of it."""
 
     frequency: FloatArray
     real: FloatArray
@@ -123,8 +122,7 @@ _HIGHEST = 6.0
 
 
 class LobesView(Dialog[None]):
-    """Shows the limit of the chip width over the spindle speed; raises :class:`LessonError` where the lesson has no tool point,
-    or an interrupted cut."""
+    """Shows the limit of the chip width over the spindle speed; :class:`LessonError` without a tool point, or of an interrupted cut."""
 
     DEFAULT_CSS = """
     LobesView .dialog { width: 96%; max-width: 140; height: 90%; }
