@@ -81,9 +81,7 @@ SCORES = {
     score.name: score
     for score in (
         TrainingScore(
-            "seed",
-            "rms contour error [m] + 0.001 rms speed error [m^2/s^2], as published",
-            (("contour_error", 1.0), ("speed_error", 1e-3)),
+            "seed", "rms contour error [m] + 0.001 rms speed error [m^2/s^2], as published", (("contour_error", 1.0), ("speed_error", 1e-3))
         ),
         TrainingScore("contour", "rms contour error [m]", (("contour_error", 1.0),)),
         TrainingScore("largest", "largest contour error [m]", (("contour_error", 1.0),), "largest"),

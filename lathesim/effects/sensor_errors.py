@@ -248,12 +248,7 @@ class EncoderEccentricity(Effect):
     identification = Identification(
         carried=("m", "rad"),
         typical={"amplitude": (0.5e-6, 10e-6), "turn": (0.002, 0.02), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
-        typical_rotary={
-            "amplitude": (1e-5, 1.5e-3),
-            "turn": (2.0 * math.pi, 2.0 * math.pi),
-            "phase": (-math.pi, math.pi),
-            **SHAPE_RANGES,
-        },
+        typical_rotary={"amplitude": (1e-5, 1.5e-3), "turn": (2.0 * math.pi, 2.0 * math.pi), "phase": (-math.pi, math.pi), **SHAPE_RANGES},
         nuisance=("phase",),
         extended=SHAPE,
     )

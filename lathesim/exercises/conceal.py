@@ -43,13 +43,7 @@ def fine_plan(assembly: Assembly, *, finer: int = FINER) -> Plan:
     return wire(replace(assembly, step=assembly.step / finer), HEUN)
 
 
-def fine_run(
-    plan: Plan,
-    duration: float | None,
-    overrides: Mapping[str, float] | None = None,
-    *,
-    seed: int = 0,
-) -> Record:
+def fine_run(plan: Plan, duration: float | None, overrides: Mapping[str, float] | None = None, *, seed: int = 0) -> Record:
     """Run a plan made by :func:`fine_plan` and give its Record; raises :class:`SimulationError` where a law breaks."""
     # short blocks: where a size breaks the machine, the last one is run once more in plain Python, to find the law
     return run(plan, duration=duration, seed=seed, overrides=overrides, hints=Hints(largest_block=10 * FINER))

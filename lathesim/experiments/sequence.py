@@ -18,12 +18,7 @@ from lathesim.diagnosis.records.diagnosis import NAMING, Diagnosis, FoundEffect,
 from lathesim.engine.assembly import Assembly
 from lathesim.errors import LatheSimError, LessonError
 from lathesim.experiments.design_experiment import Designed, DesignWish, design_experiment
-from lathesim.experiments.experiment_files import (
-    record_run,
-    undecidable_sentence,
-    write_experiment,
-    write_program_and_lesson,
-)
+from lathesim.experiments.experiment_files import record_run, undecidable_sentence, write_experiment, write_program_and_lesson
 from lathesim.experiments.replica import Listener, Say
 from lathesim.experiments.rivals import named_in
 from lathesim.identification.replay.loading import LoadedCase, load_case

@@ -79,16 +79,8 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
     beyond = reading if at_load else _scale(assembly, axis, without=sensor)
     converter = _after(assembly, controller.name)
     own = {controller.name, axis, sensor, converter, Place.of(beyond).part} - {""}
-    return Loop(
-        controller.name,
-        asked,
-        reading,
-        axis,
-        sensor,
-        converter,
-        beyond,
-        frozenset(own | _on_the_way(assembly.sources, controller.name, axis)),
-    )
+    own |= _on_the_way(assembly.sources, controller.name, axis)
+    return Loop(controller.name, asked, reading, axis, sensor, converter, beyond, frozenset(own))
 
 
 def _led_axes(assembly: Assembly) -> tuple[Loop, ...]:
@@ -137,22 +129,21 @@ def _after(assembly: Assembly, name: str) -> str:
 
 def _on_the_way(wires: Mapping[str, str], controller: str, axis: str) -> set[str]:
     """Return the parts between a controller and its axis."""
-    fed: dict[str, set[str]] = {}
-    for target, source in wires.items():
-        if source:
-            fed.setdefault(Place.of(target).part, set()).add(Place.of(source).part)
-    behind, waiting = {axis}, [axis]
+    before, behind = dict[str, set[str]](), dict[str, set[str]]()
+    for target, source in ((Place.of(target).part, Place.of(source).part) for target, source in wires.items() if source):
+        before.setdefault(target, set()).add(source)
+        behind.setdefault(source, set()).add(target)
+    return (_reached(controller, behind, axis) & _reached(axis, before, controller)) - {controller}
+
+
+def _reached(start: str, onward: Mapping[str, set[str]], end: str) -> set[str]:
+    """Return the parts that one leads to, itself too, without one at which the way ends."""
+    found, waiting = {start}, [start]
     while waiting:
-        for source in fed.get(waiting.pop(), set()) - behind - {controller}:
-            behind.add(source)
-            waiting.append(source)
-    reached, waiting = {controller}, [controller]
-    while waiting:
-        name = waiting.pop()
-        for target in {part for part, sources in fed.items() if name in sources} - reached - {axis}:
-            reached.add(target)
-            waiting.append(target)
-    return (reached & behind) - {controller}
+        further = onward.get(waiting.pop(), set()) - found - {end}
+        found |= further
+        waiting += further
+    return found
 
 
 def level_of(assembly: Assembly, converter: str) -> float:

@@ -83,10 +83,7 @@ class Case:
 
 
 def case_of(
-    lesson: Lesson,
-    variant: str | None = None,
-    overrides: Mapping[str, str | float] | None = None,
-    program: Path | None = None,
+    lesson: Lesson, variant: str | None = None, overrides: Mapping[str, str | float] | None = None, program: Path | None = None
 ) -> Case:
     """Return the case of a lesson; ``overrides`` maps ``part.parameter`` or ``part.state`` to a quantity (text, or a number in SI).
 

@@ -48,9 +48,7 @@ def _steps(value: Any) -> tuple[str, ...]:
 
 Text = Annotated[str, PlainValidator(_text), WithJsonSchema({"type": "string"})]
 Steps = Annotated[
-    tuple[str, ...],
-    PlainValidator(_steps),
-    WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}),
+    tuple[str, ...], PlainValidator(_steps), WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]})
 ]
 """A hint, or several that open one after the other."""
 PartItem = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*\.[A-Za-z_]\w*$")]

@@ -19,16 +19,7 @@ from lathesim.live.feedback_source import FeedbackOrder, Inbox, channels_told, s
 from lathesim.live.samples import LiveError, SampleSink, Signal
 from lathesim.live.set_point_buffer import BufferCount, SetPointBuffer
 from lathesim.live.stepped_machine import LARGEST_BLOCK, SteppedMachine
-from lathesim.live.wire_format import (
-    LARGEST_PAYLOAD,
-    Decoder,
-    FrameKind,
-    Numbers,
-    WireError,
-    end_frame,
-    numbers_frame,
-    read_text,
-)
+from lathesim.live.wire_format import LARGEST_PAYLOAD, Decoder, FrameKind, Numbers, WireError, end_frame, numbers_frame, read_text
 from lathesim.record import FloatArray
 
 PATIENCE = 15.0
@@ -115,12 +106,7 @@ class _Feedback:
 
 
 async def _converse(
-    job: StreamJob,
-    reader: asyncio.StreamReader,
-    writer: asyncio.StreamWriter,
-    inbox: Inbox,
-    result: StreamResult,
-    stop: asyncio.Event,
+    job: StreamJob, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, inbox: Inbox, result: StreamResult, stop: asyncio.Event
 ) -> None:
     frames = _frames(reader)
     greeting = await _next(frames)

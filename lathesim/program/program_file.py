@@ -113,11 +113,7 @@ def _is_sign(block: Block, dialect: Dialect) -> bool:
 
 
 def load_program(
-    path: str | Path,
-    dialect: str = "paper",
-    *,
-    start: tuple[float, float] | None = None,
-    tools: Mapping[int, Tool] | None = None,
+    path: str | Path, dialect: str = "paper", *, start: tuple[float, float] | None = None, tools: Mapping[int, Tool] | None = None
 ) -> Program:
     """Read and interpret the program in the file ``path``; every fault is a :class:`ProgramError` of ``lathesim.errors``.
 

@@ -307,10 +307,7 @@ def _fitted(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Findin
         if short:
             findings.append(
                 Finding(
-                    "gap",
-                    "",
-                    f"{counted(short, 'sample', 'is', 'are')} missing in gaps of fewer than {SHORT_GAP}",
-                    "interpolated linearly",
+                    "gap", "", f"{counted(short, 'sample', 'is', 'are')} missing in gaps of fewer than {SHORT_GAP}", "interpolated linearly"
                 )
             )
         return SampleGrid(start, period, length, rows, slots.astype(np.float64) if length > len(rows) else None, missing=short)

@@ -269,9 +269,7 @@ def _with_intervals(model: ModalModel) -> tuple[FoundMode, ...]:
         stiffness = 4.0 * c[i, i] + c[k, k] - 4.0 * c[i, k]
         found.append(
             FoundMode(
-                _interval(w / (2.0 * math.pi), c[i, i]),
-                _interval(z, c[j, j]),
-                _interval(w * w / r if r != 0.0 else math.inf, stiffness),
+                _interval(w / (2.0 * math.pi), c[i, i]), _interval(z, c[j, j]), _interval(w * w / r if r != 0.0 else math.inf, stiffness)
             )
         )
     return tuple(found)

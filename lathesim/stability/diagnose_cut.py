@@ -328,14 +328,7 @@ def diagnose_cut(
         judged = _with_second(judged, found, vibration(other.values, other.rate, other.turning))
     told_at, told_share = _told(cut, judged, found)
     return CutDiagnosis(
-        judged,
-        found,
-        _cannot_be(judged),
-        _second_cut(judged, found),
-        _speeds(judged, found, modes),
-        told_at,
-        told_share,
-        cut.findings,
+        judged, found, _cannot_be(judged), _second_cut(judged, found), _speeds(judged, found, modes), told_at, told_share, cut.findings
     )
 
 

@@ -75,10 +75,7 @@ class RepeatLimits:
         0.955, "coherence", "a band that keeps more over two turns repeats itself", "chatter keeps 0.98 and more, shaken modes at most 0.94"
     )
     order_keeps: Limit = calibrated(
-        0.75,
-        "coherence",
-        "lines at whole or half orders keep at least this",
-        "those of a flip in sound keep 0.8, chance less",
+        0.75, "coherence", "lines at whole or half orders keep at least this", "those of a flip in sound keep 0.8, chance less"
     )
     steady: Limit = derived(
         0.33, "variation of the envelope", "an amplitude that varies less is steady", "between chatter, at most 0.25, and 0.52 by Rayleigh"

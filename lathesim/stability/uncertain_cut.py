@@ -236,9 +236,7 @@ def lesson_prior(lesson: Lesson, *, needs_uncertain: bool = True) -> LessonPrior
     mode, factor = tool.modes[first], tool.factors[first]
     if factor <= 0.0:
         raise LessonError(
-            "the force on the mode that limits the cut has the wrong sign.",
-            place=place,
-            remedy="Check the directions and the force angle.",
+            "the force on the mode that limits the cut has the wrong sign.", place=place, remedy="Check the directions and the force angle."
         )
     sentences = [told] if told else []
     if len([value for value in lowest if value > MAP.counts * lowest[first]]) > 1:

@@ -20,14 +20,7 @@ _ENTRIES = (
     ("grade", "views:grade_form", "k", "Grade", "results", "Hold records against the goals of the lesson on the bench"),
     ("isolable", "views:isolable_form", "a", "Ask first", "detective", "See what a recording would show, before it is made"),
     ("remedy", "views:remedy_form", "r", "Remedy", "detective", "Go from a diagnosis to its compensation, with a promise"),
-    (
-        "class_new",
-        "views:class_form",
-        "l",
-        "New class",
-        "lessons",
-        "Make a machine for each student from the lesson on the bench",
-    ),
+    ("class_new", "views:class_form", "l", "New class", "lessons", "Make a machine for each student from the lesson on the bench"),
     ("class_grade", "views:class_grade_form", "g", "Grade a class", "lessons", "Grade what a class handed in"),
 )
 """Name, where it is, key, title, the screen below where there is one, and what it is for."""

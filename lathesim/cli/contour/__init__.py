@@ -11,7 +11,7 @@ _COMMANDS = {
         ("learn", "learning_commands:learn", "Learn from lap to lap what makes a lesson's part better."),
         ("train", "learning_commands:train", "Find the weights of a neural regulator."),
         ("circle", "circle:circle", "Run the circular test of ISO 230-4 on a lesson."),
-    ),
+    )
 }
 
 

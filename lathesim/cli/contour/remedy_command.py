@@ -21,13 +21,7 @@ if TYPE_CHECKING:
 
 _MOST_SHOWN = 12
 """Lines of a text for a control that are printed too."""
-_SIZES = (
-    Heading("", -40),
-    Heading("before", 12),
-    Heading("after", 12),
-    Heading("promised", 24),
-    Heading("removed", 10),
-)
+_SIZES = (Heading("", -40), Heading("before", 12), Heading("after", 12), Heading("promised", 24), Heading("removed", 10))
 
 
 @click.command()

@@ -13,7 +13,7 @@ _COMMANDS = {
         ("conceal", "conceal_commands:conceal", "Make a recording with an effect hidden in it."),
         ("reveal", "conceal_commands:reveal", "Open the sealed answer of a concealed recording."),
         ("fit", "compare_and_fit:fit", "Fit parameters of a lesson to a recording."),
-    ),
+    )
 }
 
 

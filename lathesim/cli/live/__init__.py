@@ -14,7 +14,7 @@ _COMMANDS = {
         ("watch", "watch_commands:watch", "Watch a machine: when it changed, where, and what that is."),
         ("publish", "publish_commands:publish", "Publish a simulated machine over OPC UA and MTConnect."),
         ("record", "publish_commands:record", "Record what a machine publishes."),
-    ),
+    )
 }
 
 

@@ -9,7 +9,7 @@ _COMMANDS = {
     "Speed": (
         ("bench", "speed_commands:bench", "Measure how fast this machine simulates."),
         ("warm", "speed_commands:warm", "Compile what the lessons need, ahead of the first run."),
-    ),
+    )
 }
 
 

@@ -36,10 +36,7 @@ AGREEMENT = 1.0
     "--stability", "what", flag_value="stability", help="Measure stability maps, as ratios: collocation, measured responses, the next cut."
 )
 @click.option(
-    "--lanes",
-    "what",
-    flag_value="lanes",
-    help="Measure runs side by side, as ratios: against one by one, and against C where gcc is here.",
+    "--lanes", "what", flag_value="lanes", help="Measure runs side by side, as ratios: against one by one, and against C where gcc is here."
 )
 @click.option("--save", type=OutputPath(makes_folder=True), metavar="F.png", help="Where --scale draws [default: lathesim_runs/scale.png].")
 def bench(as_json: bool, quick: bool, what: str | None, save: Path | None) -> int:

@@ -13,7 +13,7 @@ _COMMANDS = {
         ("couple", "tool_point_commands:couple", "Show the receptance of the tip of parts put together."),
         ("cuts", "cuts_command:cuts", "Learn a stability map from cuts, and propose the next one."),
         ("chatter", "chatter_command:chatter", "Name what makes a recorded cut vibrate."),
-    ),
+    )
 }
 
 

@@ -62,11 +62,7 @@ def tool_point_seen(lesson: Lesson) -> ToolPointSeen:
     shown = response.frequency <= _SHOWN * highest
     frequency = response.frequency[shown]
     return ToolPointSeen(
-        frequency,
-        response.receptance_values.real[shown],
-        found.model.response(frequency).real,
-        command,
-        f"{begun}\n{_words(found)}",
+        frequency, response.receptance_values.real[shown], found.model.response(frequency).real, command, f"{begun}\n{_words(found)}"
     )
 
 
