@@ -27,7 +27,7 @@ from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, is_worse, 
 from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.estimates import estimates
+from lathesim.identification.estimation.estimates import as_simulated, estimates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import Progress
 from lathesim.identification.records import Fitted, Free, Model, Standing, with_start
@@ -75,6 +75,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     found, unanswerable = locked(study, found)
     progress(f"{_STEPS[2]}: fitting both recordings")
     values = estimates(found.model, prepared.experiment, prepared.validation, prepared.whole)
+    values = as_simulated(values, found.model, prepared.experiment, prepared.validation)
     if faults := with_a_wrong_unit(found, values.values(), question.method, implausible=bool(strained(found.model.fitted))):
         return recording_fault(prepared.question, faults, prepared.findings, began)
     answer = describe(replace(study, progress=_in_step(_STEPS[3], progress)), prepared, found, values, doubted)

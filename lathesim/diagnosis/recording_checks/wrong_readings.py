@@ -140,8 +140,7 @@ def coarse_counts(
         spacings = np.array([grids.get(candidate.part, 0.0) for grids in seen])
         middle, spread = float(np.mean(spacings)), float(np.ptp(spacings))
         if spread < OFF_GRID * middle and all(candidate.part != other.part for other in known):
-            error = spread + OFF_GRID * middle / FEWEST_LEVELS
-            found.append((candidate, Estimate(middle, error, error)))
+            found.append((candidate, Estimate(middle, spread + OFF_GRID * middle / FEWEST_LEVELS)))
     return found
 
 

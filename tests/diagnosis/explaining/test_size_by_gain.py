@@ -22,7 +22,7 @@ def test_a_size_is_half_as_uncertain_as_the_gain_which_grows_with_its_square() -
 def test_an_interval_that_holds_zero_is_as_wide_as_the_gain_allows(of_size: float, error: float, half: float) -> None:
     (experiment,) = experiments(recording(), effects=(CoulombFriction,))
     (friction,) = experiment.candidates
-    values = Estimates({friction.parameters[0]: Estimate(15.0, error, error)}, 1.0)
+    values = Estimates({friction.parameters[0]: Estimate(15.0, error)}, 1.0)
     effect = reported(RankedEffect(friction, 1.0, (), 0.9, of_size), values, experiment)
     assert effect.parameters["level"].high == pytest.approx(15.0 + CONFIDENCE * half)
     assert effect.sizes.may_be_zero == math.isinf(of_size)
