@@ -74,6 +74,7 @@ def test_values_are_those_of_one_recording_where_these_simulate_both_better() ->
     viscous, before = (one.by_name["x_axis.viscous"] for one in (found, mean))
     assert viscous.value == pytest.approx(VISCOUS, abs=0.1)
     assert before.value == pytest.approx(199.44, abs=0.05)
+    assert as_simulated(mean, model, validation, validation) is mean  # as where both were fitted together
     assert CONFIDENCE * viscous.error == pytest.approx(abs(viscous.value - before.value) + CONFIDENCE * before.error)
 
 

@@ -108,15 +108,15 @@ def estimates(model: Model, experiment: Experiment, validation: Experiment, whol
 def as_simulated(found: Estimates, model: Model, experiment: Experiment, validation: Experiment) -> Estimates:
     """Return estimates, with the values that the search had on one recording where these simulate none worse, and both clearly better.
 
-    A mean weighs fits by the errors of equations. They tell little of small errors that add up, and of a form that is wrong one recording
-    seems surer than it is. The interval is wider by twice the way between the values, and so holds all that it held.
+    A mean weighs fits by the errors of equations: these tell little of small errors that add up, and a wrong form makes one recording seem
+    surer than it is. The interval holds all that it held. Recordings that were fitted together weigh the error of the simulation already.
     """
     on = ((experiment, model.fitted.by_name), (validation, model.validation_fit.by_name))
     shared = {name for name in found.by_name if all(name not in candidate.nuisance for candidate in model.candidates)}
     ways = [{name: values[name] for name in shared} for values in (found.values(), *(values for _, values in on))]
     left = np.array([[own_error(one, {**values, **way}) for one, values in on] for way in ways])
     best = int(np.argmin(left.sum(axis=1)))
-    if np.any(left[best] > left[0]) or left[0].sum() <= _ERROR_RATIO * left[best].sum():
+    if experiment is validation or np.any(left[best] > left[0]) or left[0].sum() <= _ERROR_RATIO * left[best].sum():
         return found
     values = {**found.values(), **ways[best]}
     by_name = {name: Estimate(values[name], one.error + abs(values[name] - one.value) / CONFIDENCE) for name, one in found.by_name.items()}
