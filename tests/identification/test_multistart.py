@@ -58,6 +58,43 @@ def test_a_log_of_every_second_decision_is_held_against_the_loop_at_its_own_rate
     assert off[2] < 0.01 < off[1]
 
 
+HELD = """
+lesson: A joint that is pushed with less than it takes to break away
+machine: torque_spindle
+sample_period: 15 ms
+step: 0.5 ms
+set: {spindle.inertia: 0.1 kg*m^2, spindle.viscous: 0.001 N*m*s/rad, spindle_encoder.resolution: 1e-5 rad}
+recordings:
+  time: {column: t, unit: s}
+  drive: {spindle.torque: {column: torque, unit: N*m, held: true}}
+  compare: {spindle_encoder.angle: {column: angle, unit: rad}}
+insert:
+  - {effect: PreslidingFriction, at: spindle, level: 1 N*m, distance: 3e-4 rad, bristle_damping: 9 N*m*s/rad}
+"""
+
+
+def test_a_friction_that_holds_feels_the_simulated_motion(registry: Registry, tmp_path: Path) -> None:
+    """A joint on bristles (LuGre) gives way by a milliradian: fed with the recorded motion, their force would leave the joint free."""
+    friction, stiffness, damping, fine, period = 0.9, 2600.0, 9.0, 150, 0.015
+    time = period * np.arange(134)
+    torque = np.where((time > 0.5) & (time < 1.0), 0.8, 0.0)
+    angle, speed, bristle, angles = 0.0, 0.0, 0.0, []
+    for pull in torque:
+        angles.append(round(angle / 1e-5) * 1e-5)
+        for _ in range(fine):
+            bending = speed - stiffness * abs(speed) / friction * bristle
+            speed += period / fine * (pull - stiffness * bristle - damping * bending) / 0.1
+            bristle += period / fine * bending
+            angle += period / fine * speed
+    columns = np.column_stack([time, torque, angles])
+    np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="t,torque,angle", comments="")
+    (tmp_path / "lesson.yaml").write_text(HELD, encoding="utf-8")
+    found = fitted(registry, (tmp_path / "lesson.yaml", tmp_path / "log.csv"), "spindle_presliding_friction.level")
+    (level,) = found.parameters
+    assert level.value == pytest.approx(friction, rel=0.05)
+    assert found.channels[0].after < 3e-4
+
+
 def test_errors_cover_the_truth(registry: Registry, tmp_path: Path) -> None:
     pulls = []
     for seed in range(8):

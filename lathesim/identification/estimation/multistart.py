@@ -191,16 +191,19 @@ def fit_parameters(
     named = {item.name for item in free}
     along = [item for item in _recorded_starts(question.experiment) if item.name not in named]
     given = [*free, *along]
-    before = simulator.residuals([item.name for item in given], np.array([[item.start for item in given]]))[0]
+    # a friction that holds has to feel the simulated motion: of the recorded one the first micrometres are lost in its rounding
+    felt = question.experiment.simulated_motion_of(())
+    names, values = [*felt, *(item.name for item in given)], [*felt.values(), *(item.start for item in given)]
+    before = simulator.residuals(names, np.array([values]))[0]
     ends = []
     for number, point in enumerate(_starting_points(free, starts, seed)):
-        ends.append(fit(simulator, [*point, *along], rounds=2, tolerance=ROUGH, slopes="kept"))
+        ends.append(fit(simulator, [*point, *along], felt, rounds=2, tolerance=ROUGH, slopes="kept"))
         if tell is not None:
             tell(number + 1, starts)
     # a likelihood is one of all fits only under the noise of one of them
     best = min(ends, key=lambda end: float(np.sum(np.square(end.residual / sensed.seen_floors[:, None]))))
-    best = fit(simulator, with_start(best), rounds=_ROUNDS, slopes="central")
-    followed = [fit(simulator, with_start(end), rounds=1, noise=best.noise, slopes="kept") for end in ends]
+    best = fit(simulator, with_start(best), felt, rounds=_ROUNDS, slopes="central")
+    followed = [fit(simulator, with_start(end), felt, rounds=1, noise=best.noise, slopes="kept") for end in ends]
     certain = _certainty(best, len(free))
     agreeing = sum(_agree(best, end, certain, named) for end in followed)
     channels = tuple(
