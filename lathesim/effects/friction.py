@@ -160,7 +160,7 @@ class GearLoss(Effect):
     inertia = Input("{signal}*s/({flow})", doc="moving inertia of the host")
     flow = Input("{flow}", doc="velocity of the host")
     outgoing = Output("{signal}", doc="disturbance with this friction")
-    loss = Parameter("1", 0.0, low=0.0, high=2.0, doc="torque that is lost over torque that is transmitted")
+    loss = Parameter("1", 0.0, low=0.0, high=1.0, doc="torque that is lost over torque that is transmitted")
 
     @staticmethod
     def output(incoming: float, applied: float, pushing: float, inertia: float, flow: float, loss: float, step: float) -> float:

@@ -16,9 +16,11 @@ from lathesim.diagnosis.method.method import OTHER_VALUE
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import MOST_DAMPED, Candidate, Fitted, Free, Model, instants_of
 from lathesim.identification.replay.experiment import POSSIBLE, baseline_free
+from lathesim.identification.roles import commands
 from lathesim.identification.signal import SETTLING
+from lathesim.recordings.recorded_channel import known_factor
 
-Objection = Literal["size", "lag", "instant", "damping", "wave", "runs away"]
+Objection = Literal["size", "lag", "instant", "damping", "wave", "passing", "runs away"]
 """What speaks against the values of an effect."""
 
 
@@ -65,6 +67,7 @@ def _unusual(study: Study, candidate: Candidate, values: Mapping[str, float]) ->
         ("instant", lambda: is_an_event(instants_of(candidate), values, duration)),
         ("damping", lambda: resonates(candidate, values)),
         ("wave", lambda: repeats(study, candidate, values)),
+        ("passing", lambda: lets_through(study, candidate, values)),
     )
     return next((Implausible(objection, candidate) for objection, holds in conditions if not holds()), None)
 
@@ -190,6 +193,25 @@ def repeats(study: Study, candidate: Candidate, values: Mapping[str, float]) -> 
         if 0.0 < way < length and length > turn:
             return False
     return True
+
+
+def lets_through(study: Study, candidate: Candidate, values: Mapping[str, float]) -> bool:
+    """Return whether a drive or a sensor with an effect lets more than a little through: of the recorded command, root mean square, or of
+    what is measured, unless a mistaken unit is as small a factor.
+
+    A drive that is as good as switched off moves like a part that friction holds, or that coasts; so seems one whose sensor stands still.
+    """
+    factors = [values[name] for name in candidate.parameters if candidate.effect.neutral.get(Place.of(name).port) == 1.0]
+    if not all(abs(factor) > study.method.little or known_factor(factor) for factor in factors):
+        return False
+    sensed = study.estimation.sensed
+    source = commands(sensed.plan.assembly).get(candidate.at, "")
+    if candidate.effect.site != "drive" or source not in sensed.plan.channels:
+        return True
+    position = sensed.plan.channels.index(source)
+    given = sensed.channel([], [], position)
+    acts = sensed.channel(candidate.parameters, [values[name] for name in candidate.parameters], position)
+    return float(np.linalg.norm(acts)) > study.method.little * float(np.linalg.norm(given))
 
 
 IMPLAUSIBLE = 0.98 * POSSIBLE

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from lathesim.diagnosis.explaining.chance import is_clear, is_clear_as_one_block
-from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible, own_residuals, released
+from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible, is_usual, own_residuals, released
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer, is_off
 from lathesim.diagnosis.explaining.study import Study
@@ -332,19 +332,31 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             continue
         trials = [one for one in rounds.on(left) if one.candidate.part != candidate.part]
         found = found.having_tried(trials)
+        believed = is_usual(study, candidate, found.model.fitted.by_name)
         best = chosen(study, [own, *trials])
-        better = best is not None and best is not own and swaps < MOST_EFFECTS and _better(study, found.model, best, own)
-        # what would be dropped in the end takes no place, which would be empty then
-        if best is not None and better and small_and_unsure(study, best.model, [best]) is None:
-            study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
-            swaps, found = swaps + 1, found.changed("swap", best, "predicts better, or as well with fewer values", [candidate])
+        if best is None and not believed:
+            found = _dropped(study, found, candidate, left, "fitted beside them it is no longer plausible")
             waiting = list(found.model.candidates)
             yield found
             continue
-        good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, own, study)]
-        alike = [one for one in good if not (is_finer(one.candidate, [candidate]) or is_the_other_sensor(one.candidate, candidate))]
-        found = replace(found, worth={**found.worth, candidate.part: own}, rivals={**found.rivals, candidate.part: tuple(alike)})
+        better = best is not None and best is not own and swaps < MOST_EFFECTS and (not believed or _better(study, found.model, best, own))
+        # what would be dropped in the end takes no place, which would be empty then
+        if best is not None and better and small_and_unsure(study, best.model, [best]) is None:
+            study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
+            why = "predicts better, or as well with fewer values" if believed else f"{candidate.name} is no longer plausible"
+            swaps, found = swaps + 1, found.changed("swap", best, why, [candidate])
+            waiting = list(found.model.candidates)
+            yield found
+            continue
+        alike = _alike(study, own, trials)
+        found = replace(found, worth={**found.worth, candidate.part: own}, rivals={**found.rivals, candidate.part: alike})
         yield found
+
+
+def _alike(study: Study, own: Tried, trials: Sequence[Tried]) -> tuple[Tried, ...]:
+    """Return the trials in the place of an effect that predict as well, other effects than a finer form of it or the other sensor."""
+    good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, own, study)]
+    return tuple(one for one in good if not (is_finer(one.candidate, [own.candidate]) or is_the_other_sensor(one.candidate, own.candidate)))
 
 
 def surer_instead(study: Study, found: Found, doubtful: Tried, trials: Sequence[Tried]) -> Found:

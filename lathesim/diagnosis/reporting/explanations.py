@@ -34,6 +34,7 @@ _OBJECTIONS: dict[Objection, str] = {
     "instant": "is an event from before the recording",
     "damping": "is so damped that nothing resonates",
     "wave": "is a wave longer than the recorded way",
+    "passing": "lets next to nothing through",
     "runs away": "makes the simulation run away from the recording",
 }
 """What speaks against the values of an effect, after its name."""

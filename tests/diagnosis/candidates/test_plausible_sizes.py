@@ -13,14 +13,17 @@ from lathesim.diagnosis.explaining.study import possible_sizes
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.reporting.explanations import _why_implausible
+from lathesim.effects.drive_errors import AmplifierDeadZone, DriveSaturation, SlewLimit
+from lathesim.effects.effect import Effect
 from lathesim.effects.force_law import WearForceGrowth
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction, StribeckFriction
+from lathesim.effects.offset_and_gain import ConverterOffset, DriveGainError, ScaleFactorError
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.records import Model
 from tests.diagnosis.one_cut import cut_machine
-from tests.diagnosis.pushed_table import FORCE, POSITION, VISCOUS, Hidden, baseline, experiments, recording, study
+from tests.diagnosis.pushed_table import FORCE, POSITION, VISCOUS, Hidden, as_record, baseline, experiments, machine, recording, study
 
 RUBBING = Hidden(dry=15.0)
 
@@ -59,6 +62,45 @@ def test_a_delay_of_next_to_nothing_is_none(delay: float, believed: bool) -> Non
     tables = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(TransportDelay,))
     (candidate,) = tables[0].candidates
     assert is_usual(study(*tables), candidate, dict.fromkeys(candidate.parameters, delay)) == believed
+
+
+PEAK = float(np.max(np.abs(recording(RUBBING).channels[FORCE].values)))
+
+
+@pytest.mark.parametrize(
+    ("effect", "value", "believed"),
+    [
+        (AmplifierDeadZone, 0.95 * PEAK, False),
+        (AmplifierDeadZone, 0.2 * PEAK, True),
+        (DriveSaturation, 0.0, False),
+        (DriveSaturation, 0.3 * PEAK, True),
+        (SlewLimit, 300.0, True),
+        (DriveGainError, -0.9, False),
+        (DriveGainError, 0.5, True),
+        (ScaleFactorError, 0.0005, False),
+        (ScaleFactorError, 0.001, True),
+        (ScaleFactorError, 0.5, True),
+    ],
+)
+def test_an_effect_that_takes_a_drive_or_a_sensor_away_is_none(effect: type[Effect], value: float, believed: bool) -> None:
+    """A drive that is as good as switched off, or a scale that stands still, is like a table that friction holds; but 1000 is a unit."""
+    tables = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(effect,))
+    (candidate,) = tables[0].candidates
+    (size, *_) = effect.neutral
+    values = {**dict(zip(candidate.parameters, candidate.points[0], strict=True)), f"{candidate.part}.{size}": value}
+    values |= {f"{candidate.part}.sag": 0.0} if effect is DriveGainError else {}
+    assert is_usual(study(*tables), candidate, values) == believed
+
+
+def test_an_offset_of_a_reading_takes_no_drive_away() -> None:
+    """The same effect sits at a drive and at a speed that a motor's own electronics show."""
+    log, shown = recording(RUBBING), "x_axis.velocity"
+    log = as_record(
+        {FORCE: ("N", log[FORCE]), POSITION: ("m", log[POSITION]), shown: ("m/s", np.gradient(log[POSITION], log.sample_period))}
+    )
+    tables = experiments(log, log, effects=(ConverterOffset,), of=replace(machine(), compare=(POSITION, shown)))
+    (candidate,) = (one for one in tables[0].candidates if one.at == shown)
+    assert is_usual(study(*tables), candidate, dict.fromkeys(candidate.parameters, 0.01))
 
 
 def test_a_size_that_is_not_believed_is_named_with_its_bound() -> None:
