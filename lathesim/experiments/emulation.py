@@ -103,7 +103,7 @@ def emulate(
     start = np.zeros(len(as_given.free))
     readings = [rows[0] for rows in as_given.replica.readings(values_of(as_given.free, start)[None, :])]
     clocks = tuple(clocks_apart(fitted.recorded, readings))
-    for sentence in clocks:
+    for sentence in (*(f"{item.name}: {finding}" for item in fitted.recorded for finding in item.findings), *clocks):
         say(sentence)
     given = as_given.position_rms(start)
     say(f"As given, the machine is off by {_listed_mm(given)} (rms).")

@@ -108,10 +108,12 @@ def test_unknown_program_is_refused(capsys: pytest.CaptureFixture[str], tmp_path
 def test_clock_that_runs_apart_is_told(capsys: pytest.CaptureFixture[str], short: Path, tmp_path: Path) -> None:
     rows = np.loadtxt(short, delimiter=",", skiprows=1)
     rows[:, 0] *= 1.02
+    rows[[3, 4]] = rows[[4, 3]]
     np.savetxt(tmp_path / "fast.csv", rows, delimiter=",", header="time,x,y", comments="", fmt="%.5f")
     few = ("--method", "genetic", "--population", "8", "--generations", "1", "--free", "x_controller.loop_gain", "--keep-structure")
     assert "its clock runs" not in call(capsys, "emulate", LESSON, short, *few, "--out", tmp_path / "e").err
     said = call(capsys, "emulate", LESSON, tmp_path / "fast.csv", *few, "--out", tmp_path / "e")
+    assert "rows were out of order in time; they were sorted." in said.err
     assert "fast.csv: its clock runs 2 % fast against the program as simulated, 181 ms after 9.09 s. Correct its time column" in said.err
     told = json.loads((tmp_path / "e" / "emulation.json").read_text())
     assert [sentence.partition(":")[0] for sentence in told["clocks"]] == [str(told["recordings"][0]["name"]) + ".csv"]

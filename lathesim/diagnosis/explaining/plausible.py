@@ -98,11 +98,6 @@ def own_residuals(study: Study, model: Model) -> list[FloatArray]:
     return own.residuals(names, np.array([[starts.get(name, own.given(name)) for name in names], [values[name] for name in names]]))
 
 
-def of_usual_size(study: Study, candidate: Candidate, values: Mapping[str, float]) -> bool:
-    """Return whether an effect's size is not far beyond what is met on machines: whatever it then explains, it is not that effect."""
-    return next(unusual_sizes(study, candidate, values), None) is None
-
-
 def unusual_sizes(study: Study, candidate: Candidate, values: Mapping[str, float]) -> Iterator[Implausible]:
     """Return the sizes of an effect that are far beyond what is met on machines, or far below, and how far they may be."""
     most = study.method.sizes.largest

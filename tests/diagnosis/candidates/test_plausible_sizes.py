@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.explaining.plausible import Implausible, is_usual, of_usual_size, runs_away, unusual_sizes
+from lathesim.diagnosis.explaining.plausible import Implausible, is_usual, runs_away, unusual_sizes
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.study import possible_sizes
 from lathesim.diagnosis.explaining.trial import modelled
@@ -54,7 +54,7 @@ def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool
     (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2))
     candidate = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
     (level,) = candidate.parameters
-    assert of_usual_size(judging({level: possible}), candidate, {level: 50_000.0}) == believed
+    assert (not any(unusual_sizes(judging({level: possible}), candidate, {level: 50_000.0}))) == believed
 
 
 @pytest.mark.parametrize(("delay", "believed"), [(1e-7, False), (1.5e-3, True)], ids=["a command that was held", "a delay"])
@@ -130,7 +130,7 @@ def test_of_a_growth_and_a_rate_of_wear_only_the_product_is_judged(growth: float
         f"{candidate.part}.{name}": value
         for name, value in (("growth", growth), ("rate", rate), ("break_in", 1e-5), ("break_in_time", 30.0))
     }
-    assert of_usual_size(judging(), candidate, values) == usual
+    assert (not any(unusual_sizes(judging(), candidate, values))) == usual
 
 
 @pytest.mark.parametrize(("share", "away"), [(0.1, False), (4.0, True)], ids=["it brakes less one way", "it pushes one way"])
