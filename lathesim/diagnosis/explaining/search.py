@@ -334,17 +334,17 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         found = found.having_tried(trials)
         believed = is_usual(study, candidate, found.model.fitted.by_name)
         best = chosen(study, [own, *trials])
-        if best is None and not believed:
-            found = _dropped(study, found, candidate, left, "fitted beside them it is no longer plausible")
-            waiting = list(found.model.candidates)
-            yield found
-            continue
         better = best is not None and best is not own and swaps < MOST_EFFECTS and (not believed or _better(study, found.model, best, own))
         # what would be dropped in the end takes no place, which would be empty then
         if best is not None and better and small_and_unsure(study, best.model, [best]) is None:
             study.progress(f"{best.candidate.name} takes the place of {candidate.name}")
             why = "predicts better, or as well with fewer values" if believed else f"{candidate.name} is no longer plausible"
             swaps, found = swaps + 1, found.changed("swap", best, why, [candidate])
+            waiting = list(found.model.candidates)
+            yield found
+            continue
+        if not believed:
+            found = _dropped(study, found, candidate, left, "fitted beside them it is no longer plausible")
             waiting = list(found.model.candidates)
             yield found
             continue

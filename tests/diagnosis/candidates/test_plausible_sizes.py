@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.explaining.plausible import Implausible, is_usual, runs_away, unusual_sizes
+from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.study import possible_sizes
 from lathesim.diagnosis.explaining.trial import modelled
@@ -100,6 +101,23 @@ def test_an_effect_that_takes_a_drive_or_a_sensor_away_is_none(effect: type[Effe
     values = {**dict(zip(candidate.parameters, candidate.points[0], strict=True)), f"{candidate.part}.{size}": value}
     values |= {f"{candidate.part}.sag": 0.0} if effect is DriveGainError else {}
     assert is_usual(study(*tables), candidate, values) == believed
+
+
+@pytest.mark.parametrize(
+    ("effects", "names", "move"),
+    [((AmplifierDeadZone, CoulombFriction), ["CoulombFriction"], "swap"), ((AmplifierDeadZone,), [], "drop")],
+    ids=["another one explains it", "nothing else does"],
+)
+def test_what_is_no_longer_believed_goes(effects: tuple[type[Effect], ...], names: list[str], move: str) -> None:
+    """A table that friction holds stands as one whose drive does nothing: a search that came to that goes on."""
+    held = Hidden(dry=200.0)
+    first, second = experiments(recording(held, count=600), recording(held, count=600, seed=2), effects=effects)
+    asked = study(first, second)
+    zone = next(one for one in first.candidates if one.effect is AmplifierDeadZone)
+    fitted = fit(first.sensed, [*baseline(first), *candidate_free(asked, zone, np.array([2.0 * PEAK]))])
+    found = explain(asked, modelled(asked, (zone,), fitted))
+    assert [one.name for one in found.model.candidates] == names
+    assert (found.history[0].move, found.history[0].went) == (move, ("AmplifierDeadZone at x_axis",))
 
 
 def test_an_offset_of_a_reading_takes_no_drive_away() -> None:
