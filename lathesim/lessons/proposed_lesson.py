@@ -72,11 +72,11 @@ _WORDS = {
     "current": "curr current currents iq i strom amps q",
     "torque": "torque torques moment trq effort efforts",
     "force": "force forces kraft f load",
-    "voltage": "volt voltage u spannung vbus",
+    "voltage": "volt voltage u spannung vbus pwm duty",
 }
 _QUANTITIES = {word: quantity for quantity, words in _WORDS.items() for word in words.split()}
 _COMMANDED = frozenset(
-    "cmd command commanded set setpoint soll des desired ref reference target demand nominal nom noml input".split()  # noqa: SIM905
+    "cmd command commanded set setpoint soll des desired ref reference target demand nominal nom noml input pwm duty".split()  # noqa: SIM905
 )
 _MEASURED = frozenset(
     "act actual ist meas measured estimate estimated feedback fb real".split()  # noqa: SIM905
@@ -84,7 +84,7 @@ _MEASURED = frozenset(
 _FILLING = frozenset(
     "nck servo data ctrl in mot motor nd main state states joint joints value val controller end side ec".split()  # noqa: SIM905
 )
-_UNIT_IN_NAME = re.compile(r"_((?:um|mm|m|deg|rad|rev)(?:_s)?|rpm|k?N|Nm|m?A|m?V|[mu]?s)$")
+_UNIT_IN_NAME = re.compile(r"(?:_|^(?=rpm))((?:um|mm|m|deg|rad|rev)(?:_s)?|rpm|k?N|Nm|m?A|m?V|[mu]?s)$")
 _TURNING_WORDS = frozenset(("rpm", "angle", "winkel", "drehzahl"))
 _SLIDING_AXES = re.compile(r"[xyzuvw]\d?")
 _TURNING_AXES = re.compile(r"[abc]\d?|sp\d?|spindle")
@@ -176,6 +176,7 @@ RULES = (
                  ("table.turned_inertia", "table.viscous")),
     TemplateRule("force_axis", False, ("force",), {"x_axis.force": "force"}, _AXIS, _MASS),
     TemplateRule("torque_spindle", True, ("torque",), {"spindle.torque": "torque"}, _SPINDLE, _INERTIA),
+    TemplateRule("torque_spindle", True, ("voltage",), {"spindle.torque": "voltage"}, _SPINDLE, _INERTIA, "N*m", "N*m/V", 0.01),
     TemplateRule("led_axis", False, (_COMMAND, "position"), {"x_axis.reference": _COMMAND}, _TABLE),
     TemplateRule("led_rotary_table", True, (_COMMAND, "position"), {"table.reference": _COMMAND}, _ROTARY),
     TemplateRule("torque_spindle", True, ("current",), {"spindle.torque": "current"}, _SPINDLE, _INERTIA, "N*m", "N*m/A", 0.1),
@@ -186,7 +187,7 @@ _ASSUMED_UNITS = {
     ("position", False): "mm", ("position", True): "rad", ("speed", False): "mm/s", ("speed", True): "rad/s",
     ("current", None): "A", ("torque", None): "N*m", ("force", None): "N", ("voltage", None): "V",
 }  # fmt: skip
-_EFFORTS = ("current", "torque", "force")
+_EFFORTS = ("current", "torque", "force", "voltage")
 """Quantities that push, measured as a rule: where a name says that one was commanded, it is held until the next row."""
 _PERIOD = 1e-3
 """Period [s] that is assumed for a file without a clock, unless the program that wrote it has a usual one."""
@@ -290,7 +291,7 @@ class ProposedLesson:
             return OpenQuestion("axis", f"Which axis: {', '.join(self.fitting)}", next(iter(self.fitting)))
         rule = self.chosen[0]
         if rule.scale and self.scale is None:
-            return OpenQuestion("scale", f"What the current makes, in {rule.scale}", f"{rule.constant:g}")
+            return OpenQuestion("scale", f"What the {rule.needs[-1]} makes, in {rule.scale}", f"{rule.constant:g}")
         return None
 
     @cached_property
@@ -336,7 +337,7 @@ class ProposedLesson:
         if len(self.fitting) > 1 and self.axis is None:
             yield f"axis '{next(iter(self.fitting))}' is meant; others that fit: {', '.join(list(self.fitting)[1:])}"
         if rule.scale and self.scale is None:
-            yield f"the current makes {rule.constant:g} {rule.scale}"
+            yield f"the {rule.needs[-1]} makes {rule.constant:g} {rule.scale}"
         if rule.uncertain:
             yield f"{' and '.join(rule.uncertain)} are as in the template, and uncertain by 100 %"
 

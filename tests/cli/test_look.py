@@ -59,6 +59,24 @@ def test_the_machine_follows_from_what_was_recorded(machine: str, capsys: Captur
     assert told["clock"]["period"] == pytest.approx(1e-3)
 
 
+def test_a_voltage_that_turns_a_motor_makes_a_torque_beside_a_reference_too(capsys: Capture) -> None:
+    time = 1e-3 * np.arange(200)
+    head = "time [s],reference_rad,voltage_V,angle_rad,speed_rad_s"
+    said = call(capsys, "look", table(head, time, np.sign(np.sin(30.0 * time)), np.sin(30.0 * time), time, time), "--lesson", "mine.yaml")
+    assert "Machine: torque_spindle.\n" in said.out
+    assert "Assumed: the voltage makes 0.01 N*m/V.\n" in said.out
+    assert call(capsys, "check", "mine.yaml").out == "mine.yaml: a lesson on the machine torque_spindle.\n"
+
+
+def test_a_duty_cycle_drives_a_motor_and_a_column_may_be_called_by_its_unit(capsys: Capture) -> None:
+    time = 1e-3 * np.arange(200)
+    told = json_of(capsys, "look", table("t_ms,pwm,rpm", 1e3 * time, np.round(60.0 + 30.0 * np.sin(30.0 * time)), time), "--json")
+    assert told["machine"] == "torque_spindle"
+    roles = {item["role"]: (item["target"], item["unit"], item["held"]) for item in told["mapping"]}
+    assert roles["drive"] == ("spindle.torque", "N*m", True)
+    assert roles["compare"] == ("spindle.speed", "rpm", False)
+
+
 @pytest.mark.parametrize(("column", "held"), [("torque_cmd [N*m]", True), ("iq_set [A]", True), ("torque_act [N*m]", False)])
 def test_a_commanded_torque_or_current_is_held_until_the_next_row(column: str, held: bool, capsys: Capture) -> None:
     time = 1e-3 * np.arange(200)
