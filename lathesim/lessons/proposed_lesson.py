@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from lathesim.errors import RecordingError
+from lathesim.lessons.schema import UNKNOWN
 from lathesim.record import FloatArray
 from lathesim.recordings.raw_table import ENOUGH_SAMPLES, USUAL_PERIOD, Finding, RawTable, is_unit
 from lathesim.recordings.sample_grid import SampleGrid, even_grid
@@ -191,6 +192,8 @@ _EFFORTS = ("current", "torque", "force", "voltage")
 """Quantities that push, measured as a rule: where a name says that one was commanded, it is held until the next row."""
 _PERIOD = 1e-3
 """Period [s] that is assumed for a file without a clock, unless the program that wrote it has a usual one."""
+_ALL_OPEN = f"{100.0 * UNKNOWN:g} %"
+"""The uncertainty of a value that is as the template has it: nothing is known of it."""
 _LED = ("led_axis", "led_rotary_table")
 """Templates that follow their reference at once, and take one step a sample."""
 
@@ -339,7 +342,7 @@ class ProposedLesson:
         if rule.scale and self.scale is None:
             yield f"the {rule.needs[-1]} makes {rule.constant:g} {rule.scale}"
         if rule.uncertain:
-            yield f"{' and '.join(rule.uncertain)} are as in the template, and uncertain by 100 %"
+            yield f"{' and '.join(rule.uncertain)} are as in the template, and unknown: uncertain by {_ALL_OPEN}"
 
     @property
     def period(self) -> float:
@@ -364,5 +367,5 @@ class ProposedLesson:
             "recordings": recordings_entry(self.meanings, rate),
         }  # fmt: skip
         if rule.uncertain:
-            lesson["uncertain"] = dict.fromkeys(rule.uncertain, "100 %")
+            lesson["uncertain"] = dict.fromkeys(rule.uncertain, _ALL_OPEN)
         return lesson

@@ -118,6 +118,8 @@ class ToolEntry(FileModel):
     orientation: Annotated[int, Field(strict=True, ge=0, le=9)] = 3
 
 
+UNKNOWN = 10.0
+"""Standard deviation of a value, in values, from which on a lesson says that nothing is known of it: not even how many digits it has."""
 _ALARMS = "output -> its largest magnitude, as '50 mm', or its range, as '-100..500 mm'; beyond it the run stops"
 
 

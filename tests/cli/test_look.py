@@ -36,7 +36,7 @@ def test_a_trace_of_a_control_becomes_a_lesson_that_check_accepts(capsys: Captur
     assert "  drive   table.reference          'nckServoDataCmdPos64|7' in deg\n" in said.out
     assert "  compare table.current            'nckServoDataActCurr32|7' in A\n" in said.out
     assert said.out.endswith("Next: look at each line of mine.yaml, then lathesim diagnose mine.yaml trace.xml\n")
-    assert "uncertain:\n  table.turned_inertia: 100 %\n" in Path("mine.yaml").read_text(encoding="utf-8")
+    assert "uncertain:\n  table.turned_inertia: 1000 %\n" in Path("mine.yaml").read_text(encoding="utf-8")
     assert call(capsys, "check", "mine.yaml").out == "mine.yaml: a lesson on the machine led_rotary_table.\n"
 
 

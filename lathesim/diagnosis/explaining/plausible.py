@@ -230,6 +230,9 @@ def released(study: Study) -> list[Free]:
     deviation still costs what it does."""
     found = []
     for one in baseline_free(study.estimation.machine, 10.0):
+        if not np.isfinite(one.uncertainty):
+            found.append(one)
+            continue
         least = -one.given * OTHER_VALUE if one.low * one.high < 0.0 else one.given / OTHER_VALUE
         bounds = sorted((least, one.given * OTHER_VALUE))
         low, high = (max(one.low, bounds[0]), min(one.high, bounds[1])) if one.given else (one.low, one.high)

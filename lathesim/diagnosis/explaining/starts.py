@@ -47,8 +47,8 @@ class _Begun(NamedTuple):
 def _bases(fitted: Fitted) -> list[list[Free]]:
     """Return the free values of a model where it has them, and with those of the lesson as given where these have moved."""
     at_fit = with_start(fitted)
-    known = [one for one in at_fit if np.isfinite(one.uncertainty) and one.given]
-    if not any(abs(one.start - one.given) > one.uncertainty for one in known):
+    known = [one for one in at_fit if one.given]
+    if not any(abs(one.start - one.given) > min(one.uncertainty, one.scale) for one in known):
         return [at_fit]
     return [at_fit, [replace(one, start=one.given) if one in known else one for one in at_fit]]
 

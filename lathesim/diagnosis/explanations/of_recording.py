@@ -110,7 +110,7 @@ def _with_doubts(experiment: Experiment, fitted: Fitted, doubted: Sequence[Free]
     difference of a ``share`` of one: what is hidden may have bent a value so far."""
     names, rows = list(fitted.by_name), np.tile(list(fitted.by_name.values()), (len(doubted) + 1, 1))
     for row, one in enumerate(doubted, start=1):
-        rows[row, names.index(one.name)] += share * one.uncertainty
+        rows[row, names.index(one.name)] += share * one.scale
     first, *others = experiment.sensed.residuals(names, rows)
     return [fitted, *(replace(fitted, residual=wide * (other - first) / share) for other in others)]
 

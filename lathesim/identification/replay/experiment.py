@@ -24,6 +24,7 @@ from lathesim.identification.replay.open_loop import cut, drive, follow, look, r
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.roles import acting, commands, decides, is_led
 from lathesim.identification.signal import ROUNDING, SETTLING, channel_floor
+from lathesim.lessons.schema import UNKNOWN
 from lathesim.record import Record
 from lathesim.recordings.mapping import BetweenRows
 
@@ -370,14 +371,17 @@ POSSIBLE = 3.5
 
 def baseline_free(machine: RecordedMachine, wider: float = 1.0) -> list[Free]:
     """Return the uncertain parameters as free ones, held by their uncertainty, ``wider`` than the lesson says, and within what that makes
-    possible."""
+    possible. Nothing but the bounds of its part holds an unknown one."""
     plan = wire(replace(machine.assembly, finish=""))
     free = []
     for name, declared_deviation in machine.uncertain.items():
-        deviation = wider * declared_deviation
         given = plan.given(name)
         part, item = Place.of(name)
         declared = plan.parts[part].component.declared(Parameter)[item]
+        if 0.0 < UNKNOWN * abs(given) <= declared_deviation:
+            free.append(Free(name, given, abs(given), declared.low, declared.high, given=given))
+            continue
+        deviation = wider * declared_deviation
         low = max(declared.low, given - POSSIBLE * deviation)
         high = min(declared.high, given + POSSIBLE * deviation)
         free.append(Free(name, given, max(deviation, 1e-12), low, high, deviation, given))
