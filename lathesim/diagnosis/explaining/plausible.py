@@ -20,7 +20,7 @@ from lathesim.identification.roles import commands
 from lathesim.identification.signal import SETTLING
 from lathesim.recordings.recorded_channel import known_factor
 
-Objection = Literal["size", "lag", "instant", "damping", "wave", "passing", "runs away"]
+Objection = Literal["size", "lag", "instant", "drift", "damping", "wave", "passing", "runs away"]
 """What speaks against the values of an effect."""
 
 
@@ -65,6 +65,7 @@ def _unusual(study: Study, candidate: Candidate, values: Mapping[str, float]) ->
     conditions: tuple[tuple[Objection, Callable[[], bool]], ...] = (
         ("lag", lambda: is_of_a_clock(candidate, values, period, duration, method=method)),
         ("instant", lambda: is_an_event(instants_of(candidate), values, duration)),
+        ("drift", lambda: study.earlier is not None or drifts(candidate, values, duration)),
         ("damping", lambda: resonates(candidate, values)),
         ("wave", lambda: repeats(study, candidate, values)),
         ("passing", lambda: lets_through(study, candidate, values)),
@@ -165,6 +166,13 @@ def is_of_a_clock(candidate: Candidate, values: Mapping[str, float], period: flo
 def is_an_event(instants: Sequence[str], values: Mapping[str, float], duration: float) -> bool:
     """Return whether what happens at some ``instants`` (free names, none for most effects) does so after the recording has begun."""
     return all(values[name] > SETTLING * duration for name in instants)
+
+
+def drifts(candidate: Candidate, values: Mapping[str, float], duration: float) -> bool:
+    """Return whether what changes by the clock, if the effect does, still changes once the recording has begun: what is over by then is
+    another value of what it changes."""
+    by_clock = any(candidate.effect.declarations[name].unit == "s" for name in candidate.effect.identification.history)
+    return all(values[name] > SETTLING * duration for name in candidate.named(("time_constant",)) if by_clock)
 
 
 def resonates(candidate: Candidate, values: Mapping[str, float]) -> bool:

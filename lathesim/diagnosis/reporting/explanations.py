@@ -32,6 +32,7 @@ NOT_REACHED = "was not fitted before the search was stopped"
 _OBJECTIONS: dict[Objection, str] = {
     "lag": "is a lag much shorter than a sample",
     "instant": "is an event from before the recording",
+    "drift": "changes nothing once the recording has begun",
     "damping": "is so damped that nothing resonates",
     "wave": "is a wave longer than the recorded way",
     "passing": "lets next to nothing through",

@@ -18,7 +18,7 @@ from lathesim.diagnosis.reporting.explanations import _why_implausible
 from lathesim.effects.drive_errors import AmplifierDeadZone, DriveSaturation, SlewLimit
 from lathesim.effects.effect import Effect
 from lathesim.effects.force_law import WearForceGrowth
-from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction, StribeckFriction
+from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction, StribeckFriction, ViscousWarmUp
 from lathesim.effects.offset_and_gain import ConverterOffset, DriveGainError, ScaleFactorError
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.identification.catalogue import insert_candidates
@@ -65,6 +65,14 @@ def test_a_delay_of_next_to_nothing_is_none(delay: float, believed: bool) -> Non
     tables = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(TransportDelay,))
     (candidate,) = tables[0].candidates
     assert is_usual(study(*tables), candidate, dict.fromkeys(candidate.parameters, delay)) == believed
+
+
+@pytest.mark.parametrize(("time_constant", "believed"), [(0.05, False), (0.5, True)], ids=["over at once", "during 4 s"])
+def test_a_warm_up_that_is_over_before_the_recording_begins_is_another_friction(time_constant: float, believed: bool) -> None:
+    tables = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(ViscousWarmUp,))
+    (candidate,) = tables[0].candidates
+    values = dict(zip(candidate.parameters, candidate.points[0], strict=True)) | {f"{candidate.part}.time_constant": time_constant}
+    assert is_usual(study(*tables), candidate, values) == believed
 
 
 @functools.cache
