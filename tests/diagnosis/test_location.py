@@ -8,7 +8,7 @@ import pytest
 
 from lathesim.components.sensors import AngularEncoder
 from lathesim.components.spindles import EmpiricalSpindle
-from lathesim.diagnosis.location import compared, largest_windows, missing_signal, passed_through, places
+from lathesim.diagnosis.location import compared, largest_windows, missing_signal, one_way, passed_through, places
 from lathesim.diagnosis.records.diagnosis import Evidence, MissingSignal
 from lathesim.diagnosis.reporting.evidence import suspected, unheld
 from lathesim.engine.assembly import Assembly, Part, Wire
@@ -27,6 +27,16 @@ from tests.diagnosis.pushed_table import FORCE, PERIOD, POSITION, Hidden, as_rec
 from tests.diagnosis.test_loaded_servo import write_case
 
 SPRING = Hidden(law=lambda v, q, t: 400.0 * q)
+
+
+@pytest.mark.parametrize("channel", ["x_axis.velocity", POSITION])
+@pytest.mark.parametrize(("speeds", "alone"), [((0.1, 0.0, 0.06, 0.0), True), ((0.1, 0.0, -0.06, 0.0), False)], ids=["one way", "back too"])
+def test_a_part_that_stops_suddenly_does_not_come_back(channel: str, speeds: tuple[float, ...], alone: bool) -> None:
+    speed = np.repeat(speeds, 100)
+    shown = ("m/s", speed) if channel != POSITION else ("m", PERIOD * np.cumsum(speed))
+    log = as_record({FORCE: ("N", np.zeros(len(speed))), channel: shown})
+    (experiment,) = experiments(log, of=replace(machine(), compare=(channel,)))
+    assert one_way(experiment, "x_axis") == alone
 
 
 def test_the_lesson_alone_counts_with_the_values_that_leave_clearly_less() -> None:

@@ -77,6 +77,17 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     return found
 
 
+def unfiltered_speeds(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the velocities of machine parts (``part.velocity``) as sensors recorded them, or as their places changed from row to row."""
+    found: dict[str, FloatArray] = {}
+    for shown in _shown_motion(assembly, recorded):
+        if not shown.is_place:
+            found[shown.output] = shown.values / shown.gain
+        elif shown.flow:
+            found.setdefault(shown.flow, np.gradient(shown.values, assembly.sample_period))
+    return found
+
+
 def counted_motion(
     assembly: Assembly, recorded: Mapping[str, FloatArray], modelled: Mapping[str, FloatArray] | None = None
 ) -> dict[str, FloatArray]:
