@@ -77,6 +77,13 @@ def test_a_named_effect_is_told_with_place_size_doubt_comparison_and_next_step()
     assert told["Next"].startswith("Paste the lines below into the lesson")
 
 
+def test_a_small_share_under_recorded_inputs_is_not_given_beside_a_simulation_that_becomes_right() -> None:
+    """A motor's answer explained 8 % in one line, and in the next one its angle went from 3 to 0.04 rad."""
+    assert "this explains" not in lines(varied(NAMED, removed_share=0.08))["Size"]
+    little = {name: replace(one, after=0.9 * one.before) for name, one in NAMED.fit.items()}
+    assert "this explains 8 % of the squared error" in lines(varied(NAMED, removed_share=0.08, fit=little))["Size"]
+
+
 def test_one_recording_that_judges_itself_is_said_to_do_so() -> None:
     halves = varied(NAMED, validation="recording.csv, second half", judges_itself=True)
     said = "Each was fitted to one part of recording.csv and validated on the other (second half)."

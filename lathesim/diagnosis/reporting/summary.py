@@ -19,7 +19,7 @@ from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.number_text import interval_texts, least_probable_text, number, percent, probability_text, quantity_text
 from lathesim.diagnosis.reporting.remarks import next_step, with_places
 from lathesim.errors import listed
-from lathesim.identification.signal import root_mean_square
+from lathesim.identification.signal import LARGER_PART, root_mean_square
 from lathesim.recordings.raw_table import counted
 
 OF_RECORDING = "recording"
@@ -189,7 +189,7 @@ def _size(diagnosis: Diagnosis) -> str:
             many = len(doubtful) > 1
             absent = "Their sizes are not determined: they" if many else "Its size is not determined: it"
             sentences.append(f"{listed(doubtful)} {'make' if many else 'makes'} the prediction better too. {absent} may be absent.")
-        if diagnosis.rest.removed_share > 0.0:
+        if diagnosis.rest.removed_share > 0.0 and not _understates(diagnosis):
             driven = "With each part driven by its recorded inputs and slow drift left out"
             sentences.append(f"{driven}, this explains {percent(diagnosis.rest.removed_share)} of the squared error.")
     elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
@@ -198,6 +198,13 @@ def _size(diagnosis: Diagnosis) -> str:
         together = [] if moved_values(diagnosis) else ["only together do these values explain more"]
         sentences.append("; ".join([*sizes, *([f"{len(values) - most} more below"] if len(values) > most else []), *together]) + ".")
     return " ".join([*sentences, *(_unnamed_text(left, diagnosis) for left in diagnosis.rest.unnamed[:1])])
+
+
+def _understates(diagnosis: Diagnosis) -> bool:
+    """Return whether less than half of the error is explained under recorded inputs, where the whole simulation loses more than half of it
+    at each channel: a reader would take the two for a contradiction."""
+    left = max(((one.after / one.before) ** 2 for one in diagnosis.fit.values() if one.before > 0.0), default=1.0)
+    return diagnosis.rest.removed_share < LARGER_PART < 1.0 - left
 
 
 def _unnamed_text(left: Unnamed, diagnosis: Diagnosis) -> str:
