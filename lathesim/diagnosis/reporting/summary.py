@@ -189,9 +189,7 @@ def _size(diagnosis: Diagnosis) -> str:
             many = len(doubtful) > 1
             absent = "Their sizes are not determined: they" if many else "Its size is not determined: it"
             sentences.append(f"{listed(doubtful)} {'make' if many else 'makes'} the prediction better too. {absent} may be absent.")
-        if diagnosis.rest.removed_share > 0.0 and not _understates(diagnosis):
-            driven = "With each part driven by its recorded inputs and slow drift left out"
-            sentences.append(f"{driven}, this explains {percent(diagnosis.rest.removed_share)} of the squared error.")
+        sentences += _explained_text(diagnosis)
     elif diagnosis.verdict in OF_VALUES and (values := shown_values(diagnosis)) and not _worse(diagnosis):
         most = Shown.most_named
         sizes = [_moved_text(name, item) for name, item in values[:most]]
@@ -200,11 +198,14 @@ def _size(diagnosis: Diagnosis) -> str:
     return " ".join([*sentences, *(_unnamed_text(left, diagnosis) for left in diagnosis.rest.unnamed[:1])])
 
 
-def _understates(diagnosis: Diagnosis) -> bool:
-    """Return whether less than half of the error is explained under recorded inputs, where the whole simulation loses more than half of it
-    at each channel: a reader would take the two for a contradiction."""
+def _explained_text(diagnosis: Diagnosis) -> list[str]:
+    """Return which share of the error the effects explain under recorded inputs; nothing where that is less than half, and the whole
+    simulation loses more than half at each channel: a reader would take the two for a contradiction."""
+    share = diagnosis.rest.removed_share
     left = max(((one.after / one.before) ** 2 for one in diagnosis.fit.values() if one.before > 0.0), default=1.0)
-    return diagnosis.rest.removed_share < LARGER_PART < 1.0 - left
+    if share <= 0.0 or share < LARGER_PART < 1.0 - left:
+        return []
+    return [f"With each part driven by its recorded inputs and slow drift left out, this explains {percent(share)} of the squared error."]
 
 
 def _unnamed_text(left: Unnamed, diagnosis: Diagnosis) -> str:
