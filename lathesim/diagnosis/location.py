@@ -271,15 +271,11 @@ def direction_of(velocity: FloatArray, method: Method = STANDARD) -> FloatArray:
     return np.where(still, 0.0, np.sign(velocity))
 
 
-def _flow(experiment: Experiment, host: str) -> str:
-    """Return the output that is the velocity of a part; it may have none."""
-    ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
-    return f"{host}.{ports.get('flow', '')}"
-
-
-def _direction(experiment: Experiment, host: str, method: Method = STANDARD) -> FloatArray | None:
+def _direction(experiment: Experiment, host: str, method: Method = STANDARD, *, smoothed: bool = True) -> FloatArray | None:
     """Return which way a part moves at each sample, 0 where it stands still: by its sensor, else as simulated."""
-    flow, motion = _flow(experiment, host), experiment.motion
+    ports = next(part.component.ports for part in experiment.machine.assembly.parts if part.name == host)
+    flow = f"{host}.{ports.get('flow', '')}"
+    motion = experiment.motion if smoothed else experiment.unsmoothed
     if flow in motion:
         return direction_of(motion[flow], method=method)
     return direction_of(experiment.doing[flow], method=method) if flow in experiment.doing else None
@@ -301,6 +297,5 @@ def one_way(experiment: Experiment, host: str, method: Method = STANDARD) -> boo
 
     A part that turns back does so in its filtered motion, which rings past a sudden stop, and from row to row, which shows noise.
     """
-    filtered, unfiltered = _direction(experiment, host, method=method), experiment.unfiltered_speeds.get(_flow(experiment, host))
-    ways = (filtered, None if unfiltered is None else direction_of(unfiltered, method=method))
+    ways = (_direction(experiment, host, method=method, smoothed=smoothed) for smoothed in (True, False))
     return any(way is not None and not (np.any(way > 0.0) and np.any(way < 0.0)) for way in ways)

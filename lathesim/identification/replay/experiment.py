@@ -19,14 +19,7 @@ from lathesim.identification.records import Candidate, Free
 from lathesim.identification.replay.controller_memory import remembered_at_start, with_memory
 from lathesim.identification.replay.controller_rate import at_controllers_rate
 from lathesim.identification.replay.converter_rounding import plain_replay, resolving_everything, with_rounding
-from lathesim.identification.replay.measured_motion import (
-    counted_motion,
-    measured_output,
-    recorded_motion,
-    start_from,
-    unfiltered_speeds,
-    velocity_of,
-)
+from lathesim.identification.replay.measured_motion import counted_motion, measured_output, recorded_motion, start_from, velocity_of
 from lathesim.identification.replay.open_loop import cut, drive, follow, look, recorded_part, seen, sense, sensed_share
 from lathesim.identification.replay.simulator import RedundantSensor, Simulator
 from lathesim.identification.roles import acting, commands, decides, is_led
@@ -181,9 +174,9 @@ class Experiment:
         return given | recorded_motion(self.with_candidates, self._recorded)
 
     @cached_property
-    def unfiltered_speeds(self) -> dict[str, FloatArray]:
-        """How fast parts were from row to row, with the noise of their sensors: a filter rings past a sudden stop; output -> (samples,)."""
-        return unfiltered_speeds(self.with_candidates, self._recorded)
+    def unsmoothed(self) -> dict[str, FloatArray]:
+        """The motion of parts as ``motion`` has it, from row to row, with the noise of sensors: a filter rings past a sudden stop."""
+        return recorded_motion(self.with_candidates, self._recorded, smoothed=False)
 
     def way_of(self, candidate: Candidate) -> FloatArray:
         """Return the way along which an effect repeats, as simulated (samples,); with next to nothing of it, as without any it idles."""

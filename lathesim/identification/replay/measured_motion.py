@@ -49,8 +49,8 @@ def velocity_of(position: FloatArray, period: float) -> FloatArray:
     return np.gradient(smooth(position, period), period)
 
 
-def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return, for outputs of machine parts (``part.position``, ``part.velocity``), what the sensors on them recorded, smoothed.
+def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray], *, smoothed: bool = True) -> dict[str, FloatArray]:
+    """Return, for outputs of machine parts (``part.position``, ``part.velocity``), what the sensors on them recorded, ``smoothed`` or not.
 
     ``recorded`` maps channels to one value a sample [SI]. A sensor is a part with the ports ``measured`` and ``reading``; a host a part
     with the ports ``displacement`` and ``flow``. A recorded output of the host itself counts too. A reading in another unit, as the volts
@@ -60,12 +60,14 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
     found: dict[str, FloatArray] = {}
     gained: dict[str, FloatArray] = {}
     for shown in _shown_motion(assembly, recorded):
+        values = shown.values / shown.gain
+        values = smooth(values, period) if smoothed else values
         if shown.is_place:
-            found.setdefault(shown.output, smooth(shown.values, period))
+            found.setdefault(shown.output, values)
             if shown.flow:
-                found.setdefault(shown.flow, velocity_of(shown.values, period))
+                found.setdefault(shown.flow, np.gradient(values, period))
         else:
-            (found if shown.gain == 1.0 else gained)[shown.output] = smooth(shown.values / shown.gain, period)
+            (found if shown.gain == 1.0 else gained)[shown.output] = values
     # a gain may be wrong: where something counts the way, that tells the speed as well
     velocities = {name: values for name, values in gained.items() if name not in found}
     found.update(velocities)
@@ -74,17 +76,6 @@ def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> d
         ports = assembly.ports(source)
         if item == ports.get("flow") and "displacement" in ports:
             found.setdefault(f"{host}.{ports['displacement']}", cumulative_trapezoid(found[source], dx=period, initial=0.0))
-    return found
-
-
-def unfiltered_speeds(assembly: Assembly, recorded: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return the velocities of machine parts (``part.velocity``) as sensors recorded them, or as their places changed from row to row."""
-    found: dict[str, FloatArray] = {}
-    for shown in _shown_motion(assembly, recorded):
-        if not shown.is_place:
-            found[shown.output] = shown.values / shown.gain
-        elif shown.flow:
-            found.setdefault(shown.flow, np.gradient(shown.values, assembly.sample_period))
     return found
 
 
