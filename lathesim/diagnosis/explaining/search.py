@@ -243,10 +243,11 @@ def _with_finer(study: Study, found: Found, candidate: Candidate, best: Tried) -
 
 
 def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
-    """Return the search with a finer form of an effect that predicts as well as a further effect would and has no more values, or is the
-    shape of a wave where that effect is a second wave; as it was where there is none.
+    """Return the search with a finer form of an effect that predicts as well as a further effect would and has no more values, predicts
+    better than it, or is the shape of a wave where that effect is a second wave; as it was where there is none.
 
-    Otherwise several effects stand in the end for what one is, as two late sensors do for a slow loop.
+    Otherwise several effects stand in the end for what one is, as two late sensors do for a slow loop, or a weight beside a dry friction
+    does for one that differs between the directions.
     """
     for candidate in found.model.candidates:
         trials = _finer_forms(study, found.model, candidate)
@@ -255,7 +256,8 @@ def _finer_instead(study: Study, found: Found, added: Tried) -> Found:
         if best is None or not as_good(best.model, added, study):
             continue
         periodic = [one.effect.identification.periodic for one in (added.candidate, candidate)]
-        if best.parameters <= candidate.counted + added.parameters or (added.candidate.at == candidate.at and all(periodic)):
+        fewer = best.parameters <= candidate.counted + added.parameters
+        if fewer or (added.candidate.at == candidate.at and all(periodic)) or not as_good(added.model, best, study):
             return _with_finer(study, found, candidate, best)
     return found
 

@@ -5,24 +5,39 @@ from __future__ import annotations
 from lathesim.diagnosis.candidates.eligibility import finer
 from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.trial import modelled
+from lathesim.diagnosis.records.found import Found
+from lathesim.effects.effect import Effect
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction
+from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.identification.estimation.least_squares import fit
 from tests.diagnosis.pushed_table import Hidden, baseline, experiments, recording, study
 
 
-def named(hidden: Hidden) -> list[str]:
-    """Return the effects that explain a table best, where dry friction and its finer form may."""
+def searched(hidden: Hidden, *more: type[Effect]) -> Found:
+    """Return the search for what explains a table best, where dry friction, its finer form and ``more`` effects may."""
     both = (recording(hidden, seed=seed) for seed in (1, 2))
-    found = explain(study(*experiments(*both, effects=(CoulombFriction, AsymmetricFriction))))
+    return explain(study(*experiments(*both, effects=(CoulombFriction, AsymmetricFriction, *more))))
+
+
+def named(found: Found) -> list[str]:
     return [candidate.name for candidate in found.model.candidates]
 
 
 def test_a_friction_that_differs_between_the_directions_keeps_its_name() -> None:
-    assert named(Hidden(dry=10.0, law=lambda v, q, t: 2.0 + 10.0 * abs(v))) == ["AsymmetricFriction"]
+    assert named(searched(Hidden(dry=10.0, law=lambda v, q, t: 2.0 + 10.0 * abs(v)))) == ["AsymmetricFriction"]
 
 
 def test_a_friction_alike_in_both_directions_is_the_simpler_one() -> None:
-    assert named(Hidden(dry=10.0)) == ["CoulombFriction"]
+    assert named(searched(Hidden(dry=10.0))) == ["CoulombFriction"]
+
+
+def test_a_finer_form_comes_before_a_further_effect_that_predicts_less() -> None:
+    found = searched(Hidden(dry=10.0, law=lambda v, q, t: 2.0 + 10.0 * abs(v)), ForceOffset)
+    assert [step.came_in for step in found.history] == [("CoulombFriction at x_axis",), ("AsymmetricFriction at x_axis",)]
+
+
+def test_a_weight_beside_dry_friction_stays_a_weight() -> None:
+    assert named(searched(Hidden(dry=10.0, law=lambda v, q, t: 2.0), ForceOffset)) == ["CoulombFriction", "ForceOffset"]
 
 
 def test_two_finer_forms_of_one_friction_do_not_stand_side_by_side() -> None:
