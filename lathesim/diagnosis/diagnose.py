@@ -11,6 +11,7 @@ import numpy as np
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.plausible import strained
+from lathesim.diagnosis.explaining.resolution import significant
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over
@@ -206,10 +207,17 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     usual = np.maximum(study.method.tie_errors * study.validation.sensed.replayed_floors, by_laws)
     if one_alone or not found.complete or np.all(off <= usual):
         return prepared, study, found
+    explained = bool(found.model.candidates) and explains_the_motion(study, found.model)
+    if explained and _is_closed_loop(study):
+        # a loop holds the motion whatever the values are, so that its simulation says less of them than the forces do
+        return prepared, study, found
     both = joined(prepared.experiments)
     if not _want_other_values(both, found.model, study.method):
         return prepared, study, found
     study.progress("each recording wants other values: fitting both together")
+    if explained:  # values are left to find: what gained nothing on one recording is no rival on both
+        near = {one.candidate.part for one in found.tried if significant(one, study)}
+        both = replace(both, candidates=tuple(one for one in both.candidates if one.part in near))
     together = replace(prepared, experiments=(both, both), whole=both)
     study_of_both = _study(together, study.progress)
     begun = modelled(study_of_both, found.model.candidates, _fitted_to_both(both, found.model, _second_start(both, found.model)))

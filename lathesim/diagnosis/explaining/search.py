@@ -27,6 +27,7 @@ from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import until
 from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import baseline_free
+from lathesim.identification.replay.joined import JoinedExperiment
 
 
 def explains_the_motion(study: Study, model: Model) -> bool:
@@ -141,8 +142,10 @@ def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
 
 
 def _is_done(study: Study, found: Found) -> bool:
-    """Return whether a search by the error of the simulation has found what explains the motion."""
-    return study.estimation.machine.output_error and not study.judges_itself and explains_the_motion(study, found.model)
+    """Return whether a search by the error of the simulation has found what explains the motion. One stroke shows no more of a small
+    effect, and what no effect explains on both recordings may be a mixture of values that hides one."""
+    confirmed = bool(found.model.candidates) and isinstance(study.estimation, JoinedExperiment)
+    return study.estimation.machine.output_error and (confirmed or not study.judges_itself) and explains_the_motion(study, found.model)
 
 
 def _firsts(study: Study, model: Model, others: Sequence[Tried], ahead: Sequence[Tried]) -> list[Tried]:
