@@ -134,8 +134,8 @@ class ChannelTimeShift(Effect):
     neutral = {"shift": 0.0}
     identification = Identification(delay="shift", typical={"shift": (-5e-3, 50e-3)})
     fingerprint = "One channel is late or early by a constant time; the loop itself behaves as if it were not."
-    confused_with = ("TransportDelay, which the controller feels", "SensorFilter")
-    experiment = "Record one edge on all channels."
+    confused_with = ("TransportDelay, which a controller feels and an open loop does not show", "SensorFilter")
+    experiment = "Record one edge on all channels, and what acts: in an open loop a late sensor and a late drive are one explanation."
     source = "Ljung, System Identification, 2nd ed. 1999, sec. 14.1 (data handling). Range assumed."
 
     incoming = Input("{signal}", doc="signal in time")

@@ -13,6 +13,7 @@ from lathesim.effects.backlash_and_screw import PeriodicPitchError
 from lathesim.effects.friction import CoulombFriction
 from lathesim.effects.offset_and_gain import ForceOffset
 from lathesim.effects.sensor_errors import EncoderEccentricity
+from lathesim.effects.time_shift import ChannelTimeShift, TransportDelay
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import (
@@ -21,12 +22,15 @@ from tests.diagnosis.pushed_table import (
     POSITION,
     RESOLUTION,
     VISCOUS,
+    Hidden,
     as_record,
     baseline,
     experiments,
+    force,
     recording,
     searched,
     study,
+    travel,
 )
 from tests.diagnosis.sample_diagnoses import NAMED, varied
 
@@ -45,6 +49,21 @@ def test_a_rival_that_the_search_passed_by_is_found_and_tied() -> None:
     again, unanswerable = locked(study(estimation, validation), replace(found, tried=(), rivals={}))
     assert [one.candidate.name for one in again.rivals[named]] == [one.candidate.name for one in rivals]
     assert unanswerable == ()
+
+
+def late(seed: int, samples: int = 2) -> Record:
+    """Return a recording of a table with dry friction on which the recorded force acts some samples late."""
+    pushed = force(2000, seed)
+    place = travel(np.concatenate([np.zeros(samples), pushed[:-samples]]), Hidden(dry=30.0))
+    return as_record({FORCE: ("N", pushed), POSITION: ("m", np.round(place / RESOLUTION) * RESOLUTION)})
+
+
+def test_a_late_sensor_and_a_late_drive_in_an_open_loop_are_tied_beside_a_friction() -> None:
+    """Beside the friction that was found without either the delay was no match: it never came near its size."""
+    estimation, validation = experiments(late(1), late(2), effects=(CoulombFriction, TransportDelay, ChannelTimeShift))
+    found, _ = locked(study(estimation, validation), searched(estimation, validation))
+    ties = {found.worth[part].candidate.name: [one.candidate.name for one in rivals] for part, rivals in found.rivals.items()}
+    assert ties == {"CoulombFriction": [], "ChannelTimeShift": ["TransportDelay"]}
 
 
 def test_an_effect_without_rivals_is_locked_by_nothing() -> None:

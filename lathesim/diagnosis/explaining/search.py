@@ -17,11 +17,11 @@ from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer, is_off
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import modelled, over, settled_trial, tried, was_there_before, without, worth
+from lathesim.diagnosis.explaining.trial import modelled, neutral, over, settled_trial, tried, was_there_before, without, worth
 from lathesim.diagnosis.method.method import FIRSTS, MOST_EFFECTS, SEARCH_TIME
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.found import Found, Screened, Tried
-from lathesim.engine.assembly import FloatArray, Place
+from lathesim.engine.assembly import Place
 from lathesim.identification.estimation.estimates import estimates, interval_includes_neutral
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import until
@@ -289,29 +289,9 @@ def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate)
         np.array([shared.get(Place.of(name).port, value) for name, value in zip(form.parameters, row, strict=True)])
         for row in (form.neutral, *form.points)
     ]
-    rest = tuple(one for one in model.candidates if one is not candidate)
-    left = _neutral(model, candidate, rest)
+    left = neutral(model, candidate)
     made = tried(study, left, Screened(form, 0.0, tuple(starts[:1])), np.array(starts[1:]))
     return replace(settled_trial(study, model, made), before=model)
-
-
-def _neutral(model: Model, candidate: Candidate, rest: tuple[Candidate, ...]) -> Model:
-    """Return a model whose effect is nothing and no longer free, the other values as they are."""
-    names, fitted = set(candidate.parameters), model.fitted
-    places = [place for place, one in enumerate(fitted.free) if one.name not in names]
-
-    def kept(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else values[places]
-
-    smaller = replace(
-        fitted,
-        free=tuple(fitted.free[place] for place in places),
-        values=fitted.values[places],
-        covariance=fitted.covariance[places][:, places],
-        sensitivity=kept(fitted.sensitivity),
-        misfit=kept(fitted.misfit),
-    )
-    return replace(model, candidates=rest, fitted=smaller)
 
 
 def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
@@ -353,12 +333,12 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             waiting = list(found.model.candidates)
             yield found
             continue
-        alike = _alike(study, own, trials)
+        alike = ties(study, own, trials)
         found = replace(found, worth={**found.worth, candidate.part: own}, rivals={**found.rivals, candidate.part: alike})
         yield found
 
 
-def _alike(study: Study, own: Tried, trials: Sequence[Tried]) -> tuple[Tried, ...]:
+def ties(study: Study, own: Tried, trials: Sequence[Tried]) -> tuple[Tried, ...]:
     """Return the trials in the place of an effect that predict as well, other effects than a finer form of it or the other sensor."""
     good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, own, study)]
     return tuple(one for one in good if not (is_finer(one.candidate, [own.candidate]) or is_the_other_sensor(one.candidate, own.candidate)))

@@ -97,6 +97,25 @@ def without(study: Study, model: Model, gone: Candidate) -> Model:
     return modelled(study, rest, fitted)
 
 
+def neutral(model: Model, gone: Candidate) -> Model:
+    """Return a model one of whose effects is nothing and no longer free, the other values as they are."""
+    fitted = model.fitted
+    places = [place for place, one in enumerate(fitted.free) if one.name not in gone.parameters]
+
+    def kept(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else values[places]
+
+    smaller = replace(
+        fitted,
+        free=tuple(fitted.free[place] for place in places),
+        values=fitted.values[places],
+        covariance=fitted.covariance[places][:, places],
+        sensitivity=kept(fitted.sensitivity),
+        misfit=kept(fitted.misfit),
+    )
+    return replace(model, candidates=tuple(one for one in model.candidates if one is not gone), fitted=smaller)
+
+
 def was_there_before(study: Study, trial: Tried) -> bool:
     """Return whether the larger part of what an effect gains is gained before the change too; never without an earlier recording.
 

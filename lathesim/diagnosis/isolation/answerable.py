@@ -16,10 +16,9 @@ import numpy as np
 
 from lathesim.diagnosis.candidates.eligibility import is_told_by_direction
 from lathesim.diagnosis.explaining.chance import least_apart
-from lathesim.diagnosis.explaining.plausible import is_plausible
-from lathesim.diagnosis.explaining.resolution import as_good, significant
+from lathesim.diagnosis.explaining.search import ties
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import settled_trial, tried
+from lathesim.diagnosis.explaining.trial import neutral, settled_trial, tried
 from lathesim.diagnosis.isolation.apart import FittedRival, alike, rivals_of
 from lathesim.diagnosis.isolation.visible import ChannelChange, Looking, Visible, shapes, smallest_visible, unseen
 from lathesim.diagnosis.location import one_way
@@ -237,29 +236,35 @@ def locked(study: Study, found: Found) -> tuple[Found, tuple[Unanswerable, ...]]
     others = looking.changes([(shape.candidate, shape.point) for shape in shaped], judged=False)
     known = [change for change in others if change is not None]
     for part, worth in found.worth.items():
-        rivals = _passed_by(study, found, worth, known)
+        rivals = _passed_by(study, looking, found, worth, known)
         found = replace(found, rivals={**found.rivals, part: (*found.rivals.get(part, ()), *rivals)})
     hidden = [(one.shape.candidate, "; ".join(reasons(looking, one))) for one in unseen(looking, shaped)]
     return found, tuple(Unanswerable(candidate.name, candidate.place, why) for candidate, why in hidden)
 
 
-def _passed_by(study: Study, found: Found, worth: Tried, others: Sequence[ChannelChange]) -> list[Tried]:
-    """Return the rivals of an effect that predict as well in its place and that were not fitted there."""
-    fitted = found.model.fitted
-    run = worth.before.fitted.residual - fitted.residual
-    own = np.array([fitted.by_name[name] for name in worth.candidate.parameters])
-    without = Looking.at(replace(study, validation=study.estimation), replace(worth.before.fitted, noise=fitted.noise))
-    truth = ChannelChange(worth.candidate, own, run, without.taken.left(run, fitted.noise))
-    rest = [one.part for one in worth.before.candidates]
-    # what was fitted there and explains the larger part was held against the effect already
-    least = study.method.larger_part * worth.predicted.nats
-    known = [one for one in found.tried if [other.part for other in one.before.candidates] == rest and one.predicted.nats > least]
-    there = {one.part for one in found.model.candidates} | {one.candidate.part for one in known}
-    (begun,) = alike(without, [truth], others, study.method.nearly_all)
-    left = [(candidate, values) for candidate, values in begun if candidate.part not in there]
+def _passed_by(study: Study, looking: Looking, found: Found, worth: Tried, others: Sequence[ChannelChange]) -> tuple[Tried, ...]:
+    """Return the rivals of an effect that predict as well in its place, fitted from the values that the model has beside the effect.
 
-    def made(one: tuple[Candidate, np.ndarray]) -> Tried:
-        return settled_trial(study, worth.before, tried(study, worth.before, Screened(one[0], 0.0, (one[1],)), None))
+    The search fits a rival beside the values that were reached without the effect, which may be far from those with it.
+    """
+    left = neutral(found.model, worth.candidate)
+    (gone,) = looking.changes([(worth.candidate, worth.candidate.neutral)], judged=False)
+    if gone is None:
+        return ()
+    beside = Looking.at(looking.study, replace(left.fitted, residual=left.fitted.residual - gone.run))
 
-    trials = together(made, left)
-    return [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, worth, study)]
+    def seen(one: ChannelChange) -> ChannelChange:
+        return replace(one, left=beside.taken.left(one.run, beside.fitted.noise))
+
+    own = np.array([looking.fitted.by_name[name] for name in worth.candidate.parameters])
+    truth = seen(replace(gone, values=own, run=-gone.run))
+    (begun,) = alike(beside, [truth], [seen(one) for one in others], study.method.larger_part)
+    # a delay of another size, or beside the effect, shows an edge elsewhere
+    in_place = [one for one in beside.changes(begun, judged=False) if one is not None]
+    (begun,) = alike(beside, [truth], in_place, study.method.nearly_all)
+    tied = {one.candidate.part for one in found.rivals.get(worth.candidate.part, ())}
+
+    def made(one: tuple[Candidate, FloatArray]) -> Tried:
+        return settled_trial(study, worth.before, tried(study, left, Screened(one[0], 0.0, (one[1],)), None))
+
+    return ties(study, worth, list(together(made, [one for one in begun if one[0].part not in tied])))

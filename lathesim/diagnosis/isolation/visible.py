@@ -168,10 +168,10 @@ class Looking:
 
     @cached_property
     def idle(self) -> dict[str, float]:
-        """The values of the model, and of all candidates where they are nothing: runs that set the same names share their machine code."""
+        """The values of the model, and of all other candidates where they are nothing: runs of the same names share their machine code."""
         candidates = self.study.estimation.candidates
         neutral = {name: value for one in candidates for name, value in zip(one.parameters, one.neutral.tolist(), strict=True)}
-        return {**self.fitted.by_name, **neutral}
+        return {**neutral, **self.fitted.by_name}
 
     def changes(self, shaped: Sequence[tuple[Candidate, FloatArray]], *, judged: bool = True) -> list[ChannelChange | None]:
         """Return what candidates with some values each do, none where a run is lost; not ``judged`` it is not said how clearly."""

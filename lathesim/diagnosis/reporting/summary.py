@@ -65,8 +65,9 @@ def _named(diagnosis: Diagnosis) -> str:
         names = with_places([(effect.effect, effect.at) for effect in diagnosis.effects])
         verb, sizes = ("describe", "their sizes are") if len(diagnosis.effects) > 1 else ("describes", "its size is")
         return f"Something is missing. {names} {verb} it best, but {sizes} not determined: it may be something else."
-    faults = [effect for effect in finds if effect.family == OF_RECORDING]
-    physics = [effect for effect in finds if effect.family != OF_RECORDING]
+    # what may as well be another effect, as one of the machine, is no sure fault
+    faults = [effect for effect in finds if effect.family == OF_RECORDING and not effect.tied_with]
+    physics = [effect for effect in finds if effect not in faults]
     begins = f"New since {diagnosis.question.before}: " if diagnosis.question.before else "The simulation left out "
     sentences = [f"{begins}{_rivalled(physics)}."] if physics else []
     sentences += [f"The recording has a fault: {_rivalled(faults)}."] if faults else []
