@@ -11,14 +11,14 @@ import numpy as np
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.plausible import strained
-from lathesim.diagnosis.explaining.resolution import significant
+from lathesim.diagnosis.explaining.resolution import as_good, significant
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import modelled, over
+from lathesim.diagnosis.explaining.trial import modelled, over, without
 from lathesim.diagnosis.isolation.answerable import locked
 from lathesim.diagnosis.location import missing_share
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_given, prepare, with_other_sign
+from lathesim.diagnosis.preparation import PreparedQuestion, Question, as_given, prepare, with_inputs_held, with_other_sign
 from lathesim.diagnosis.recording_checks.checks import against_model, fault, of_a_slow_log, with_a_wrong_unit
 from lathesim.diagnosis.recording_checks.mapped_elsewhere import against_the_machine
 from lathesim.diagnosis.records.comparison import Step
@@ -64,6 +64,7 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
     study = _study(prepared, _in_step(_STEPS[1], progress))
     study.progress("the lesson as it stands")
     prepared, study, found = _with_signs(prepared, study, replace(explain(study), controller=prepared.controller))
+    prepared, study, found = _with_inputs_held(prepared, study, found)
     prepared, study, found = _with_the_motion(prepared, study, found)
     prepared, study, found = _fitted_together(prepared, study, found)
     if not found.model.candidates and (
@@ -141,6 +142,28 @@ def _with_signs(prepared: PreparedQuestion, study: Study, found: Found) -> tuple
             step = Step("other sign", (), (), fitted.nats, predicted.nats, why)
             prepared, study = turned, study_of_turned
             found = replace(other, controller=prepared.controller, history=(step, *other.history))
+    return prepared, study, found
+
+
+def _with_inputs_held(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
+    """Return what explains the recordings with driven inputs that are held until the next row, where that does as well with an effect less.
+
+    Nobody said that they are interpolated. What is held acts half a row later on average, so that a lag would be named for it.
+    """
+    held = with_inputs_held(prepared) if found.worth and found.complete else None
+    if held is None:
+        return prepared, study, found
+    study_of_held = _study(held, study.progress)
+    study.progress("trying driven inputs as held until the next row")
+    for own in found.worth.values():
+        begun = without(study_of_held, found.model, own.candidate)
+        if as_good(begun, own, study):
+            other = explain(study_of_held, begun)
+            fitted, predicted = over(begun, found.model)
+            why = "inputs that are held until the next row explain the recordings as well without it"
+            step = Step("held inputs", (), (f"{own.candidate.name} at {own.candidate.place}",), fitted.nats, predicted.nats, why)
+            history = (*found.history, step, *other.history)
+            return held, study_of_held, replace(other, controller=found.controller, history=history)
     return prepared, study, found
 
 

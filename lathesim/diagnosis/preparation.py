@@ -182,6 +182,27 @@ def _turned(recorded: Recorded, channel: str) -> Recorded:
     return replace(recorded, record=recorded.record.with_channel(channel, column.unit, -column.values, column.description))
 
 
+def with_inputs_held(prepared: PreparedQuestion) -> PreparedQuestion | None:
+    """Return the recordings with driven inputs held until the next row that were assumed to be interpolated; none without such inputs."""
+    question, between = prepared.question, prepared.question.machine.between
+    assumed = {name: replace(one, moves=False, held=True) for name, one in between.items() if one.assumed and one.moves}
+    if not assumed:
+        return None
+    fact, done = "held until the next row it explains the recordings as well, with fewer effects", "write 'held: true' if it was commanded"
+    said = {str(one): str(replace(one, fact=fact, done=done)) for one in question.fitted.findings if one.channel in assumed}
+
+    def held(one: Experiment) -> Experiment:
+        return replace(one, machine=replace(one.machine, between={**between, **assumed}))
+
+    return replace(
+        prepared,
+        question=replace(question, machine=replace(question.machine, between={**between, **assumed})),
+        findings=tuple(said.get(one, one) for one in prepared.findings),
+        experiments=tuple(map(held, prepared.experiments)),
+        whole=prepared.whole and held(prepared.whole),
+    )
+
+
 def _experiments(question: Question) -> tuple[list[Experiment], Experiment | None, str]:
     """Return the experiments of the fitted and of the validation recording, and of the whole where both are parts of one file."""
     fitted = question.fitted

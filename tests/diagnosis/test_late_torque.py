@@ -22,8 +22,8 @@ uncertain: {spindle.inertia: 10 %, spindle.viscous: 30 %}
 INERTIA, VISCOUS, FRICTION, LATE, PERIOD, FINE = 4e-3, 0.02, 0.08, 8, 2e-3, 20
 
 
-def write_log(file: Path, seed: int) -> None:
-    """Write 4 s of a motor under swept torques, whose log shows each torque some samples after it acted."""
+def write_log(file: Path, seed: int, late: int = LATE) -> None:
+    """Write 4 s of a motor under swept torques, held over each row, whose log shows each torque some samples after it acted."""
     time = PERIOD * np.arange(2000)
     torque = 0.9 * np.sin(2.0 * np.pi * (0.5 + 0.3 * time) * time + seed) + 0.5 * np.sin(2.0 * np.pi * 1.7 * time)
     angle, speed, step, angles = 0.0, 0.0, PERIOD / FINE, []
@@ -32,7 +32,9 @@ def write_log(file: Path, seed: int) -> None:
         for _ in range(FINE):
             speed += step * (pull - VISCOUS * speed - FRICTION * np.tanh(speed / 0.01)) / INERTIA
             angle += step * speed
-    logged = np.concatenate([np.full(LATE, torque[0]), torque[:-LATE]]) + 3e-3 * np.random.default_rng(seed).standard_normal(len(time))
+    logged = np.concatenate([np.full(late, torque[0]), torque[: len(time) - late]]) + 3e-3 * np.random.default_rng(seed).standard_normal(
+        len(time)
+    )
     np.savetxt(file, np.column_stack([time, logged, angles]), delimiter=",", header="t,torque,angle", comments="")
 
 
@@ -50,3 +52,14 @@ def test_two_effects_are_found_where_a_third_one_leaves_less_than_either(tmp_pat
         assert sizes[name]["low"] < value < sizes[name]["high"]
         assert sizes[name]["value"] == pytest.approx(value, rel=0.05)
     assert answer["fit"]["spindle_encoder.angle"]["after"] < 0.05 * answer["fit"]["spindle_encoder.angle"]["before"]
+
+
+def test_a_command_that_was_held_has_no_lag_though_the_lesson_does_not_say_so(tmp_path: Path) -> None:
+    """Held until the next row it acts half a row later than interpolated, which had passed for a lag of the drive."""
+    (tmp_path / "lesson.yaml").write_text(LESSON, encoding="utf-8")
+    for seed, name in enumerate(("log.csv", "other.csv"), 1):
+        write_log(tmp_path / name, seed, late=0)
+    answer = answer_in(tmp_path, *(word for name in ("CurrentLoopLag", "CoulombFriction") for word in ("--effect", name)))
+    assert [effect["effect"] for effect in answer["effects"]] == ["CoulombFriction"]
+    assert any("write 'held: true' if it was commanded" in said for said in answer["recording"])
+    assert answer["history"][-1]["move"] == "held inputs"
