@@ -139,7 +139,9 @@ def _bounds_of(study: Study, candidate: Candidate, place: int) -> tuple[float, f
     else:
         usual = float(points.max(initial=0.0))
         low = low if _may_be_small(study, candidate, item) else candidate.least[place] / most
-    return low, max(most * usual, study.possible.get(name, 0.0)) if usual > 0.0 else math.inf
+    high = max(most * usual, study.possible.get(name, 0.0)) if usual > 0.0 else math.inf
+    # a force that is clearly more than all that pushes a part would hold it or carry it off, unless another effect cancels it
+    return low, min(high, study.method.alike * study.pushing.get(name, math.inf)) if candidate.effect.site == "effort" else high
 
 
 def _may_be_small(study: Study, candidate: Candidate, item: str) -> bool:

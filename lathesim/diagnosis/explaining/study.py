@@ -34,7 +34,18 @@ class Study:
     @cached_property
     def possible(self) -> Mapping[str, float]:
         """How large parameters (free name -> size) could be on this machine, whatever is usual on others."""
-        return possible_sizes(self.estimation)
+        return possible_sizes(self.estimation, _bounds(self.estimation))
+
+    @cached_property
+    def pushing(self) -> Mapping[str, float]:
+        """The largest effort that acts on a part which nothing but a recorded input pushes, for each effort of a candidate there."""
+        machine, found = self.estimation.machine, {}
+        for part, bounds in _bounds(self.estimation).items():
+            ports = machine.assembly.ports(part)
+            others = (f"{part}.{ports['effort']}" in one for one in (machine.assembly.sources, machine.drive))
+            if f"{part}.{ports['drive']}" in machine.drive and not any(others):
+                found[part] = dict(list(bounds.items())[:1])
+        return possible_sizes(self.estimation, found)
 
     @property
     def least_share(self) -> float:
@@ -52,16 +63,16 @@ class Study:
         return self.validation is self.estimation or (self.validation.record is self.estimation.record and self.validation.weights is None)
 
 
-def possible_sizes(experiment: Experiment) -> dict[str, float]:
+def possible_sizes(experiment: Experiment, largest: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
     """Return how large parameters of the candidates (free name -> size) could be, as far as they are efforts, ways or speeds, grow with a
-    speed, or are losses for each effort. A wavelength is read off the recording and has no bound here.
+    speed, or are losses for each effort: of which the ``largest`` are known, part -> unit -> size. A wavelength has no bound here.
 
     Usual sizes are those of a small lathe, and a press has a hundred times as much of everything. The bound is the largest effort that acts
     on the host, the whole way and the largest speed of its motion, and the effort over that speed for what grows with the speed; the
     smaller the machine the more a belt may slip for each newton metre.
     """
     found: dict[str, float] = {}
-    for host, bounds in _bounds(experiment).items():
+    for host, bounds in largest.items():
         for candidate in (
             candidate.shaped or candidate
             for candidate in experiment.candidates

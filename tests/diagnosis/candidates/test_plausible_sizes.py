@@ -11,7 +11,6 @@ import pytest
 from lathesim.diagnosis.explaining.plausible import Implausible, is_usual, runs_away, unusual_sizes
 from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.starts import candidate_free
-from lathesim.diagnosis.explaining.study import possible_sizes
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.diagnosis.method import Method
 from lathesim.diagnosis.reporting.explanations import _why_implausible
@@ -19,7 +18,7 @@ from lathesim.effects.drive_errors import AmplifierDeadZone, DriveSaturation, Sl
 from lathesim.effects.effect import Effect
 from lathesim.effects.force_law import WearForceGrowth
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction, StribeckFriction, ViscousWarmUp
-from lathesim.effects.offset_and_gain import ConverterOffset, DriveGainError, ScaleFactorError
+from lathesim.effects.offset_and_gain import ConverterOffset, DriveGainError, ForceOffset, ScaleFactorError
 from lathesim.effects.time_shift import TransportDelay
 from lathesim.identification.catalogue import insert_candidates
 from lathesim.identification.estimation.least_squares import fit
@@ -32,8 +31,8 @@ RUBBING = Hidden(dry=15.0)
 
 
 def test_a_friction_may_be_as_large_as_what_pushes() -> None:
-    (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2))
-    sizes = possible_sizes(experiment)
+    experiment, other = experiments(recording(RUBBING), recording(RUBBING, seed=2))
+    sizes = study(experiment, other).possible
     level = next(name for name in sizes if name.endswith("coulomb_friction.level"))
     assert sizes[level] == pytest.approx(float(np.max(np.abs(experiment.record[FORCE]))))
     assert not any("period" in name or "phase" in name for name in sizes)
@@ -41,15 +40,15 @@ def test_a_friction_may_be_as_large_as_what_pushes() -> None:
 
 
 def test_a_friction_may_rise_over_the_whole_way() -> None:
-    (experiment, _) = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(PreslidingFriction, StribeckFriction))
-    sizes = {name.partition("friction.")[2]: size for name, size in possible_sizes(experiment).items()}
+    tables = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(PreslidingFriction, StribeckFriction))
+    experiment, sizes = tables[0], {name.partition("friction.")[2]: size for name, size in study(*tables).possible.items()}
     assert sizes["distance"] == pytest.approx(float(np.ptp(experiment.record[POSITION])), rel=0.01)
     assert 0.0 < sizes["stribeck_velocity"] < 1.0
 
 
 def judging(possible: dict[str, float] | None = None) -> Any:
     """Return a study of a machine on which parameters could be so large."""
-    return SimpleNamespace(method=Method(), possible=possible or {}, earlier=None)
+    return SimpleNamespace(method=Method(), possible=possible or {}, pushing={}, earlier=None)
 
 
 @pytest.mark.parametrize(("possible", "believed"), [(0.0, False), (1e5, True)], ids=["a small machine", "a large one"])
@@ -58,6 +57,15 @@ def test_a_size_is_believed_where_that_much_acts(possible: float, believed: bool
     candidate = next(candidate for candidate in experiment.candidates if candidate.name == "CoulombFriction")
     (level,) = candidate.parameters
     assert (not any(unusual_sizes(judging({level: possible}), candidate, {level: 50_000.0}))) == believed
+
+
+@pytest.mark.parametrize(("size", "believed"), [(1.2, True), (3.0, False)], ids=["nearly all", "far more"])
+def test_a_force_is_not_clearly_larger_than_all_that_pushes(size: float, believed: bool) -> None:
+    """On a motion in one direction an offset and a friction of six times what the drive gives had cancelled each other."""
+    tables = experiments(recording(RUBBING), recording(RUBBING, seed=2), effects=(ForceOffset,))
+    (candidate,) = tables[0].candidates
+    offset = size * float(np.max(np.abs(tables[0].record[FORCE])))
+    assert is_usual(study(*tables), candidate, dict.fromkeys(candidate.parameters, offset)) == believed
 
 
 @pytest.mark.parametrize(("delay", "believed"), [(1e-7, False), (1.5e-3, True)], ids=["a command that was held", "a delay"])
