@@ -68,6 +68,8 @@ def test_a_load_is_named_with_its_size_and_the_values_beside_it(tmp_path: Path) 
     assert load["effect"] == "ForceOffset"
     assert load["parameters"]["offset"]["value"] == pytest.approx(0.42, rel=0.1)
     assert answer["fit"]["encoder.angle"]["after"] < 0.1 * answer["fit"]["encoder.angle"]["before"]
+    # a loop holds the motion whatever the values are: the second recording judges, and is not fitted too
+    assert any("validated on other.csv" in line for line in answer["summary"])
 
 
 def test_a_closed_loop_that_does_not_follow_as_recorded_is_fitted_by_the_error_of_its_simulation(tmp_path: Path) -> None:
