@@ -56,9 +56,10 @@ def ranked(study: Study, found: Found) -> list[RankedEffect]:
         if worth is None:
             result.append(RankedEffect(candidate, 0.5, (), math.nan))
             continue
-        behind = [max(0.0, worth.predicted.nats - one.predicted.nats) for one in rivals]
-        scale = unresolved(worth.predicted, 0.0, study.method)
-        probability = 1.0 / (1.0 + sum(math.exp(-one / scale) for one in behind))
+        # on the scale by which they were taken to be as good: nothing is sure that may as well be something else
+        behind = [over(worth.model, one.model)[1] for one in rivals]
+        scaled = [one.nats / unresolved(one, worth.predicted.nats, study.method) for one in behind]
+        probability = 1.0 / (1.0 + sum(math.exp(-min(max(0.0, one), 1.0)) for one in scaled))
         tied = tuple(one.candidate for one in rivals)
         tied += tuple(one for one in study.estimation.one_sided if one.at == candidate.at and is_told_by_direction(candidate, one))
         of_size = max(size_error(one, study.method) for one in (worth.fitted, worth.predicted))
