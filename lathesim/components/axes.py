@@ -6,7 +6,22 @@ from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.components.drives import at_the_motor, dry_friction, motor_current
 
 
-class EmpiricalAxis(Component):
+class TableMotion:
+    """Position and speed of a table as its states."""
+
+    speed = State("m/s", doc="table speed")
+    travel = State("m", doc="table position")
+
+    position = Output("m", doc="actual position of the table")
+    velocity = Output("m/s", doc="actual speed of the table")
+
+    @staticmethod
+    def output(travel: float, speed: float) -> tuple[float, float]:
+        """The states as they are."""
+        return travel, speed
+
+
+class EmpiricalAxis(TableMotion, Component):
     """Gives speed and position of a table from the voltage of its amplifier:  tau dv/dt + v = K V - Kd F,  dx/dt = v.
 
     Source: J. Liu, R. G. Landers, Int. J. Eng. Educ. 20 (2004), equation (9); gain and time constant fitted to its Table 1.
@@ -31,11 +46,6 @@ class EmpiricalAxis(Component):
     time_constant = Parameter("s", 0.0243, low=1e-6, doc="time constant of the speed")
     disturbance_gain = Parameter("m/(s*N)", 0.0, low=0.0, doc="speed lost per newton")
 
-    speed = State("m/s", doc="table speed")
-    travel = State("m", doc="table position")
-
-    position = Output("m", doc="actual position of the table")
-    velocity = Output("m/s", doc="actual speed of the table")
     equivalent_mass = Output("kg", doc="what the drive weighs at the table, tau/Kd")
     drive_force = Output("N", doc="net force of the drive at the table, before friction and disturbance")
 
@@ -45,11 +55,6 @@ class EmpiricalAxis(Component):
     ) -> tuple[float, float]:
         """Equation (9), solved for the acceleration."""
         return (gain * voltage - disturbance_gain * force - speed) / time_constant, speed
-
-    @staticmethod
-    def output(travel: float, speed: float) -> tuple[float, float]:
-        """The states as they are."""
-        return travel, speed
 
     @staticmethod
     def output_equivalent_mass(time_constant: float, disturbance_gain: float) -> float:
@@ -171,7 +176,7 @@ class AnalyticalAxis(Component):
         return (tachometer_gain + voltage_constant / amplifier_gain) / (gear * lead) if amplifier_gain > 0.0 else 0.0
 
 
-class ForceAxis(Component):
+class ForceAxis(TableMotion, Component):
     """Gives speed and position of a mass pushed against viscous friction:  m dv/dt = F_drive - b v - F.
 
     Source: Y. Koren, Computer Control of Manufacturing Systems, McGraw-Hill (1983), chapter 4 (load of a feed drive); mass and friction
@@ -191,27 +196,28 @@ class ForceAxis(Component):
     mass = Parameter("kg", 95.0, low=1e-9, doc="moving mass")
     viscous = Parameter("N*s/m", 200.0, low=0.0, doc="viscous friction")
 
-    speed = State("m/s", doc="table speed")
-    travel = State("m", doc="table position")
-
-    position = Output("m", doc="actual position of the table")
-    velocity = Output("m/s", doc="actual speed of the table")
-
     @staticmethod
     def derivative(speed: float, force: float, disturbance: float, mass: float, viscous: float) -> tuple[float, float]:
         """Newton's law."""
         return (force - viscous * speed - disturbance) / mass, speed
 
-    @staticmethod
-    def output(travel: float, speed: float) -> tuple[float, float]:
-        """The states as they are."""
-        return travel, speed
-
 
 _WITHOUT_BOUND = 1e12
 
 
-class LedAxis(Component):
+class LedMotion:
+    """The laws of a table that is led, along a line as about an axis."""
+
+    @staticmethod
+    def output_velocity(reference_velocity: float) -> float:
+        return reference_velocity
+
+    @staticmethod
+    def output_inertia() -> float:
+        return _WITHOUT_BOUND
+
+
+class LedAxis(LedMotion, Component):
     """Gives position and motor current of a table that follows its reference at once:  x = x_ref,  i = (m a + b v + F) / K.
 
     It turns the equation of motion round, for logs that are too slow to integrate (a servo settles within one of their samples): velocity
@@ -245,14 +251,6 @@ class LedAxis(Component):
         return reference
 
     @staticmethod
-    def output_velocity(reference_velocity: float) -> float:
-        return reference_velocity
-
-    @staticmethod
-    def output_inertia() -> float:
-        return _WITHOUT_BOUND
-
-    @staticmethod
     def output_current(
         reference_velocity: float, acceleration: float, disturbance: float, mass: float, viscous: float, force_constant: float
     ) -> float:
@@ -260,7 +258,7 @@ class LedAxis(Component):
         return (mass * acceleration + viscous * reference_velocity + disturbance) / force_constant
 
 
-class LedRotaryTable(Component):
+class LedRotaryTable(LedMotion, Component):
     """Gives angle and motor current of a table that follows its reference without lag:  a = a_ref,  i = (J da^2/dt^2 + b da/dt + T) / K.
 
     The rotary counterpart of :class:`LedAxis`, for logs that are too slow to integrate: angular velocity and acceleration are inputs, the
@@ -292,14 +290,6 @@ class LedRotaryTable(Component):
     @staticmethod
     def output_angle(reference: float) -> float:
         return reference
-
-    @staticmethod
-    def output_velocity(reference_velocity: float) -> float:
-        return reference_velocity
-
-    @staticmethod
-    def output_inertia() -> float:
-        return _WITHOUT_BOUND
 
     @staticmethod
     def output_current(

@@ -150,7 +150,20 @@ def foot_row(path: Any, row: int, last: int, x: float, z: float) -> int:
     return best
 
 
-class FootPoint(Component):
+class FootOutputs:
+    """What is told of a foot point, whatever the path is made of."""
+
+    contour_error = Output("m", doc="distance of the tool from the path, signed as the deviation")
+    deviation = Output("m", doc="the same: what is to be made good along the normal")
+    normal_x = Output("1", doc="x part of the unit direction in which a positive deviation is made good")
+    normal_z = Output("1", doc="z part of that direction")
+    tangent_x = Output("1", doc="x part of the unit tangent at the foot point")
+    tangent_z = Output("1", doc="z part of that tangent")
+    lag = Output("m", doc="how far the tool is behind the reference along the tangent")
+    curvature = Output("1/m", doc="signed curvature of the path at the foot point")
+
+
+class FootPoint(FootOutputs, Component):
     """Gives the foot point: the nearest point of the laid path (lines and arcs), and how far the tool is from it.
 
     deviation = (foot - position) . n,   n = (t_z, -t_x) the normal left of the tangent t;  pushed by it along n the tool is on the path
@@ -184,14 +197,6 @@ class FootPoint(Component):
     way = DiscreteState("m", doc="how far along that row it is")
     last_row = DiscreteState("1", doc="row in which the reference was a sample before")
 
-    contour_error = Output("m", doc="distance of the tool from the path, signed as the deviation")
-    deviation = Output("m", doc="the same: what is to be made good along the normal")
-    normal_x = Output("1", doc="x part of the unit direction in which a positive deviation is made good")
-    normal_z = Output("1", doc="z part of that direction")
-    tangent_x = Output("1", doc="x part of the unit tangent at the foot point")
-    tangent_z = Output("1", doc="z part of that tangent")
-    lag = Output("m", doc="how far the tool is behind the reference along the tangent")
-    curvature = Output("1/m", doc="signed curvature of the path at the foot point")
     foot_x = Output("m", doc="foot point, radius coordinate")
     foot_z = Output("m", doc="foot point, z coordinate")
 
@@ -267,7 +272,7 @@ def estimate(x_error: float, z_error: float, direction_x: float, direction_z: fl
     return side * (distance - abs(1.0 / curvature)), side * to_x / distance, side * to_z / distance
 
 
-class FreeFootPoint(Component):
+class FreeFootPoint(FootOutputs, Component):
     """Gives the foot point on a free path of cubic pieces, and how far the tool is from it.
 
     Solves (p(u) - q) . p'(u) = 0 by Newton's method from where the foot point was before, with steps too short to leap to another branch;
@@ -293,15 +298,6 @@ class FreeFootPoint(Component):
 
     at = DiscreteState("1", doc="where on the curve the foot point is, in rows")
     started = DiscreteState("1", doc="1 after the first sample")
-
-    contour_error = Output("m", doc="distance of the tool from the path, signed as the deviation")
-    deviation = Output("m", doc="the same: what is to be made good along the normal")
-    normal_x = Output("1", doc="x part of the unit direction in which a positive deviation is made good")
-    normal_z = Output("1", doc="z part of that direction")
-    tangent_x = Output("1", doc="x part of the unit tangent at the foot point")
-    tangent_z = Output("1", doc="z part of that tangent")
-    lag = Output("m", doc="how far the tool is behind the reference along the tangent")
-    curvature = Output("1/m", doc="signed curvature of the path at the foot point")
 
     @staticmethod
     def update(

@@ -12,6 +12,7 @@ import math
 from typing import Any, ClassVar
 
 from lathesim.component import ON, Component, DiscreteState, Output, Parameter, Table
+from lathesim.components.interpolator import ReferenceOutputs
 from lathesim.elementary import within
 
 _BENT_AWAY = 0.25
@@ -98,7 +99,7 @@ def curvature_at(curve: Any, at: float) -> float:
 TWO_PI = 2.0 * math.pi
 
 
-class CircleReference(Component):
+class CircleReference(ReferenceOutputs, Component):
     """Gives the point of a circle that a test asks for, sample by sample:  x = X_c + R cos a,  z = Z_c + R sin a,  da/dt = d v/R.
 
     ``direction`` +1 turns from +X to +Z, -1 the other way. With an ``acceleration`` the speed rises evenly to ``speed`` and falls so at
@@ -120,10 +121,6 @@ class CircleReference(Component):
 
     now = DiscreteState("s", doc="time of this sample")
 
-    x_reference = Output("m", doc="reference radius of the tool tip")
-    z_reference = Output("m", doc="reference z position of the tool tip")
-    x_velocity = Output("m/s", doc="reference speed of the x axis")
-    z_velocity = Output("m/s", doc="reference speed of the z axis")
     x_acceleration = Output("m/s^2", doc="reference acceleration of the x axis")
     z_acceleration = Output("m/s^2", doc="reference acceleration of the z axis")
     direction_x = Output("1", doc="x part of the unit tangent of the path")
@@ -188,7 +185,7 @@ def _further(curve: Any, at: float, way: float) -> float:
     return at
 
 
-class FreePathInterpolator(Component):
+class FreePathInterpolator(ReferenceOutputs, Component):
     """Gives the reference point of each sample on a free path, run at constant path speed.
 
     The table ``curve`` holds points and slopes of cubic pieces (columns x, z, x_slope, z_slope); a lesson names its file under ``tables:``.
@@ -212,10 +209,6 @@ class FreePathInterpolator(Component):
     path_speed = DiscreteState("m/s", doc="path speed of this sample")
     started = DiscreteState("1", doc="1 after the first sample")
 
-    x_reference = Output("m", doc="reference radius of the tool tip")
-    z_reference = Output("m", doc="reference z position of the tool tip")
-    x_velocity = Output("m/s", doc="reference speed of the x axis")
-    z_velocity = Output("m/s", doc="reference speed of the z axis")
     x_acceleration = Output("m/s^2", doc="reference acceleration of the x axis, across the path")
     z_acceleration = Output("m/s^2", doc="reference acceleration of the z axis, across the path")
     direction_x = Output("1", doc="x part of the unit tangent of the path")

@@ -169,7 +169,16 @@ def waiting(path: Any, row: int, started: float, at_end: float, done: float) -> 
     return (1.0 if started < ON else at_end), (1.0 if next_row(path, row) >= len(path) else done)
 
 
-class ConstantVelocityInterpolator(Component):
+class ReferenceOutputs:
+    """Where every interpolator wants the tool, and how fast."""
+
+    x_reference = Output("m", doc="reference radius of the tool tip")
+    z_reference = Output("m", doc="reference z position of the tool tip")
+    x_velocity = Output("m/s", doc="reference speed of the x axis")
+    z_velocity = Output("m/s", doc="reference speed of the z axis")
+
+
+class ConstantVelocityInterpolator(ReferenceOutputs, Component):
     """Gives the reference point of each sample; every block is run at constant path speed.
 
     A block of length L [m] at speed v [m/s] takes t = L/v; it is cut into n = ceil(t/T) samples of equal length L/n, so that its last
@@ -212,10 +221,6 @@ class ConstantVelocityInterpolator(Component):
     done = DiscreteState("1", doc="1 when the path is done")
     index = DiscreteState("rad", NO_ANGLE, doc="angle, in the sense the spindle turns, at which the thread in work began", shown=False)
 
-    x_reference = Output("m", doc="reference radius of the tool tip")
-    z_reference = Output("m", doc="reference z position of the tool tip")
-    x_velocity = Output("m/s", doc="reference speed of the x axis")
-    z_velocity = Output("m/s", doc="reference speed of the z axis")
     feed_speed = Output("m/s", doc="reference path speed; below zero where a tap runs beyond its bottom")
     feed_per_revolution = Output("m", doc="commanded feed per turn of the spindle in feed blocks, else 0")
     spindle_reference = Output("rad/s", doc="reference spindle speed, positive for M03")

@@ -6,7 +6,7 @@ import math
 from typing import Any, ClassVar
 
 from lathesim.component import ON, Component, DiscreteState, Input, Memory, Output, Parameter, Table
-from lathesim.components.servo_controllers import limited_pid
+from lathesim.components.servo_controllers import HeldVoltage, limited_pid
 from lathesim.elementary import within
 
 _TWO = 1.5
@@ -18,7 +18,7 @@ MEASURE_FROM_REFERENCE = 1.0e300
 """Value of an input that means "nothing is wired here": the rate is then taken from the reference itself."""
 
 
-class FeedforwardController(Component):
+class FeedforwardController(HeldVoltage, Component):
     """Gives the voltage of an axis, once a sample:  V = Kp e + Ki sum(e T) + Kd de/dt + Kv r' + Ka r'' + Kf sgn(r') + u_c.
 
     e = reference - measured; r' and r'' are wired, or else the backward differences of the reference. For an axis
@@ -30,11 +30,6 @@ class FeedforwardController(Component):
     """
 
     group = "controllers"
-
-    ports = {
-        "measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "integral_gain": "integral",
-        "error": "error",
-    }  # fmt: skip
 
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")
@@ -52,14 +47,12 @@ class FeedforwardController(Component):
     smallest_voltage = Parameter("V", -10.0, doc="lower end of the converter's range")
     largest_voltage = Parameter("V", 10.0, doc="upper end of the converter's range")
 
-    held_voltage = DiscreteState("V", doc="voltage of this sample")
     held_error = DiscreteState("m", doc="error of this sample")
     error_sum = DiscreteState("m*s", doc="sum of errors times sample period")
     held_reference = DiscreteState("m", doc="reference of this sample")
     held_rate = DiscreteState("m/s", doc="reference velocity of this sample")
     samples = DiscreteState("1", doc="samples so far, at most two")
 
-    voltage = Output("V", doc="command voltage")
     error = Output("m", doc="measured position error")
 
     @staticmethod
@@ -85,11 +78,6 @@ class FeedforwardController(Component):
             largest_voltage,
         )  # fmt: skip
         return voltage, error, total, reference, rate, samples + 1.0 if samples < _TWO else 2.0
-
-    @staticmethod
-    def output(held_voltage: float, held_error: float) -> tuple[float, float]:
-        """What was computed at the last sample."""
-        return held_voltage, held_error
 
 
 class ZeroPhasePrefilter(Component):

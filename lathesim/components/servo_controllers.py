@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lathesim.component import ON, Component, DiscreteState, Input, Output, Parameter
 from lathesim.elementary import within
 
@@ -23,7 +25,25 @@ def limited_pid(
     return within(voltage, smallest, largest), total
 
 
-class PositionController(Component):
+class HeldVoltage:
+    """What the controllers share that give a voltage and their error once a sample; each declares its error, whose unit is its own."""
+
+    ports: ClassVar[dict[str, str]] = {
+        "measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "integral_gain": "integral",
+        "error": "error",
+    }  # fmt: skip
+
+    held_voltage = DiscreteState("V", doc="voltage of this sample")
+
+    voltage = Output("V", doc="command voltage")
+
+    @staticmethod
+    def output(held_voltage: float, held_error: float) -> tuple[float, float]:
+        """What was computed at the last sample."""
+        return held_voltage, held_error
+
+
+class PositionController(HeldVoltage, Component):
     """Gives the voltage of an axis from its position error, once a sample:  V = Kp e + Ki sum(e T) + Kd d + u_c.
 
         d = (Tf d_before + e - e_before)/(Tf + T),   e = reference - measured
@@ -39,11 +59,6 @@ class PositionController(Component):
 
     group = "controllers"
 
-    ports = {
-        "measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "integral_gain": "integral",
-        "error": "error",
-    }  # fmt: skip
-
     reference = Input("m", doc="reference position")
     measured = Input("m", doc="measured position")
     correction = Input("V", default=0.0, doc="voltage added by a cross-coupling controller, before saturation")
@@ -55,13 +70,11 @@ class PositionController(Component):
     smallest_voltage = Parameter("V", -10.0, doc="lower end of the converter's range")
     largest_voltage = Parameter("V", 10.0, doc="upper end of the converter's range")
 
-    held_voltage = DiscreteState("V", doc="voltage of this sample")
     held_error = DiscreteState("m", doc="error of this sample")
     error_sum = DiscreteState("m*s", doc="sum of errors times sample period")
     slope = DiscreteState("m/s", doc="filtered slope of the error")
     started = DiscreteState("1", doc="1 after the first sample")
 
-    voltage = Output("V", doc="command voltage")
     error = Output("m", doc="measured position error")
 
     @staticmethod
@@ -80,13 +93,8 @@ class PositionController(Component):
         )  # fmt: skip
         return voltage, error, total, filtered, 1.0
 
-    @staticmethod
-    def output(held_voltage: float, held_error: float) -> tuple[float, float]:
-        """What was computed at the last sample."""
-        return held_voltage, held_error
 
-
-class AngularPositionController(Component):
+class AngularPositionController(HeldVoltage, Component):
     """Gives the voltage of a rotary axis from its error, once a sample:  V = Kp e + Ki sum(e T) + Kd d.
 
         d = (Tf d_before + e - e_before)/(Tf + T),   e = reference - measured
@@ -100,11 +108,6 @@ class AngularPositionController(Component):
 
     group = "controllers"
 
-    ports = {
-        "measured": "measured", "drive": "reference", "reading": "voltage", "loop_gain": "proportional", "integral_gain": "integral",
-        "error": "error",
-    }  # fmt: skip
-
     reference = Input("rad", doc="reference angle")
     measured = Input("rad", doc="measured angle")
 
@@ -115,13 +118,11 @@ class AngularPositionController(Component):
     smallest_voltage = Parameter("V", -10.0, doc="lower end of the converter's range")
     largest_voltage = Parameter("V", 10.0, doc="upper end of the converter's range")
 
-    held_voltage = DiscreteState("V", doc="voltage of this sample")
     held_error = DiscreteState("rad", doc="error of this sample")
     error_sum = DiscreteState("rad*s", doc="sum of errors times sample period")
     slope = DiscreteState("rad/s", doc="filtered slope of the error")
     started = DiscreteState("1", doc="1 after the first sample")
 
-    voltage = Output("V", doc="command voltage")
     error = Output("rad", doc="measured error")
 
     @staticmethod
@@ -139,11 +140,6 @@ class AngularPositionController(Component):
             largest_voltage,
         )  # fmt: skip
         return voltage, error, total, filtered, 1.0
-
-    @staticmethod
-    def output(held_voltage: float, held_error: float) -> tuple[float, float]:
-        """Return the voltage and the error of the last sample."""
-        return held_voltage, held_error
 
 
 class SpindleController(PositionController):
@@ -165,13 +161,11 @@ class SpindleController(PositionController):
     smallest_voltage = Parameter("V", -10.0, doc="lower end of the converter's range")
     largest_voltage = Parameter("V", 10.0, doc="upper end of the converter's range")
 
-    held_voltage = DiscreteState("V", doc="voltage of this sample")
     held_error = DiscreteState("rad/s", doc="error of this sample")
     error_sum = DiscreteState("rad", doc="sum of errors times sample period")
     slope = DiscreteState("rad/s^2", doc="filtered slope of the error")
     started = DiscreteState("1", doc="1 after the first sample")
 
-    voltage = Output("V", doc="command voltage")
     error = Output("rad/s", doc="measured speed error")
 
 

@@ -32,7 +32,14 @@ def _from_before(
     return history[at], place * 1.0
 
 
-class ReplayAttack(Effect):
+class ReportedReading:
+    """The reading that an attack takes, and the one that it gives."""
+
+    incoming = Input("{signal}", doc="true reading")
+    outgoing = Output("{signal}", doc="reading as reported")
+
+
+class ReplayAttack(ReportedReading, Effect):
     """A reading that is replaced by what was read one lap before.
 
     y_out(t) = y_in(t - lap) from ``begin`` on
@@ -46,8 +53,6 @@ class ReplayAttack(Effect):
     experiment = "Put a watermark on the reference that is never the same twice."
     source = "Mo, Sinopoli, Secure control against replay attacks, 47th Allerton Conference (2009)."
 
-    incoming = Input("{signal}", doc="true reading")
-    outgoing = Output("{signal}", doc="reading as reported")
     reported = DiscreteState("{signal}", doc="reported reading of this sample")
     newest = DiscreteState("1", doc="place of the newest value in the ring")
     history = Memory("{signal}", _CELLS, doc="true readings of the last samples", holds=lambda lap: lap)
@@ -65,7 +70,7 @@ class ReplayAttack(Effect):
         return incoming if lap == 0.0 else reported
 
 
-class OffsetAttack(Effect):
+class OffsetAttack(ReportedReading, Effect):
     """A reading that is shifted by a constant.
 
     y_out = y_in + offset from ``begin`` on
@@ -79,8 +84,6 @@ class OffsetAttack(Effect):
     experiment = "Watch the innovation when it begins."
     source = "Cardenas et al., Attacks against process control systems, ASIACCS (2011). Range assumed."
 
-    incoming = Input("{signal}", doc="true reading")
-    outgoing = Output("{signal}", doc="reading as reported")
     offset = Parameter("{signal}", 0.0, doc="size of the shift")
     begin = Parameter("s", 0.0, low=0.0, doc="when the attack begins")
 
@@ -89,7 +92,7 @@ class OffsetAttack(Effect):
         return incoming + offset if offset != 0.0 and time >= begin else incoming
 
 
-class ScaleAttack(Effect):
+class ScaleAttack(ReportedReading, Effect):
     """A reading that is stretched.
 
     y_out = (1 + share) y_in from ``begin`` on
@@ -103,8 +106,6 @@ class ScaleAttack(Effect):
     experiment = "Measure a part, or a second scale."
     source = "Cardenas et al., ASIACCS (2011). Range assumed."
 
-    incoming = Input("{signal}", doc="true reading")
-    outgoing = Output("{signal}", doc="reading as reported")
     share = Parameter("1", 0.0, low=-0.5, high=0.5, doc="share by which it is stretched")
     begin = Parameter("s", 0.0, low=0.0, doc="when the attack begins")
 
@@ -113,7 +114,7 @@ class ScaleAttack(Effect):
         return incoming * (1.0 + share) if share != 0.0 and time >= begin else incoming
 
 
-class DelayAttack(Effect):
+class DelayAttack(ReportedReading, Effect):
     """A reading that is held back.
 
     y_out(t) = y_in(t - delay) from ``begin`` on
@@ -127,8 +128,6 @@ class DelayAttack(Effect):
     experiment = "Watch the innovation while the axis accelerates."
     source = "Cardenas et al., ASIACCS (2011). Range assumed."
 
-    incoming = Input("{signal}", doc="true reading")
-    outgoing = Output("{signal}", doc="reading as reported")
     reported = DiscreteState("{signal}", doc="reported reading of this sample")
     newest = DiscreteState("1", doc="place of the newest value in the ring")
     history = Memory("{signal}", _CELLS, doc="true readings of the last samples", holds=lambda delay: delay)
@@ -146,7 +145,7 @@ class DelayAttack(Effect):
         return incoming if delay == 0.0 else reported
 
 
-class DriftAttack(Effect):
+class DriftAttack(ReportedReading, Effect):
     """A reading that slides away so slowly that no single sample looks wrong.
 
     y_out = y_in + rate (t - begin) from ``begin`` on
@@ -160,8 +159,6 @@ class DriftAttack(Effect):
     experiment = "Add up the innovation: a CUSUM tells what no sample does."
     source = "Cardenas et al., ASIACCS (2011). Range assumed."
 
-    incoming = Input("{signal}", doc="true reading")
-    outgoing = Output("{signal}", doc="reading as reported")
     rate = Parameter("{signal}/s", 0.0, doc="how fast it slides")
     begin = Parameter("s", 0.0, low=0.0, doc="when the attack begins")
 

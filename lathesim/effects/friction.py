@@ -58,7 +58,17 @@ def demand_to_rest(applied: float, incoming: float, inertia: float, flow: float,
     return applied - incoming + inertia * flow / (_STEPS_TO_REST * step)
 
 
-class CoulombFriction(Effect):
+class FrictionAtRest:
+    """What a friction takes and gives that can hold its host at rest."""
+
+    incoming = Input("{signal}", doc="disturbance before the friction")
+    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
+    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
+    flow = Input("{flow}", doc="velocity of the host")
+    outgoing = Output("{signal}", doc="disturbance with the friction")
+
+
+class CoulombFriction(FrictionAtRest, Effect):
     """Friction of constant size against the motion; at rest it balances any smaller force.
 
     F_out = F_in + level sgn(v)                              sliding
@@ -78,11 +88,6 @@ class CoulombFriction(Effect):
         "machines with friction, Automatica 30 (1994), sec. 2; sticking: Karnopp, J. Dyn. Syst. Meas. Control 107 (1985). Range assumed."
     )
 
-    incoming = Input("{signal}", doc="disturbance before the friction")
-    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
-    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
-    flow = Input("{flow}", doc="velocity of the host")
-    outgoing = Output("{signal}", doc="disturbance with the friction")
     level = Parameter("{signal}", 0.0, low=0.0, doc="size of the friction")
 
     @staticmethod
@@ -172,7 +177,7 @@ class GearLoss(Effect):
         return incoming + dry(net, incoming, inertia, flow, step, level, level)
 
 
-class AsymmetricFriction(Effect):
+class AsymmetricFriction(FrictionAtRest, Effect):
     """Friction that differs between the two directions.
 
     F_out = F_in + level (1 + asymmetry sgn(v)) sgn(v) + viscous_difference |v|
@@ -196,11 +201,6 @@ class AsymmetricFriction(Effect):
         "(2001), part II, sec. 2. Range assumed."
     )
 
-    incoming = Input("{signal}", doc="disturbance before the friction")
-    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
-    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
-    flow = Input("{flow}", doc="velocity of the host")
-    outgoing = Output("{signal}", doc="disturbance with the friction")
     level = Parameter("{signal}", 0.0, low=0.0, doc="mean size of the friction of both directions")
     asymmetry = Parameter("1", 0.0, low=-0.95, high=0.95, doc="share by which forward exceeds the mean")
     viscous_difference = Parameter("{signal}/({flow})", 0.0, doc="viscous friction forward less mean")
@@ -216,7 +216,7 @@ class AsymmetricFriction(Effect):
         return viscous + dry(applied, viscous, inertia, flow, step, level * (1.0 - asymmetry), level * (1.0 + asymmetry))
 
 
-class PositionDependentFriction(Effect):
+class PositionDependentFriction(FrictionAtRest, Effect):
     """Friction that varies along the travel: a tight spot of the way or a screw running eccentric in its nut.
 
     F_out = F_in + amplitude (sin a + second and third harmonic) sgn(v),   a = 2 pi q / period + phase
@@ -242,12 +242,7 @@ class PositionDependentFriction(Effect):
     experiment = "Pass the same positions at the same speed in both directions: friction turns over, ripple does not."
     source = "Erkorkmaz, Altintas, High speed CNC system design part II, Int. J. Mach. Tools Manuf. 41 (2001). Form and range assumed."
 
-    incoming = Input("{signal}", doc="disturbance before the friction")
-    applied = Input("{signal}", default=0.0, doc="driving force or torque on the host, which friction at rest balances")
-    inertia = Input("{signal}*s/({flow})", doc="moving mass or inertia of the host")
-    flow = Input("{flow}", doc="velocity of the host")
     displacement = Input("{displacement}", doc="position of the host")
-    outgoing = Output("{signal}", doc="disturbance with the friction")
     amplitude = Parameter("{signal}", 0.0, low=0.0, doc="half of what the friction varies by, at most the level of the friction")
     period = Parameter("{displacement}", 0.01, low=1e-6, doc="travel after which it repeats")
     phase = Parameter("rad", 0.0, doc="phase at position zero")

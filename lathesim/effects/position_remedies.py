@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from lathesim.component import ON, DiscreteState, Input, Output, Parameter, Table
+from lathesim.component import ON, DiscreteState, Input, Parameter, Table
 from lathesim.effects.remedy import SHORTEST, EffectAtLoop, ModelledRemedy, Remedy, Sizes, ahead, followed, with_added
 
 
@@ -85,7 +85,16 @@ def _errors_at(x: npt.NDArray[np.float64], p: Mapping[str, float], period: float
     return np.asarray(p["amplitude"] * (np.sin(angle) + second + third))
 
 
-class PitchTable(ModelledRemedy):
+class PointTable:
+    """A table of points, which must not fold back."""
+
+    @staticmethod
+    def table_fault(name: str, rows: list[list[float]]) -> str:
+        """Return what is wrong with a table, or nothing."""
+        return folds_back(rows)
+
+
+class PitchTable(PointTable, ModelledRemedy):
     """Corrects the reference by a table of the axis, with a column for each direction:  out = in - share e(q, direction).
 
     The table ``points`` holds positions with the error found there going forward and going backward, linear between them (a one-sided
@@ -117,11 +126,6 @@ class PitchTable(ModelledRemedy):
         return Sizes({}, tables={"points": (("position", "forward", "backward"), error_points(effect)[:, [0, 1, 1]])})
 
     @staticmethod
-    def table_fault(name: str, rows: list[list[float]]) -> str:
-        """Return what is wrong with a table, or nothing."""
-        return folds_back(rows)
-
-    @staticmethod
     def update(
         points: Any, drive: float, lag: float, inner: float, model_position: float, model_rate: float, still: float, backward: float,
         error: float, before: float, sample_period: float, time: float,
@@ -144,7 +148,7 @@ class PitchTable(ModelledRemedy):
         return incoming if share == 0.0 else incoming - share * added
 
 
-class ReadingTable(Remedy):
+class ReadingTable(PointTable, Remedy):
     """Corrects the reading of the sensor that closes a loop by a table:  out = in - share e(in).
 
     The table ``points`` holds readings with the error of the sensor there, linear between them: an eccentric disc, a signal period, a lead
@@ -168,17 +172,12 @@ class ReadingTable(Remedy):
         return Sizes({}, tables={"points": (("position", "error"), error_points(effect))}) if effect.closes else None
 
     @staticmethod
-    def table_fault(name: str, rows: list[list[float]]) -> str:
-        """Return what is wrong with a table, or nothing."""
-        return folds_back(rows)
-
-    @staticmethod
     def output(incoming: float, points: Any, share: float) -> float:
         """Take the error away."""
         return incoming if share == 0.0 else incoming - share * interpolated(points, incoming, 1)
 
 
-class AcrossTable(Remedy):
+class AcrossTable(PointTable, Remedy):
     """Corrects the reference of one axis by a table over the place of another:  out = in - share e(q_other).
 
     The table ``points`` holds places of the other axis with the error of this one there, linear between them: out of square, and the way
@@ -207,11 +206,6 @@ class AcrossTable(Remedy):
         return Sizes({}, tables={"points": (("position", "error"), np.stack([places, errors], axis=1))}, sources={"other": effect.other})
 
     @staticmethod
-    def table_fault(name: str, rows: list[list[float]]) -> str:
-        """Return what is wrong with a table, or nothing."""
-        return folds_back(rows)
-
-    @staticmethod
     def output(incoming: float, points: Any, other: float, share: float) -> float:
         """Take the error away."""
         return incoming if share == 0.0 else incoming - share * interpolated(points, other, 1)
@@ -232,8 +226,6 @@ class LearnedCorrection(Remedy):
     source = "Bristow, Tharayil, Alleyne, A survey of iterative learning control, IEEE Control Systems 26 (2006)"
     example_tables: ClassVar[dict[str, list[list[float]]]] = {"samples": [[0.0], [1e-3], [-1e-3]]}
 
-    incoming = Input("{signal}", doc="what the control would send")
-    outgoing = Output("{signal}", doc="what it sends instead")
     samples = Table("{signal}", ("correction",), doc="what is added, one number a sample")
     place = DiscreteState("1", -1.0, doc="sample of the lap")
 
