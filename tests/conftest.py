@@ -10,6 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from lathesim.plugins import Registry, load_registry
+
 # Half of the time in which a worker begins goes into compiling the tests anew, and each process that a test starts compiles the program:
 # byte code is kept even where the environment asks for none.
 sys.dont_write_bytecode = False
@@ -24,6 +26,12 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 settings.register_profile("lathesim", max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("lathesim")
+
+
+@pytest.fixture(scope="session")
+def registry() -> Registry:
+    """The registry of what ships, which tests only read."""
+    return load_registry(installed=False)
 
 
 def pytest_collection(session: pytest.Session) -> None:

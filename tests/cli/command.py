@@ -13,6 +13,14 @@ import pytest
 from lathesim.cli.main import run_command_line
 
 ROOT = Path(__file__).parents[2]
+PUSHED = """\
+machine: A table that is pushed
+sample_period: 5 ms
+step: 1 ms
+parts: {table: {component: ForceAxis}}
+wires: {table.force: 1 N}
+"""
+"""A machine that takes no time to simulate."""
 
 
 @dataclass

@@ -5,19 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lathesim.record_writer import save
 from lathesim.recordings.raw_table import read_recording
 from lathesim.recordings.stock_readers import stock_readers
 from tests.analysis.small_record import shoulder
 from tests.cli.command import call
 
 Capture = pytest.CaptureFixture[str]
-
-
-@pytest.fixture
-def run(tmp_path: Path) -> Path:
-    save(shoulder(), tmp_path / "run.h5")
-    return tmp_path / "run.h5"
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".mat"])

@@ -9,7 +9,7 @@ import pytest
 
 from lathesim.record import Channel, Record
 from lathesim.record_writer import save
-from tests.cli.command import call, done, json_of
+from tests.cli.command import PUSHED, call, done, json_of
 
 LESSON = """\
 lesson: A table that is pushed
@@ -19,13 +19,6 @@ goals:
   - {metric: max_contour_error, at_most: 0.4 mm, hint: Raise the gain.}
   - {metric: cycle_time, at_most: 2 s}
 variants: {soft: {}, stiff: {}}
-"""
-PUSHED = """\
-machine: A table that is pushed
-sample_period: 5 ms
-step: 1 ms
-parts: {table: {component: ForceAxis}}
-wires: {table.force: 1 N}
 """
 
 

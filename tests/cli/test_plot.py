@@ -4,17 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from lathesim.record_writer import save
-from tests.analysis.small_record import shoulder
 from tests.cli.command import call, done, refused
 
 Capture = pytest.CaptureFixture[str]
-
-
-@pytest.fixture
-def run(tmp_path: Path) -> Path:
-    save(shoulder(), tmp_path / "run.h5")
-    return tmp_path / "run.h5"
 
 
 def test_the_standard_figures_are_left_beside_the_record(capsys: Capture, run: Path) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from lathesim.record import load
-from tests.cli.command import call, done, environment, json_of, refused
+from tests.cli.command import PUSHED, call, done, environment, json_of, refused
 
 ONE = ("run", "01_contour_error", "--variant", "I", "--plain")
 
@@ -22,13 +22,6 @@ ENDLESS = """\
 lesson: A table that is pushed for hours
 machine: pushed
 duration: 100000 s
-"""
-PUSHED = """\
-machine: A table that is pushed
-sample_period: 5 ms
-step: 1 ms
-parts: {table: {component: ForceAxis}}
-wires: {table.force: 1 N}
 """
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.command import done, environment, refused
+from tests.files.commands import MACHINE
 
 LESSON = """\
 lesson: One axis
@@ -18,15 +19,6 @@ duration: 50 ms
 variants:
   slow: {set: {axis.time_constant: 30 ms}}
   quick: {set: {axis.time_constant: 10 ms}}
-"""
-MACHINE = """\
-machine: One axis at a voltage
-sample_period: 5 ms
-step: 0.5 ms
-parts:
-  axis: {component: EmpiricalAxis, set: {gain: 18 mm/(s*V), time_constant: 20 ms}}
-wires:
-  axis.voltage: 1 V
 """
 
 

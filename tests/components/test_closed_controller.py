@@ -16,7 +16,7 @@ from lathesim.errors import SimulationError
 from lathesim.lessons.changed_lesson import changed_lesson
 from lathesim.lessons.lesson import lesson_from_text, load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared, simulate
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record import Record
 
 LESSON = "27_a_controller_that_tells_nothing"
@@ -50,11 +50,6 @@ def exact_level(time: float, delay: float) -> float:
     """Return the solution by the method of steps: the sum over k of (-1)^k 4! (t - k d)^(5 + k)/(5 + k)! while t > k d."""
     terms = range(math.ceil(time / delay))
     return math.fsum((-1) ** k * 24.0 * (time - k * delay) ** (5 + k) / math.factorial(5 + k) for k in terms)
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 @pytest.mark.parametrize("rest", [0.0, 0.37, 0.8])

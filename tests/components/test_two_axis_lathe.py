@@ -16,15 +16,6 @@ from lathesim.lessons.lesson import load_lesson
 from lathesim.plugins import Registry, load_registry
 from lathesim.record import Record
 
-EXAMPLE_1 = """N10 G90 G94 G71
-N20 G00 X15.0 Z10.0
-N30 M03 G01 Z30.0 F120 S1000
-N40 X17.0 Z40.0 F180
-N50 Z50.0
-N60 X20.0
-N70 M00 G00 Z0.0
-N80 X0.0
-"""
 EXAMPLE_2 = """N10 G90 G94 G71
 N20 M03 G00 X15.0 Z10.0 S1000
 N30 G01 Z15.0 F120
@@ -32,6 +23,7 @@ N40 X17.0 Z35.0
 N50 G00 X20.0 Z0.0
 N60 X0.0
 """
+EXAMPLE_1 = Path(__file__).parents[2] / "part_programs" / "liu_landers_2004_example_1.nc"
 MACHINES = Path(__file__).parents[2] / "lesson_configs" / "machines"
 PLUGINS = Path(__file__).parents[2] / "plugins"
 
@@ -50,7 +42,7 @@ def plan_of(folder: Path, registry: Registry, program: str, machine: str = "two_
 
 @pytest.fixture(scope="module")
 def example_1(tmp_path_factory: pytest.TempPathFactory, registry: Registry) -> Record:
-    return run(plan_of(tmp_path_factory.mktemp("example_1"), registry, EXAMPLE_1), engine="plain")
+    return run(plan_of(tmp_path_factory.mktemp("example_1"), registry, EXAMPLE_1.read_text()), engine="plain")
 
 
 def test_example_1_case_1(example_1: Record) -> None:

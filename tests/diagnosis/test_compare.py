@@ -31,11 +31,6 @@ from tests.diagnosis.small_case import write_lesson
 from tests.shared_data import SHARED, needs_shared
 
 
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
-
-
 def comparison(folder: Path, registry: Registry, *wishes: str) -> Comparison:
     """Conceal the wishes in the small axis, its values as given, and compare."""
     lesson = load_lesson(write_lesson(folder))

@@ -20,7 +20,7 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.units import quantity
 from tests.diagnosis.pushed_table import Hidden, experiments, recording, searched
 from tests.effects.rigs import PLACES, machinery
@@ -28,11 +28,6 @@ from tests.effects.rigs import PLACES, machinery
 TEMPLATES = sorted((Path(__file__).parents[2] / "lesson_configs" / "machines").glob("*.yaml"))
 QUICK = ("cascade_axis", "cutting_process", "torque_spindle", "led_axis")
 """Templates of every run of the tests: an axis, a cut, a spindle, and an axis that is led."""
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def check_units(name: str, effect: type) -> None:

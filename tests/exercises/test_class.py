@@ -21,7 +21,7 @@ from lathesim.exercises.sealed_answer import opened
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.questions import keep_answer
 from lathesim.lessons.simulate import simulate
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.record_writer import save
 from lathesim.shipped import shipped_files
@@ -35,11 +35,6 @@ LIST += '../../evil;Eck;=HYPERLINK("http://x");e@x\n=1+1;Fox;Fay;f@x\n'
 S1, S2, S3, S4, EVIL, FORMULA = "s1", "s2", "s3", "s4", "../../evil", "=1+1"
 GAINS = {"x_controller.proportional": "0.9 V/mm", "z_controller.proportional": "0.9 V/mm"}
 LAG, LOOP = (question.ask for question in load_lesson(LESSON).settings.questions)
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 @pytest.fixture(scope="module")

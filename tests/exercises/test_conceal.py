@@ -19,17 +19,12 @@ from lathesim.json_text import digest_of
 from lathesim.lessons.lesson import Lesson, load_lesson
 from lathesim.lessons.recording_mapping import mapping_of
 from lathesim.lessons.simulate import Prepared, prepare, run_prepared
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.recordings.mapping import map_recording
 from lathesim.recordings.raw_table import read_recording
 from tests.diagnosis.small_case import write_lesson
 
 FRICTION = "CoulombFriction:level=20 N@x_axis"
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 @pytest.fixture(scope="module")

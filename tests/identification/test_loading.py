@@ -23,7 +23,7 @@ from lathesim.identification.replay.open_loop import sensed_share
 from lathesim.identification.replay.validation_split import dealt_out, halves, halves_miss_a_switch, is_one_stroke, parted, switches
 from lathesim.lessons.lesson import load_lesson, load_machine
 from lathesim.lessons.simulate import check_machine
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record import Channel, Record
 from lathesim.recordings.raw_table import Finding
 from tests.diagnosis.one_cut import CUT, DEPTH, cut_machine, cut_record
@@ -41,11 +41,6 @@ from tests.diagnosis.pushed_table import (
     write_case,
 )
 from tests.diagnosis.small_case import controlled_axis
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def test_a_case_is_what_the_lesson_says_of_its_recordings(registry: Registry, tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from lathesim.identification.replay.open_loop import drive, follow
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record import Record
 from tests.diagnosis.pushed_table import PERIOD, POSITION, machine
 from tests.shipped_machine import shipped_machine
@@ -134,11 +134,6 @@ def test_a_part_that_measures_nothing_shows_itself() -> None:
 MACHINES = Path(__file__).parents[2] / "lesson_configs" / "machines"
 AXES = ("cascade_axis", "force_axis", "voltage_axis", "torque_spindle")
 FEED_RATE = 2e-3
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def assembly_of(name: str, registry: Registry) -> Assembly:

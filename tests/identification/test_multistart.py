@@ -12,17 +12,12 @@ from lathesim.identification.replay.experiment import build_experiments
 from lathesim.identification.replay.loading import at_period
 from lathesim.lessons.lesson import load_lesson
 from lathesim.lessons.simulate import prepare, run_prepared
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from lathesim.record import Record
 from lathesim.record_writer import save
 from tests.diagnosis.driven_axis import MASS, VISCOUS, write_recording
 from tests.diagnosis.small_case import controlled_axis
 from tests.shared_data import SHARED, needs_shared
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def fitted(registry: Registry, files: tuple[Path, Path], *names: str, starts: int = 2, closed: bool = False) -> ParameterFit:

@@ -25,7 +25,7 @@ from lathesim.identification.catalogue import insert_candidates
 from lathesim.lessons.insertion import insert_effect
 from lathesim.lessons.lesson import load_machine
 from lathesim.lessons.simulate import check_machine
-from lathesim.plugins import Registry, load_registry
+from lathesim.plugins import Registry
 from tests.diagnosis.one_cut import cut_machine
 from tests.diagnosis.pushed_table import EFFECTS, POSITION, Hidden, machine, pair
 
@@ -41,11 +41,6 @@ ALIKE = (
     "force_axis",
 )
 """Machines much like ``two_axis_lathe`` or ``cascade_axis``."""
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return load_registry(installed=False)
 
 
 def assembly_of(template: Path, registry: Registry) -> Assembly:

@@ -133,21 +133,13 @@ def forked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lathesim.recordings.binary_traces.refuse_deadly_file", trial_in_a_fork)
 
 
+@pytest.mark.parametrize(("traces", "seed"), [(30, 1), pytest.param(1000, 2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("form", FILES)
 @pytest.mark.usefixtures("forked")
-def test_a_damaged_trace_is_refused_or_right_where_it_is_whole(form: str, tmp_path: Path) -> None:
+def test_a_damaged_trace_is_refused_or_right_where_it_is_whole(form: str, traces: int, seed: int, tmp_path: Path) -> None:
     if FILES[form].library:
         pytest.importorskip(FILES[form].library)
-    assert damage(tmp_path, form, 30, 1).total() == 30
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("form", FILES)
-@pytest.mark.usefixtures("forked")
-def test_a_thousand_damaged_traces_of_each_form(form: str, tmp_path: Path) -> None:
-    if FILES[form].library:
-        pytest.importorskip(FILES[form].library)
-    assert damage(tmp_path, form, 1000, 2).total() == 1000
+    assert damage(tmp_path, form, traces, seed).total() == traces
 
 
 def test_a_document_type_is_refused_before_an_entity_grows(tmp_path: Path) -> None:

@@ -2,37 +2,24 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from lathesim.component import Component, DiscreteState, Input, Output, Parameter
+from lathesim.elementary import within
 from lathesim.hookspecs import hookimpl
 
 
-class AngleController(Component):
-    """Gives the voltage of a rotary table, once a sample:  u = Kp (r - q),  kept within the limit.
+class HeldCommand:
+    """What these controllers share: what they are asked for and measure, and a command that they hold over the sample."""
 
-    Source: Y. Koren, Computer Control of Manufacturing Systems (1983), chapter 6. Left out: integral and derivative.
-    """
+    ports: ClassVar[dict[str, str]] = {"measured": "measured", "drive": "reference", "reading": "voltage"}
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
-
-    reference = Input("rad", doc="angle asked for")
-    measured = Input("rad", doc="measured angle")
-
-    proportional = Parameter("V/rad", 50.0, low=0.0, doc="Kp")
-    limit = Parameter("V", 10.0, low=0.0, doc="largest command")
+    reference = Input("m", doc="position asked for")
+    measured = Input("m", doc="measured position")
 
     held = DiscreteState("V", doc="command of this sample")
 
     voltage = Output("V", doc="command voltage")
-
-    @staticmethod
-    def update(reference: float, measured: float, proportional: float, limit: float) -> float:
-        """One sample."""
-        command = proportional * (reference - measured)
-        if command > limit:
-            return limit
-        if command < -limit:
-            return -limit
-        return command
 
     @staticmethod
     def output(held: float) -> float:
@@ -40,17 +27,37 @@ class AngleController(Component):
         return held
 
 
-class FeedforwardCascade(Component):
+def kept_within(command: float, grown: float, limit: float) -> tuple[float, float]:
+    """Return the command within its limit, and by how much its sum grows: not at all where that pushes it further beyond."""
+    if (command > limit and grown > 0.0) or (command < -limit and grown < 0.0):
+        command, grown = command - grown, 0.0
+    return within(command, -limit, limit), grown
+
+
+class AngleController(HeldCommand, Component):
+    """Gives the voltage of a rotary table, once a sample:  u = Kp (r - q),  kept within the limit.
+
+    Source: Y. Koren, Computer Control of Manufacturing Systems (1983), chapter 6. Left out: integral and derivative.
+    """
+
+    reference = Input("rad", doc="angle asked for")
+    measured = Input("rad", doc="measured angle")
+
+    proportional = Parameter("V/rad", 50.0, low=0.0, doc="Kp")
+    limit = Parameter("V", 10.0, low=0.0, doc="largest command")
+
+    @staticmethod
+    def update(reference: float, measured: float, proportional: float, limit: float) -> float:
+        """One sample."""
+        return within(proportional * (reference - measured), -limit, limit)
+
+
+class FeedforwardCascade(HeldCommand, Component):
     """Gives an axis' voltage:  w = kp (r - q) + share dr/dt,   u = kv (w - v) + kv/Ti sum((w - v) T),   kept within the limit.
 
     v is the difference of two-point means of q. A sample that would push the command further beyond its limit is not added to the sum.
     Source: G. Ellis, Control System Design Guide, 4th ed. (2012), chapter 8. Left out: acceleration fed forward.
     """
-
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
-
-    reference = Input("m", doc="position asked for")
-    measured = Input("m", doc="measured position")
 
     position_gain = Parameter("1/s", 30.0, low=0.0, doc="kp")
     velocity_gain = Parameter("V*s/m", 300.0, low=0.0, doc="kv")
@@ -58,13 +65,10 @@ class FeedforwardCascade(Component):
     share = Parameter("1", 1.0, low=0.0, high=2.0, doc="share of the velocity that is fed forward")
     limit = Parameter("V", 10.0, low=0.0, doc="largest command")
 
-    held = DiscreteState("V", doc="command of this sample")
     total = DiscreteState("V", doc="command of the integral part")
     before = DiscreteState("m", doc="measured position of this sample")
     mean = DiscreteState("m", doc="mean of the last two")
     asked = DiscreteState("m", doc="reference of this sample")
-
-    voltage = Output("V", doc="command voltage")
 
     @staticmethod
     def update(
@@ -89,21 +93,11 @@ class FeedforwardCascade(Component):
         error = position_gain * (reference - measured) + (share * (reference - asked) - (now - mean)) / sample_period
         grown = velocity_gain * integral_rate * sample_period * error
         command = velocity_gain * error + total + grown
-        if (command > limit and grown > 0.0) or (command < -limit and grown < 0.0):
-            command, grown = command - grown, 0.0
-        if command > limit:
-            command = limit
-        if command < -limit:
-            command = -limit
+        command, grown = kept_within(command, grown, limit)
         return command, total + grown, measured, now, reference
 
-    @staticmethod
-    def output(held: float) -> float:
-        """Hold over the sample."""
-        return held
 
-
-class IntegralProportional(Component):
+class IntegralProportional(HeldCommand, Component):
     """Gives an axis' voltage:  w = kp (r - q),   u = kv/Ti sum((w - v) T) - kv v,   kept within the limit.
 
     Only the integral sees what is asked for. v is the difference of two-point means of q. A sample that would push the command further
@@ -111,22 +105,14 @@ class IntegralProportional(Component):
     Source: G. Ellis, Control System Design Guide, 4th ed. (2012), chapter 6 (pseudo-derivative feedback). Left out: feed forward.
     """
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
-
-    reference = Input("m", doc="position asked for")
-    measured = Input("m", doc="measured position")
-
     position_gain = Parameter("1/s", 30.0, low=0.0, doc="kp")
     velocity_gain = Parameter("V*s/m", 40.0, low=0.0, doc="kv")
     integral_rate = Parameter("1/s", 50.0, low=0.0, doc="1/Ti")
     limit = Parameter("V", 10.0, low=0.0, doc="largest command")
 
-    held = DiscreteState("V", doc="command of this sample")
     total = DiscreteState("V", doc="command of the integral part")
     before = DiscreteState("m", doc="measured position of this sample")
     mean = DiscreteState("m", doc="mean of the last two")
-
-    voltage = Output("V", doc="command voltage")
 
     @staticmethod
     def update(
@@ -149,42 +135,24 @@ class IntegralProportional(Component):
         speed = (now - mean) / sample_period
         grown = velocity_gain * integral_rate * sample_period * (position_gain * (reference - measured) - speed)
         command = total + grown - velocity_gain * speed
-        if (command > limit and grown > 0.0) or (command < -limit and grown < 0.0):
-            command, grown = command - grown, 0.0
-        if command > limit:
-            command = limit
-        if command < -limit:
-            command = -limit
+        command, grown = kept_within(command, grown, limit)
         return command, total + grown, measured, now
 
-    @staticmethod
-    def output(held: float) -> float:
-        """Hold over the sample."""
-        return held
 
-
-class MeasuredDerivative(Component):
+class MeasuredDerivative(HeldCommand, Component):
     """Gives an axis' voltage:  u = Kp e + Ki sum(e T) - Kd (q_k - q_(k-1))/T,  e = r - q,  kept within the limit.
 
     A sample that would push the command further beyond its limit is not added to the sum. Source: K. J. Astrom, T. Hagglund, PID
     Controllers (1995), section 3.4. Left out: a filter on the derivative.
     """
 
-    ports = {"measured": "measured", "drive": "reference", "reading": "voltage"}
-
-    reference = Input("m", doc="position asked for")
-    measured = Input("m", doc="measured position")
-
     proportional = Parameter("V/m", 100.0, low=0.0, doc="Kp")
     integral = Parameter("V/(m*s)", 0.0, low=0.0, doc="Ki")
     derivative_gain = Parameter("V*s/m", 0.0, low=0.0, doc="Kd")
     limit = Parameter("V", 10.0, low=0.0, doc="largest command")
 
-    held = DiscreteState("V", doc="command of this sample")
     total = DiscreteState("V", doc="command of the integral part")
     before = DiscreteState("m", doc="measured position of this sample")
-
-    voltage = Output("V", doc="command voltage")
 
     @staticmethod
     def update(
@@ -204,18 +172,8 @@ class MeasuredDerivative(Component):
         error = reference - measured
         grown = integral * error * sample_period
         command = proportional * error - derivative_gain * moved / sample_period + total + grown
-        if (command > limit and grown > 0.0) or (command < -limit and grown < 0.0):
-            command, grown = command - grown, 0.0
-        if command > limit:
-            command = limit
-        if command < -limit:
-            command = -limit
+        command, grown = kept_within(command, grown, limit)
         return command, total + grown, measured
-
-    @staticmethod
-    def output(held: float) -> float:
-        """Hold over the sample."""
-        return held
 
 
 @hookimpl
