@@ -38,13 +38,14 @@ class Study:
 
     @cached_property
     def pushing(self) -> Mapping[str, float]:
-        """The largest effort that acts on a part which nothing but a recorded input pushes, for each effort of a candidate there."""
+        """The largest effort on a part that nothing but a recorded input pushes, for each effort of a candidate there (name -> size)."""
         machine, found = self.estimation.machine, {}
         for part, bounds in _bounds(self.estimation).items():
             ports = machine.assembly.ports(part)
             others = (f"{part}.{ports['effort']}" in one for one in (machine.assembly.sources, machine.drive))
             if f"{part}.{ports['drive']}" in machine.drive and not any(others):
-                found[part] = dict(list(bounds.items())[:1])
+                unit = machine.assembly.by_name[part].component.declarations[ports["effort"]].unit
+                found[part] = {unit: bounds[unit]}
         return possible_sizes(self.estimation, found)
 
     @property
