@@ -106,7 +106,6 @@ class ConstantAccelerationInterpolator(ConstantVelocityInterpolator):
         spindle_angle: float, feed_command: float, feed_override: float, spindle_override: float, rapid_speed: float,
         largest_spindle_speed: float, acceleration: float, sample_period: float,
     ) -> tuple[float, ...]:  # fmt: skip
-        """Walk one sample further."""
         rows = len(path)
         row = int(segment)
         if started < ON or done > ON or rows == 0:
@@ -259,7 +258,6 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
         feed_override: float, spindle_override: float, rapid_speed: float, largest_spindle_speed: float, acceleration: float,
         pause: float, averaging: float, cycle: float, time: float, sample_period: float,
     ) -> tuple[float, ...]:  # fmt: skip
-        """Walk one sample further."""
         rows, row, first = len(path), int(segment), time <= 0.0
         if rows > 0 and at_end < ON:
             if first and not takes_time(path, row):
@@ -337,6 +335,5 @@ class JerkLimitedInterpolator(ConstantVelocityInterpolator):
     def output(
         path: Any, segment: float, travelled: float, path_speed: float, done: float, spindle_override: float, largest_spindle_speed: float
     ) -> tuple[float, ...]:  # fmt: skip
-        """What the block in work asks for."""
         told = block_output(path, segment, travelled, path_speed, done, spindle_override, largest_spindle_speed)
         return told[4:]

@@ -17,7 +17,6 @@ class TableMotion:
 
     @staticmethod
     def output(travel: float, speed: float) -> tuple[float, float]:
-        """The states as they are."""
         return travel, speed
 
 
@@ -147,18 +146,15 @@ class AnalyticalAxis(Component):
 
     @staticmethod
     def output_equivalent_mass(gear: float, lead: float, motor_inertia: float, screw_inertia: float, mass: float) -> float:
-        """What the drive weighs at the table."""
         ratio = gear * lead
         return at_the_motor(at_the_motor(motor_inertia, gear, screw_inertia), ratio, mass) / (ratio * ratio)
 
     @staticmethod
     def output_torque(current: float, torque_constant: float) -> float:
-        """What the current gives."""
         return torque_constant * current
 
     @staticmethod
     def output_power(torque: float, motor_velocity: float) -> float:
-        """Torque times speed."""
         return torque * motor_velocity
 
     @staticmethod
@@ -198,7 +194,6 @@ class ForceAxis(TableMotion, Component):
 
     @staticmethod
     def derivative(speed: float, force: float, disturbance: float, mass: float, viscous: float) -> tuple[float, float]:
-        """Newton's law."""
         return (force - viscous * speed - disturbance) / mass, speed
 
 

@@ -52,7 +52,6 @@ class ControllerTuning(Component):
         resistance_error: float, lag_error: float, delay_error: float, acceleration_error: float, current_loop_error: float,
         symmetry_error: float, lag: float, delay: float,
     ) -> tuple[float, float, float, float]:  # fmt: skip
-        """Scale the gains as the formulas do."""
         slow = (lag * lag_error + delay * delay_error) / (lag + delay)
         loop = slow * current_loop_error
         speed = 1.0 / (acceleration_error * loop)
@@ -88,12 +87,10 @@ class MultiOscillatoryController(Component):
 
     @staticmethod
     def output_error(reference: float, measured: float) -> float:
-        """The error."""
         return reference - measured
 
     @staticmethod
     def output_speed(error: float, added: float, proportional: float, loop_gain: float) -> float:
-        """The speed."""
         return loop_gain * (proportional * error + added)
 
 
@@ -123,12 +120,10 @@ class OscillatoryElement(Component):
 
     @staticmethod
     def derivative(error: float, swing: float, rate: float, frequency: float, damping: float) -> tuple[float, float]:
-        """An oscillator driven by the error."""
         return rate, error - 2.0 * damping * frequency * rate - frequency * frequency * swing
 
     @staticmethod
     def output(before: float, rate: float, frequency: float, gain: float) -> float:
-        """Add to the chain."""
         return before + gain * frequency * rate
 
 
@@ -157,14 +152,12 @@ class SpeedController(Component):
 
     @staticmethod
     def derivative(reference: float, measured: float, feedback_gain: float) -> float:
-        """The speed error."""
         return reference - feedback_gain * measured
 
     @staticmethod
     def output(
         reference: float, measured: float, summed: float, proportional: float, integral: float, gain: float, feedback_gain: float
     ) -> float:
-        """The PI law."""
         return gain * (proportional * (reference - feedback_gain * measured) + integral * summed)
 
 
@@ -200,13 +193,11 @@ class PowerController(Component):
         reference: float, measured: float, late_voltage: float, summed: float, proportional: float, integral: float, gain: float,
         feedback_gain: float, disturbance: float, lag: float,
     ) -> tuple[float, float]:  # fmt: skip
-        """The PI law and the lag."""
         error = reference - feedback_gain * (measured + disturbance)
         return error, (gain * (proportional * error + integral * summed) - late_voltage) * (1.0 / lag)
 
     @staticmethod
     def output(held: float) -> float:
-        """The state as it is."""
         return held
 
 
@@ -233,12 +224,10 @@ class DriveElectronics(Component):
 
     @staticmethod
     def derivative(voltage: float, late_speed: float, late_current: float, back_voltage: float, rise: float, decay: float) -> float:
-        """The electric circuit."""
         return rise * (voltage - back_voltage * late_speed) - decay * late_current
 
     @staticmethod
     def output(flowing: float) -> float:
-        """The state as it is."""
         return flowing
 
 
@@ -274,12 +263,10 @@ class MotorSlide(Component):
     def derivative(
         current: float, late_speed: float, disturbance: float, speed: float, acceleration_constant: float, drag: float, mass: float
     ) -> tuple[float, float]:
-        """Newton's law."""
         return acceleration_constant * current - drag * late_speed - disturbance / mass, speed
 
     @staticmethod
     def output(travel: float, speed: float) -> tuple[float, float, float]:
-        """The states as they are."""
         return travel, speed, travel
 
     @staticmethod

@@ -46,7 +46,6 @@ class CrossCouplingController(Component):
         deviation: float, normal_x: float, normal_z: float, proportional: float, integral: float, derivative_gain: float,
         largest_voltage: float, held_deviation: float, deviation_sum: float, started: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-        """The PID law on the contour error."""
         slope = (deviation - held_deviation) / sample_period if started > ON else 0.0
         voltage, total = limited_pid(
             proportional * deviation, derivative_gain * slope, 0.0, integral, deviation_sum, deviation * sample_period, -largest_voltage,
@@ -56,7 +55,6 @@ class CrossCouplingController(Component):
 
     @staticmethod
     def output(held_voltage: float, held_normal_x: float, held_normal_z: float) -> tuple[float, float, float]:
-        """Split the correction onto the axes."""
         return held_voltage, held_voltage * held_normal_x, held_voltage * held_normal_z
 
 
@@ -100,7 +98,6 @@ class VariableGainCoupling(Component):
         x_reference: float, z_reference: float, x_position: float, z_position: float, direction_x: float, direction_z: float,
         curvature: float, proportional: float, integral: float, largest_voltage: float, total: float, sample_period: float,
     ) -> tuple[float, float, float, float]:  # fmt: skip
-        """The gains of this sample and the PI law."""
         x_error = x_reference - x_position
         z_error = z_reference - z_position
         x_gain = direction_z + 0.5 * curvature * x_error
@@ -115,7 +112,6 @@ class VariableGainCoupling(Component):
 
     @staticmethod
     def output(held_deviation: float, x_held: float, z_held: float) -> tuple[float, float, float]:
-        """What was computed at the last sample."""
         return held_deviation, x_held, z_held
 
 
@@ -169,7 +165,6 @@ class TaskFrameController(Component):
         acceleration_feedforward: float, largest_voltage: float, held_deviation: float, total: float, held_speed: float, started: float,
         sample_period: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-        """Both laws, turned back to the axes."""
         slope = (deviation - held_deviation) / sample_period if started > ON else 0.0
         rise = (feed_speed - held_speed) / sample_period if started > ON else 0.0
         summed = total + deviation * sample_period
@@ -182,7 +177,6 @@ class TaskFrameController(Component):
 
     @staticmethod
     def output(x_held: float, z_held: float) -> tuple[float, float]:
-        """Hold over the sample."""
         return x_held, z_held
 
 

@@ -202,7 +202,6 @@ class FootPoint(FootOutputs, Component):
 
     @staticmethod
     def update(path: Any, segment_number: float, x_position: float, z_position: float, row: float) -> tuple[float, float, float]:
-        """Follow the tool along the path."""
         rows = len(path)
         if rows == 0:
             return 0.0, 0.0, 0.0
@@ -303,7 +302,6 @@ class FreeFootPoint(FootOutputs, Component):
     def update(
         curve: Any, place: float, x_position: float, z_position: float, method: float, at: float, started: float
     ) -> tuple[float, float]:
-        """Follow the tool along the curve."""
         if method > EXACT + 0.5:
             return place, 1.0
         begin = at if started > ON else place
@@ -311,7 +309,6 @@ class FreeFootPoint(FootOutputs, Component):
 
     @staticmethod
     def output(curve: Any, place: float, x_position: float, z_position: float, method: float, at: float) -> tuple[float, ...]:
-        """The foot point of the present position, by the chosen method."""
         begin = place if method > EXACT + 0.5 else nearest_on(curve, x_position, z_position, at)
         if method > CIRCLE + 0.5:
             begin = _further_back(curve, place, x_position, z_position)

@@ -220,7 +220,6 @@ class CuttingProcess(Component):
 
     @staticmethod
     def output(turned: float, speed: float, radius: float, since_entry: float) -> tuple[float, float, float]:
-        """Where the spindle is, and the clock."""
         return turned, speed / radius, since_entry
 
     @staticmethod

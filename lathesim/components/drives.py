@@ -60,6 +60,5 @@ class VoltageDrive(Component):
 
     @staticmethod
     def output(voltage: float, velocity: float, conductance: float, back_emf: float, effort_constant: float) -> tuple[float, float]:
-        """Ohm's law, and the force of the motor."""
         current = conductance * (voltage - back_emf * velocity)
         return current, effort_constant * current

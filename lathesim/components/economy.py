@@ -129,6 +129,5 @@ class TurningEconomy(Component):
     def output(
         time: float, used_life: float, machine_rate: float, handling_time: float, tool_change_time: float, edge_cost: float
     ) -> tuple[float, float]:
-        """Time and money up to now."""
         spent = time + handling_time + used_life * tool_change_time
         return spent, machine_rate * spent + used_life * edge_cost

@@ -136,7 +136,6 @@ class CircleReference(ReferenceOutputs, Component):
 
     @staticmethod
     def update(time: float) -> float:
-        """Hold the time of the sample."""
         return time
 
     @staticmethod
@@ -144,7 +143,6 @@ class CircleReference(ReferenceOutputs, Component):
         now: float, radius: float, speed: float, acceleration: float, turns: float, direction: float, start_angle: float,
         centre_x_at: float, centre_z_at: float,
     ) -> tuple[float, ...]:  # fmt: skip
-        """Where the circle asks the tool to be."""
         whole = TWO_PI * radius * turns
         ramp = speed / acceleration if acceleration > 0.0 else 0.0
         if acceleration > 0.0 and speed * ramp > whole:
@@ -237,7 +235,6 @@ class FreePathInterpolator(ReferenceOutputs, Component):
 
     @staticmethod
     def output(curve: Any, at: float, path_speed: float) -> tuple[float, ...]:
-        """The point, its tangent, and how it bends."""
         tx = point_of(curve, at, 0, 1)
         tz = point_of(curve, at, 1, 1)
         size = max(math.sqrt(tx * tx + tz * tz), 1e-12)

@@ -28,17 +28,14 @@ class Watermark(Component):
 
     @staticmethod
     def update(chance: float, size: float) -> float:
-        """A new number."""
         return size * chance
 
     @staticmethod
     def output_marked(reference: float, added: float) -> float:
-        """Add it."""
         return reference + added
 
     @staticmethod
     def output_mark(added: float) -> float:
-        """Return the mark that is added [m]."""
         return added
 
 
@@ -92,7 +89,6 @@ class Guard(Component):
         speed_share: float, deviation: float, slack: float, place: float, speed: float, echo: float, echo_speed: float, correlated: float,
         summed: float, time: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
-        """Predict, compare, follow, add up."""
         if time <= 0.0:
             return reading, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         fading = math.exp(-sample_period / lag)
@@ -118,5 +114,4 @@ class Guard(Component):
     def output(
         missed: float, correlated: float, summed: float, threshold: float, innovation_threshold: float
     ) -> tuple[float, float, float, float]:
-        """The sums as they are."""
         return missed, correlated, summed, 1.0 if correlated > threshold or summed > innovation_threshold else 0.0

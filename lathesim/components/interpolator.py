@@ -242,7 +242,6 @@ class ConstantVelocityInterpolator(ReferenceOutputs, Component):
         started: float, done: float, index: float, spindle_speed: float, spindle_angle: float, feed_command: float, feed_override: float,
         spindle_override: float, rapid_speed: float, largest_spindle_speed: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float, float, float, float]:  # fmt: skip
-        """Walk one sample further."""
         rows = len(path)
         row = int(segment)
         if started < ON or done > ON or rows == 0:
@@ -294,7 +293,6 @@ class ConstantVelocityInterpolator(ReferenceOutputs, Component):
     def output(
         path: Any, segment: float, travelled: float, path_speed: float, done: float, spindle_override: float, largest_spindle_speed: float
     ) -> tuple[float, ...]:
-        """Return the point on the path, its tangent, and what the block asks for."""
         rows = len(path)
         if rows == 0:
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0

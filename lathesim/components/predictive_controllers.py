@@ -62,7 +62,6 @@ class FeedforwardController(HeldVoltage, Component):
         friction_speed: float, smallest_voltage: float, largest_voltage: float, held_error: float, error_sum: float, held_reference: float,
         held_rate: float, samples: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-        """The PID law and what is fed forward."""
         error = reference - measured
         slope = (error - held_error) / sample_period if samples >= 1.0 else 0.0
         rate = reference_velocity
@@ -116,7 +115,6 @@ class ZeroPhasePrefilter(Component):
         reference: float, axis_gain: float, time_constant: float, proportional: float, share: float, newest: float, second: float,
         third: float, started: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-        """Four samples of the reference, weighted."""
         if started < ON:
             return reference, reference, reference, reference, reference, 1.0
         p = math.exp(-sample_period / time_constant)
@@ -135,7 +133,6 @@ class ZeroPhasePrefilter(Component):
 
     @staticmethod
     def output(filtered: float) -> float:
-        """Hold over the sample."""
         return filtered
 
 
@@ -219,7 +216,6 @@ class PredictiveController(Component):
         largest_voltage: float, plan: list[float], track: list[float], held_voltage: float, before: float, asked: float, asked_rate: float,
         speed: float, disturbance: float, samples: float, sample_period: float,
     ) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
-        """Predict, plan, apply the first."""
         length = len(plan)
         a = math.exp(-sample_period / time_constant)
         b_v = axis_gain * (1.0 - a)
@@ -256,7 +252,6 @@ class PredictiveController(Component):
 
     @staticmethod
     def output(held_voltage: float, asked: float, before: float) -> tuple[float, float]:
-        """What was computed at the last sample."""
         return held_voltage, asked - before
 
 
@@ -324,7 +319,6 @@ class NeuralRegulator(Component):
     def output(
         weights: Any, x_position: float, z_position: float, contour_error: float, position_scale: float, error_scale: float, share: float,
     ) -> tuple[float, float]:  # fmt: skip
-        """One pass forward."""
         if share == 0.0 or len(weights) < OUTPUTS:
             return 0.0, 0.0
         first = x_position / position_scale

@@ -33,7 +33,6 @@ class ProgrammedFeed(Component):
 
     @staticmethod
     def output() -> float:
-        """Nothing, in every block."""
         return NO_COMMAND
 
 
@@ -93,7 +92,6 @@ class NonlinearProcessController(ProgrammedFeed):
 
     @staticmethod
     def output(held_feed: float) -> float:  # type: ignore[override]  # a law's arguments are its own
-        """Hold over the sample."""
         return held_feed
 
 
@@ -175,7 +173,6 @@ class LogTransformProcessController(ProgrammedFeed):
 
     @staticmethod
     def output(held_feed: float) -> float:  # type: ignore[override]  # a law's arguments are its own
-        """Hold over the sample."""
         return held_feed
 
 
@@ -220,7 +217,6 @@ class AdaptiveProcessController(ProgrammedFeed):
         smallest_estimate: float, forgetting_factor: float, reset_covariance: float, smallest_covariance: float, contact_threshold: float,
         smallest_feed: float, largest_feed: float, held_feed: float, held_estimate: float, held_covariance: float,
     ) -> tuple[float, float, float]:  # fmt: skip
-        """One sample of estimation, then of control."""
         if held_covariance <= 0.0:
             held_estimate = start_estimate if start_estimate > smallest_estimate else smallest_estimate
             held_covariance = reset_covariance
@@ -243,5 +239,4 @@ class AdaptiveProcessController(ProgrammedFeed):
 
     @staticmethod
     def output(held_feed: float, held_estimate: float, held_covariance: float) -> tuple[float, float, float]:  # type: ignore[override]  # a law's arguments are its own
-        """Hold over the sample."""
         return held_feed, held_estimate, held_covariance

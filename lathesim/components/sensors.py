@@ -31,14 +31,12 @@ class LinearEncoder(Component):
 
     @staticmethod
     def update(measured: float, resolution: float) -> float:
-        """Round to the nearest count."""
         if resolution <= 0.0 or not abs(measured) < _COUNTED * resolution:
             return measured
         return resolution * math.floor(measured / resolution + 0.5)
 
     @staticmethod
     def output(counted: float) -> float:
-        """Hold over the sample."""
         return counted
 
 
@@ -78,7 +76,6 @@ class AngularEncoder(Component):
 
     @staticmethod
     def output(counted: float, difference: float) -> tuple[float, float]:
-        """Hold over the sample."""
         return counted, difference
 
 
@@ -110,12 +107,10 @@ class Tachometer(Component):
 
     @staticmethod
     def update(speed: float, angle: float, gain: float, noise: float, bias: float, ripple: float, ripples: float, chance: float) -> float:
-        """Signal and noises."""
         return gain * speed + bias + noise * chance + ripple * math.sin(ripples * angle)
 
     @staticmethod
     def output(held: float) -> float:
-        """Hold over the sample."""
         return held
 
 
@@ -145,12 +140,10 @@ class AnalogSensor(Component):
 
     @staticmethod
     def update(measured: float, gain: float, bias: float, noise: float, chance: float) -> float:
-        """Signal and noise."""
         return gain * measured + bias + noise * chance
 
     @staticmethod
     def output(held: float) -> float:
-        """Hold over the sample."""
         return held
 
 
@@ -187,12 +180,10 @@ class Dynamometer(Component):
         main_force: float, thrust_force: float, feed_force: float, noise: float, main_chance: float, thrust_chance: float,
         feed_chance: float,
     ) -> tuple[float, float, float]:  # fmt: skip
-        """Force and noise."""
         return main_force + noise * main_chance, thrust_force + noise * thrust_chance, feed_force + noise * feed_chance
 
     @staticmethod
     def output(main_held: float, thrust_held: float, feed_held: float) -> tuple[float, float, float]:
-        """Hold over the sample."""
         return main_held, thrust_held, feed_held
 
 
@@ -230,7 +221,6 @@ class SampledSensor(Component):
     def derivative(
         measured: float, bandwidth: float, first: float, first_rate: float, second: float, second_rate: float
     ) -> tuple[float, float, float, float]:
-        """The rates of both halves, and theirs."""
         w = 2.0 * math.pi * bandwidth
         return (
             first_rate,
@@ -295,12 +285,10 @@ class DAConverter(Component):
 
     @staticmethod
     def update(command: float, smallest_voltage: float, largest_voltage: float, bits: float) -> float:
-        """Saturate and quantise."""
         return nearest_level(command, smallest_voltage, largest_voltage, bits)
 
     @staticmethod
     def output(held: float) -> float:
-        """Hold over the sample."""
         return held
 
 
@@ -329,7 +317,6 @@ class ADConverter(Component):
 
     @staticmethod
     def update(voltage: float, smallest_voltage: float, largest_voltage: float, bits: float) -> float:
-        """Saturate and quantise."""
         return nearest_level(voltage, smallest_voltage, largest_voltage, bits)
 
     @staticmethod

@@ -39,7 +39,6 @@ class HeldVoltage:
 
     @staticmethod
     def output(held_voltage: float, held_error: float) -> tuple[float, float]:
-        """What was computed at the last sample."""
         return held_voltage, held_error
 
 
@@ -215,7 +214,6 @@ class CascadeController(Component):
         reference: float, measured: float, filtered: float, before: float, integral: float, position_gain: float, velocity_gain: float,
         integral_rate: float, mean_share: float, limit: float, start_speed: float, sample_period: float, time: float,
     ) -> tuple[float, float, float, float]:  # fmt: skip
-        """Both loops."""
         if time <= 0.0:
             before = measured - start_speed * sample_period
             filtered = before - mean_share * start_speed * sample_period
@@ -231,5 +229,4 @@ class CascadeController(Component):
 
     @staticmethod
     def output(command: float) -> float:
-        """Hold over the sample."""
         return command

@@ -45,7 +45,6 @@ class RecordedSignal(Component):
 
     @staticmethod
     def output(samples: Any, row: float, interpolation: float, shift: float, time: float) -> float:
-        """Hold, or go on along the line to the next row."""
         rows = len(samples)
         if rows == 0:
             return 0.0
@@ -76,7 +75,6 @@ class ScaledValue(Component):
 
     @staticmethod
     def output(incoming: float, factor: float) -> float:
-        """The multiple."""
         return factor * incoming
 
 

@@ -41,7 +41,6 @@ class EmpiricalSpindle(Component):
 
     @staticmethod
     def output(rotation: float, turned: float) -> tuple[float, float]:
-        """The states as they are."""
         return rotation, turned
 
 
@@ -116,17 +115,14 @@ class AnalyticalSpindle(Component):
 
     @staticmethod
     def output_equivalent_inertia(gear: float, motor_inertia: float, spindle_inertia: float) -> float:
-        """What the drive weighs at the spindle."""
         return motor_inertia / (gear * gear) + spindle_inertia
 
     @staticmethod
     def output_motor_torque(current: float, torque_constant: float) -> float:
-        """What the current gives."""
         return torque_constant * current
 
     @staticmethod
     def output_power(motor_torque: float, motor_velocity: float) -> float:
-        """Torque times speed."""
         return motor_torque * motor_velocity
 
     @staticmethod
@@ -181,12 +177,10 @@ class TorqueSpindle(Component):
 
     @staticmethod
     def output(rotation: float, turned: float) -> tuple[float, float]:
-        """The states as they are."""
         return rotation, turned
 
     @staticmethod
     def output_pushing(turned: float, torque: float, gravity: float, lowest: float) -> float:
-        """What moves the body beside friction and disturbance."""
         return torque - gravity * math.sin(turned - lowest) if gravity > 0.0 else torque
 
 

@@ -128,7 +128,6 @@ class Stock(Component):
 
     @staticmethod
     def output(uncut: float, standing: float, width: float, within: float, volume: float) -> tuple[float, float, float, float, float]:
-        """What was found at the last sample."""
         return uncut, standing, width, within, volume
 
 
@@ -177,7 +176,6 @@ class CuttingGeometry(Component):
         x_position: float, x_velocity: float, z_velocity: float, spindle_speed: float, uncut_radius: float, material_radius: float,
         facing_width: float, inside_stock: float, cutting_block: float, slowest_spindle: float,
     ) -> tuple[float, ...]:  # fmt: skip
-        """Geometry of the cut at this moment."""
         radius = x_position if x_position > 0.0 else 0.0
         touching = material_radius > x_position or facing_width > 0.0
         turning = abs(spindle_speed)
@@ -238,5 +236,4 @@ class SurfaceFinish(Component):
 
     @staticmethod
     def output(held: float) -> float:
-        """Hold over the sample."""
         return held

@@ -60,7 +60,6 @@ class TaylorWear(Component):
 
     @staticmethod
     def output(used: float, held_life: float, wear_at_end_of_life: float, force_growth: float) -> tuple[float, float, float, float]:
-        """Wear in proportion to the used life."""
         wear = wear_at_end_of_life * used
         return used, wear, held_life, 1.0 + force_growth * wear
 

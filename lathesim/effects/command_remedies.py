@@ -33,7 +33,6 @@ class CommandBias(Remedy):
 
     @staticmethod
     def output(incoming: float, share: float, bias: float) -> float:
-        """Add the bias."""
         return incoming if share == 0.0 else incoming + share * bias
 
 
@@ -57,7 +56,6 @@ class CommandGain(Remedy):
 
     @staticmethod
     def output(incoming: float, share: float, error: float, sag: float) -> float:
-        """Solve the quadratic."""
         if share == 0.0:
             return incoming
         gain = 1.0 + share * error
@@ -91,7 +89,6 @@ class InverseDeadZone(Remedy):
 
     @staticmethod
     def output(incoming: float, share: float, half_width: float, soft: float) -> float:
-        """Add the step."""
         if share == 0.0:
             return incoming
         step = share * half_width
@@ -160,7 +157,6 @@ class FrictionFeedforward(ModelledRemedy):
         second_cosine: float, third_sine: float, third_cosine: float, distance: float, lead: float, still: float, direction: float,
         sample_period: float, time: float,
     ) -> tuple[float, float, float, float]:  # fmt: skip
-        """Follow the reference and add what the friction takes there."""
         if time <= 0.0:
             return drive, 0.0, 0.0, 0.0
         position, rate = followed(model_position, model_rate, drive, lag, inner, sample_period)

@@ -130,7 +130,6 @@ class PitchTable(PointTable, ModelledRemedy):
         points: Any, drive: float, lag: float, inner: float, model_position: float, model_rate: float, still: float, backward: float,
         error: float, before: float, sample_period: float, time: float,
     ) -> tuple[float, float, float, float, float, float]:  # fmt: skip
-        """Look the error up where the model is."""
         if time <= 0.0:
             first = interpolated(points, drive, 1)
             return drive, 0.0, 0.0, first, first, first
@@ -144,7 +143,6 @@ class PitchTable(PointTable, ModelledRemedy):
 
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
-        """Take the error away."""
         return incoming if share == 0.0 else incoming - share * added
 
 
@@ -173,7 +171,6 @@ class ReadingTable(PointTable, Remedy):
 
     @staticmethod
     def output(incoming: float, points: Any, share: float) -> float:
-        """Take the error away."""
         return incoming if share == 0.0 else incoming - share * interpolated(points, incoming, 1)
 
 
@@ -207,7 +204,6 @@ class AcrossTable(PointTable, Remedy):
 
     @staticmethod
     def output(incoming: float, points: Any, other: float, share: float) -> float:
-        """Take the error away."""
         return incoming if share == 0.0 else incoming - share * interpolated(points, other, 1)
 
 
@@ -231,12 +227,10 @@ class LearnedCorrection(Remedy):
 
     @staticmethod
     def update(place: float) -> float:
-        """Count the samples."""
         return place + 1.0
 
     @staticmethod
     def output(incoming: float, samples: Any, place: float, share: float) -> float:
-        """Add the correction of this sample."""
         row = int(place)
         return incoming if share == 0.0 or row < 0 or row >= len(samples) else float(incoming + share * samples[row][0])
 
@@ -341,7 +335,6 @@ class ReversalPulse(ModelledRemedy):
         drive: float, lag: float, inner: float, model_position: float, model_rate: float, still: float, side: float, since: float,
         sample_period: float, time: float,
     ) -> tuple[float, float, float, float]:  # fmt: skip
-        """Find where the setpoint of the model turns."""
         if time <= 0.0 or lag <= 0.0:
             return drive, 0.0, 0.0, 1e9
         setpoint = (drive - model_position) / lag
@@ -354,7 +347,6 @@ class ReversalPulse(ModelledRemedy):
 
     @staticmethod
     def output(incoming: float, share: float, lag: float, speed: float, fade: float, side: float, since: float) -> float:
-        """Shift the reference by the pulse."""
         return incoming if share == 0.0 else incoming + share * lag * side * speed * math.exp(-since / fade)
 
 
@@ -400,5 +392,4 @@ class PlayReading(ModelledRemedy):
 
     @staticmethod
     def output(incoming: float, share: float, error: float) -> float:
-        """Take the play out of the reading."""
         return incoming if share == 0.0 else incoming - share * error

@@ -109,7 +109,6 @@ class SwingModel(ModelledRemedy):
 
     @staticmethod
     def output(incoming: float, share: float, added: float) -> float:
-        """Take the swing away."""
         return incoming if share == 0.0 else incoming - share * added
 
 
@@ -175,7 +174,6 @@ class InputShaper(Remedy):
 
     @staticmethod
     def output(incoming: float, share: float, shaped: float) -> float:
-        """Send the shaped reference."""
         return incoming if share == 0.0 else incoming + share * (shaped - incoming)
 
 
@@ -239,7 +237,6 @@ class CommandNotch(Remedy):
 
     @staticmethod
     def output(incoming: float, share: float, kept: float) -> float:
-        """Send the filtered command."""
         return incoming if share == 0.0 else incoming + share * (kept - incoming)
 
 
@@ -271,7 +268,6 @@ class GrowthModel(Remedy):
     def output(
         incoming: float, time: float, share: float, strain: float, time_constant: float, fixed_end: float, warmed_before: float
     ) -> float:
-        """Take the growth away."""
         if share == 0.0:
             return incoming
         return incoming - share * strain * (1.0 - math.exp(-(time + warmed_before) / time_constant)) * (incoming - fixed_end)
@@ -304,10 +300,8 @@ class SpindleGrowthModel(Remedy):
 
     @staticmethod
     def derivative(spindle_speed: float, warmth: float, time_constant: float, full_speed: float) -> float:
-        """Warm up."""
         return (abs(spindle_speed) / full_speed - warmth) / time_constant
 
     @staticmethod
     def output(incoming: float, warmth: float, share: float, growth: float) -> float:
-        """Take the growth away."""
         return incoming if share == 0.0 else incoming - share * growth * warmth

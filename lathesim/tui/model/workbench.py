@@ -34,6 +34,11 @@ class BenchRun:
     loaded: Record | None = None
 
     @property
+    def lesson(self) -> Lesson | None:
+        """The lesson that was run; None of an older record."""
+        return self.setup.lesson if self.setup is not None else None
+
+    @property
     def path(self) -> Path:
         """The path of the record; a run may get a higher number until its record is written."""
         return self.live.path if self.live is not None else self.place

@@ -176,7 +176,7 @@ class BenchScreen(WorkbenchScreen):
     def _lesson_keys(self, key: str) -> list[str]:
         """Return the channels that the lesson of the run names under ``plot`` or ``read_outs``."""
         run = self.workbench.shown
-        found: list[str] = getattr(run.setup.lesson.settings, key) if run is not None and run.setup is not None else []
+        found: list[str] = getattr(run.lesson.settings, key) if run is not None and run.lesson is not None else []
         return found
 
     def _tick(self) -> None:

@@ -13,9 +13,7 @@ from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Button, Input, Label, OptionList, SelectionList, Static
 from textual.widgets.option_list import Option
-from textual.widgets.selection_list import Selection
 
-from lathesim.analysis.display_unit import plain_name
 from lathesim.component import Component
 from lathesim.errors import LatheSimError
 from lathesim.lessons.lesson import lesson_files
@@ -26,7 +24,7 @@ from lathesim.record import load
 from lathesim.shipped import shipped_folder
 from lathesim.tui.model.machine_tree import proposed_place
 from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
-from lathesim.tui.widgets.controls import BrowseList, TickList, channel_words
+from lathesim.tui.widgets.controls import BrowseList, TickList
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
 
 
@@ -78,14 +76,13 @@ class PartChoice(Dialog[tuple[str, str] | None]):
         self.query_one(BrowseList).focus()
 
     def _fill(self, wanted: str) -> None:
-        listed = self.query_one(BrowseList)
-        listed.clear_options()
         self._listed = [name for name, item in self._found.items() if wanted in name.lower() or wanted in (item.__doc__ or "").lower()]
-        for name in self._listed:
-            own = "" if self._origins.get(name, "").startswith("lathesim.") else " (plug-in)"
-            listed.add_option(Option(Text(f"{'>' if name == self._present else ' '} {name}{own}")))
-        if self._listed:
-            listed.highlighted = self._listed.index(self._present) if self._present in self._listed else 0
+        guests = [name for name in self._listed if not self._origins.get(name, "").startswith("lathesim.")]
+        rows = (f"{'>' if name == self._present else ' '} {name}{' (plug-in)' if name in guests else ''}" for name in self._listed)
+        listed = self.query_one(BrowseList)
+        listed.fill(rows)
+        if self._present in self._listed:
+            listed.highlighted = self._listed.index(self._present)
 
     @on(Input.Changed, "#wanted")
     def _search(self, event: Input.Changed) -> None:
@@ -232,19 +229,12 @@ class ChannelChoice(Dialog[tuple[str, ...] | None]):
 
     def on_mount(self) -> None:
         """Fill the list."""
-        self._fill("")
+        self._fill()
 
     @on(Input.Changed, "#wanted")
-    def _search(self, event: Input.Changed) -> None:
-        self._fill(event.value.lower())
-
-    def _fill(self, wanted: str) -> None:
-        listed = self.query_one(SelectionList)
-        with self.prevent(SelectionList.SelectedChanged):
-            listed.clear_options()
-            for name, (unit, doc) in self._known.items():
-                if any(wanted in text.lower() for text in (name, plain_name(name), doc)):
-                    listed.add_option(Selection(channel_words(name, unit, doc), name, name in self._chosen))
+    def _fill(self) -> None:
+        known = [(name, *about) for name, about in self._known.items()]
+        self.query_one(TickList).fill_channels(known, self.query_one("#wanted", Input).value, self._chosen)
 
     @on(SelectionList.SelectionToggled)
     def _toggle(self, event: SelectionList.SelectionToggled[str]) -> None:

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from rich.text import Text
 from textual import on
 from textual.binding import Binding
 from textual.containers import Horizontal, VerticalScroll
@@ -125,19 +124,12 @@ class DetectiveScreen(WorkbenchScreen):
             setup = self.workbench.setup
             self._nearby = case_file.recordings_nearby(setup.lesson.path.parent if setup is not None else None)
             listed = self.query_one("#nearby", BrowseList)
-            listed.clear_options()
-            for path in self._nearby:
-                listed.add_option(Option(Text(f"{'case     ' if path.is_dir() else 'recording'}  {path}")))
-            listed.highlighted = 0 if self._nearby else None
+            listed.fill(f"{'case     ' if path.is_dir() else 'recording'}  {path}" for path in self._nearby)
             if not self._nearby:
                 listed.add_option(Option("None here. Type a path below, or hide an effect with h.", disabled=True))
         if REGISTRY in changed:
             self._effects = list(self.workbench.registry.effects)
-            effects = self.query_one("#effects", BrowseList)
-            effects.clear_options()
-            for name in self._effects:
-                effects.add_option(Option(Text(name)))
-            effects.highlighted = 0 if self._effects else None
+            self.query_one("#effects", BrowseList).fill(self._effects)
         self._show_status()
 
     def _show_status(self) -> None:

@@ -32,7 +32,7 @@ from lathesim.tui.drawing.curves import (
 )
 from lathesim.tui.model.workbench import RUN, RUNS, BenchRun, short_name
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
-from lathesim.tui.widgets.controls import MetricsTable, TickList, channel_words
+from lathesim.tui.widgets.controls import MetricsTable, TickList
 from lathesim.tui.widgets.time_plot import TimePlot
 
 TIME, PATH, ERROR, SURFACE, SPECTRUM = "over time", "path", "contour error", "surface", "spectrum"
@@ -123,7 +123,7 @@ class ResultsScreen(WorkbenchScreen):
         shown = self.workbench.shown
         if shown is not None and shown.path not in self._ticked:
             self._ticked = [shown.path]
-            lesson = shown.setup.lesson.path if shown.setup is not None else None
+            lesson = shown.lesson.path if shown.lesson is not None else None
             if lesson != self._lesson:
                 self._lesson, self._view, self._channels = lesson, ERROR, []
         self._fill_runs()
@@ -162,13 +162,13 @@ class ResultsScreen(WorkbenchScreen):
         self._fill_channels(runs)
         self._draw(runs)
         run = self.workbench.shown
-        goals = [goal.metric for goal in run.setup.lesson.settings.goals] if run is not None and run.setup is not None else []
+        goals = [goal.metric for goal in run.lesson.settings.goals] if run is not None and run.lesson is not None else []
         self.query_one(MetricsTable).show(runs, goals, self.workbench.registry.metrics)
 
     def _first_channels(self, record: Record) -> list[str]:
         """Return the channels that the lesson of the run plots, and show them over time; else one of the usual channels."""
         run = self.workbench.shown
-        own = run.setup.lesson.settings.plot if run is not None and run.setup is not None else []
+        own = run.lesson.settings.plot if run is not None and run.lesson is not None else []
         found = [name for name in own if name in record]
         if found:
             self._view = TIME
@@ -177,15 +177,10 @@ class ResultsScreen(WorkbenchScreen):
         return [first] if first is not None else []
 
     def _fill_channels(self, runs: list[tuple[str, Record]]) -> None:
-        listed = self.query_one("#channels", SelectionList)
-        wanted = self.query_one("#wanted", Input).value.lower()
         known = {name: record.channel(name) for _, record in reversed(runs) for name in record}
-        with self.prevent(SelectionList.SelectedChanged):
-            listed.clear_options()
-            for name, channel in sorted(known.items(), key=lambda item: item[0] not in self._channels):
-                doc = channel.description
-                if any(wanted in text.lower() for text in (name, plain_name(name), doc)):
-                    listed.add_option(Selection(channel_words(name, channel.unit, doc), name, name in self._channels))
+        first = sorted(known, key=lambda name: name not in self._channels)
+        rows = [(name, known[name].unit, known[name].description) for name in first]
+        self.query_one("#channels", TickList).fill_channels(rows, self.query_one("#wanted", Input).value, self._channels)
 
     def _draw(self, runs: list[tuple[str, Record]]) -> None:
         self._command = ""

@@ -8,7 +8,7 @@ import shlex
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
@@ -324,53 +324,48 @@ class CommandForm(Dialog[None]):
             self._process.terminate()
 
 
-def sweep_form(lesson: Lesson) -> CommandForm:
-    """Return the form that runs a lesson over ranges of its parameters."""
-    vary = CommandField("What is varied", "x_controller.proportional+z_controller.proportional=0.2..0.8:4", "--vary")
-    return CommandForm("Sweep", ["sweep", _word(lesson)], [vary, CommandField("Metric", "that of the goal", "--metric")], of_bench=True)
+def _form(title: str, words: str, *fields: CommandField, of_bench: bool = False) -> Callable[[Lesson], CommandForm]:
+    """Return what makes the form of a command that takes the lesson on the bench."""
+    return lambda lesson: CommandForm(title, [*words.split(), _word(lesson)], fields, of_bench=of_bench)
 
 
-def circle_form(lesson: Lesson) -> CommandForm:
-    """Return the form that runs the circular test on a lesson."""
-    return CommandForm("Circular test", ["circle", _word(lesson)], [CommandField("Picture", "circle.png", "--save")], of_bench=True)
-
-
-def isolable_form(lesson: Lesson) -> CommandForm:
-    """Return the form that asks what a recording of a lesson could tell, before it is made."""
-    fields = [
-        CommandField("Sensors", "x_encoder.position,x_controller.voltage; empty: those of the lesson", "--sensors"),
-        CommandField("Rows a second", "200 Hz, or empty", "--rate"),
-        CommandField("Part program", "another one, or empty", "--program"),
-        CommandField("Effect", "CoulombFriction, or empty for all", "--effect"),
-        CommandField("Case", "a variant of the lesson, or empty", "--variant"),
-    ]
-    return CommandForm("Ask before you record", ["isolable", _word(lesson)], fields)
-
-
-def remedy_form(lesson: Lesson) -> CommandForm:
-    """Return the form that goes from a diagnosis to its compensation."""
-    fields = [
-        CommandField("Diagnosis", "mine.json, as 'lathesim diagnose --json' writes it"),
-        CommandField("As", "lesson, program or table", "--as"),
-        CommandField("Folder for the files", "remedy", "--out", "remedy"),
-    ]
-    return CommandForm("Remedy", ["remedy", _word(lesson)], fields)
+sweep_form = _form(
+    "Sweep",
+    "sweep",
+    CommandField("What is varied", "x_controller.proportional+z_controller.proportional=0.2..0.8:4", "--vary"),
+    CommandField("Metric", "that of the goal", "--metric"),
+    of_bench=True,
+)
+circle_form = _form("Circular test", "circle", CommandField("Picture", "circle.png", "--save"), of_bench=True)
+isolable_form = _form(
+    "Ask before you record",
+    "isolable",
+    CommandField("Sensors", "x_encoder.position,x_controller.voltage; empty: those of the lesson", "--sensors"),
+    CommandField("Rows a second", "200 Hz, or empty", "--rate"),
+    CommandField("Part program", "another one, or empty", "--program"),
+    CommandField("Effect", "CoulombFriction, or empty for all", "--effect"),
+    CommandField("Case", "a variant of the lesson, or empty", "--variant"),
+)
+remedy_form = _form(
+    "Remedy",
+    "remedy",
+    CommandField("Diagnosis", "mine.json, as 'lathesim diagnose --json' writes it"),
+    CommandField("As", "lesson, program or table", "--as"),
+    CommandField("Folder for the files", "remedy", "--out", "remedy"),
+)
+class_form = _form(
+    "New class",
+    "class new",
+    CommandField("List of the class", "students.csv", "--students"),
+    CommandField("Folder of the class", "class", "--out", "class"),
+    CommandField("Effects to hide", "CoulombFriction@x_axis, or empty", "--effect"),
+)
 
 
 def grade_form(lesson: Lesson) -> CommandForm:
     """Return the form that holds records against the goals of a lesson."""
     runs = shlex.join(str(path) for path in sorted(results_folder(lesson).glob("*.h5")))
     return CommandForm("Grade", ["grade", _word(lesson)], [CommandField("Records", "lathesim_runs/01_contour_error/001.h5", text=runs)])
-
-
-def class_form(lesson: Lesson) -> CommandForm:
-    """Return the form that makes a machine for each student of a class."""
-    fields = [
-        CommandField("List of the class", "students.csv", "--students"),
-        CommandField("Folder of the class", "class", "--out", "class"),
-        CommandField("Effects to hide", "CoulombFriction@x_axis, or empty", "--effect"),
-    ]
-    return CommandForm("New class", ["class", "new", _word(lesson)], fields)
 
 
 def class_grade_form(lesson: Lesson) -> CommandForm:

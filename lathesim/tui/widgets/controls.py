@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -16,7 +16,8 @@ from textual.message import Message
 from textual.strip import Strip
 from textual.widget import Widget
 from textual.widgets import DataTable, OptionList, SelectionList
-from textual.widgets.option_list import OptionDoesNotExist
+from textual.widgets.option_list import Option, OptionDoesNotExist
+from textual.widgets.selection_list import Selection
 
 from lathesim.analysis.display_unit import plain_name, pretty_quantities, pretty_unit, read_as, shown_with_unit
 from lathesim.analysis.metric import CONTOUR_ERROR, SPINDLE_SPEED, Measurements, Metric, find_channel, measure
@@ -110,6 +111,12 @@ class BrowseList(OptionList):
     BrowseList:focus { border: none; }
     """
 
+    def fill(self, rows: Iterable[str]) -> None:
+        """Show other rows, and begin at the first."""
+        self.clear_options()
+        self.add_options([Option(Text(row)) for row in rows])
+        self.highlighted = 0 if self.option_count else None
+
     def on_click(self, event: events.Click) -> None:
         """Highlight what was clicked; take it on a double click."""
         event.prevent_default()
@@ -128,6 +135,14 @@ _TICK = "X"
 
 class TickList(SelectionList[Value], Generic[Value]):
     """A selection list that shows ✓ at what is ticked and a space elsewhere."""
+
+    def fill_channels(self: TickList[str], known: Iterable[tuple[str, str, str]], wanted: str, chosen: Sequence[str]) -> None:
+        """Show the channels, each a name with its unit and what it is, that hold the ``wanted`` text; the ``chosen`` are ticked."""
+        with self.prevent(SelectionList.SelectedChanged):
+            self.clear_options()
+            for name, unit, doc in known:
+                if any(wanted.lower() in text.lower() for text in (name, plain_name(name), doc)):
+                    self.add_option(Selection(channel_words(name, unit, doc), name, name in chosen))
 
     def action_cursor_down(self) -> None:
         """Move down from the first entry where none has the cursor yet."""
