@@ -45,7 +45,19 @@ def process_gain(force_gain: float, depth_exponent: float, speed_exponent: float
     return force_gain * math.pow(depth / MILLIMETRE, depth_exponent) * math.pow(speed / KILOMETRE_PER_MINUTE, speed_exponent)
 
 
-class NonlinearProcessController(ProgrammedFeed):
+class CommandedFeed:
+    """What the controllers share that choose the feed once a sample."""
+
+    ports: ClassVar[dict[str, str]] = {"measured": "measured"}
+
+    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
+
+    @staticmethod
+    def output(held_feed: float) -> float:
+        return held_feed
+
+
+class NonlinearProcessController(CommandedFeed, ProgrammedFeed):  # type: ignore[misc]  # a law's arguments are its own
     """Gives the feed that brings a force (or torque, or power) to its reference, by integral control of u = f^alpha.
 
         model F = theta f^alpha,  theta = K d^beta V^gamma;   du/dt = Ki (F_r - F),  Ki = 1/(tau theta);   f = u^(1/alpha)
@@ -55,8 +67,6 @@ class NonlinearProcessController(ProgrammedFeed):
     Source: R. G. Landers, A. G. Ulsoy, Model-Based Machining Force Control, ASME J. Dyn. Sys. Meas. Control 122 (2000); J. Liu,
     R. G. Landers (2004), equations (25), (26), (38). Left out: a model of the dynamics between feed and force.
     """
-
-    ports = {"measured": "measured"}
 
     reference = Parameter("{signal}", 500.0, low=0.0, doc="wanted force, torque or power")
     force_gain = Parameter("{signal}", 7705.0, low=1e-6, doc="estimated K: what is measured at 1 mm feed, 1 mm depth, 1 km/min")
@@ -68,8 +78,6 @@ class NonlinearProcessController(ProgrammedFeed):
     time_constant = Parameter("s", 0.4, low=1e-3, doc="wanted time constant of the closed loop")
     smallest_feed = Parameter("m", 1e-7, low=1e-12, high=0.1, doc="smallest commanded feed")
     largest_feed = Parameter("m", 5e-4, low=1e-12, high=0.1, doc="largest commanded feed")
-
-    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
 
     @staticmethod
     def update(
@@ -89,10 +97,6 @@ class NonlinearProcessController(ProgrammedFeed):
         if math.log(control) / feed_exponent > math.log(largest_feed / MILLIMETRE):
             return largest_feed
         return within(MILLIMETRE * math.pow(control, 1.0 / feed_exponent), smallest_feed, largest_feed)
-
-    @staticmethod
-    def output(held_feed: float) -> float:  # type: ignore[override]  # a law's arguments are its own
-        return held_feed
 
 
 def nominal_feed(share: float, exponent: float) -> float:
@@ -130,7 +134,7 @@ class LinearizationProcessController(NonlinearProcessController):
         return within(feed, smallest_feed, largest_feed)
 
 
-class LogTransformProcessController(ProgrammedFeed):
+class LogTransformProcessController(CommandedFeed, ProgrammedFeed):  # type: ignore[misc]  # a law's arguments are its own
     """Gives the feed that brings a force (or torque, or power) to its reference, by integral control of ln f.
 
         model ln F = ln theta + alpha ln f;   d(ln f)/dt = Ki (ln F_r - ln F),  Ki = 1/(tau alpha)
@@ -142,16 +146,12 @@ class LogTransformProcessController(ProgrammedFeed):
     """
 
     breaks_where: ClassVar[str] = "ln F is required of a force that is not above zero, while smallest_measured is 0"
-    ports = {"measured": "measured"}
-
     reference = Parameter("{signal}", 500.0, low=1e-9, doc="wanted force, torque or power")
     feed_exponent = Parameter("1", 0.891, low=0.05, high=3.0, doc="estimated alpha")
     time_constant = Parameter("s", 0.4, low=1e-3, doc="wanted time constant of the closed loop")
     smallest_measured = Parameter("{signal}", 0.0, low=0.0, doc="floor under the measured value in the logarithm; 0: none")
     smallest_feed = Parameter("m", 1e-7, low=1e-12, high=0.1, doc="smallest commanded feed")
     largest_feed = Parameter("m", 5e-4, low=1e-12, high=0.1, doc="largest commanded feed")
-
-    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
 
     @staticmethod
     def update(
@@ -171,12 +171,8 @@ class LogTransformProcessController(ProgrammedFeed):
             return largest_feed
         return within(held_feed * math.exp(change), smallest_feed, largest_feed)
 
-    @staticmethod
-    def output(held_feed: float) -> float:  # type: ignore[override]  # a law's arguments are its own
-        return held_feed
 
-
-class AdaptiveProcessController(ProgrammedFeed):
+class AdaptiveProcessController(CommandedFeed, ProgrammedFeed):
     """Gives the feed that brings a force (or torque, or power) to its reference, with the gain of the process estimated on line.
 
         model F = theta f;   recursive least squares with forgetting factor lambda and covariance P:
@@ -191,8 +187,6 @@ class AdaptiveProcessController(ProgrammedFeed):
     where (32) is misprinted, it means the rate of the feed. Left out: dynamics between feed and force.
     """
 
-    ports = {"measured": "measured"}
-
     reference = Parameter("{signal}", 500.0, low=0.0, doc="wanted force, torque or power")
     pole = Parameter("1", 0.9875778004938814, low=0.0, high=0.99999, doc="wanted pole of the closed loop, exp(-T/tau)")
     start_estimate = Parameter("{signal}", 1000.0, low=1e-9, doc="initial estimate of theta: what is measured at 1 mm feed")
@@ -204,7 +198,6 @@ class AdaptiveProcessController(ProgrammedFeed):
     smallest_feed = Parameter("m", 1e-7, low=1e-12, high=0.1, doc="smallest commanded feed")
     largest_feed = Parameter("m", 5e-4, low=1e-12, high=0.1, doc="largest commanded feed")
 
-    held_feed = DiscreteState("m", -1.0, doc="commanded feed of this sample; below zero: none", shown=False)
     held_estimate = DiscreteState("{signal}", doc="estimate of theta")
     held_covariance = DiscreteState("1", doc="covariance of the estimate; 0: not begun")
 

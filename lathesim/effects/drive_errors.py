@@ -5,22 +5,14 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter
-from lathesim.effects.effect import Effect, Identification
-from lathesim.elementary import sin
+from lathesim.effects.effect import Effect, Identification, OnCommand
+from lathesim.elementary import sin, within
 
 _WITHOUT_LIMIT = 1e12
 """Rate of a command that no drive reaches."""
 
 
-def _limited(value: float, level: float) -> float:
-    if value > level:
-        return level
-    if value < -level:
-        return -level
-    return value
-
-
-class AmplifierDeadZone(Effect):
+class AmplifierDeadZone(OnCommand, Effect):
     """An amplifier that ignores a small command and subtracts its dead zone from a larger one.
 
     u_out = u_in - clip(u_in, -half_width, half_width)
@@ -34,16 +26,14 @@ class AmplifierDeadZone(Effect):
     experiment = "Hold still against a force that varies slowly through zero."
     source = "Tao, Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley 1996, ch. 2. Range assumed."
 
-    incoming = Input("{signal}", doc="command")
-    outgoing = Output("{signal}", doc="command that acts")
     half_width = Parameter("{signal}", 0.0, low=0.0, doc="largest command without an answer")
 
     @staticmethod
     def output(incoming: float, half_width: float) -> float:
-        return incoming if half_width == 0.0 else incoming - _limited(incoming, half_width)
+        return incoming if half_width == 0.0 else incoming - within(incoming, -half_width, half_width)
 
 
-class DriveSaturation(Effect):
+class DriveSaturation(OnCommand, Effect):
     """A drive that gives no more than a level: voltage or current limit.
 
     u_out = clip(u_in, -level, level),   or   u_in / (1 + (|u_in| / level)^n)^(1/n),   n = 1 / softness,   where it gives way gradually
@@ -57,15 +47,13 @@ class DriveSaturation(Effect):
     experiment = "Play the same move within and beyond the range."
     source = "Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 5.3. Range assumed."
 
-    incoming = Input("{signal}", doc="command")
-    outgoing = Output("{signal}", doc="command that acts")
     level = Parameter("{signal}", 1e9, low=0.0, doc="largest size of the command that acts")
     softness = Parameter("1", 0.0, low=0.0, high=2.0, doc="how gradually the limit is reached: 0 at once, 0.5 as a root of squares")
 
     @staticmethod
     def output(incoming: float, level: float, softness: float) -> float:
         if softness == 0.0 or level == 0.0:
-            return _limited(incoming, level)
+            return within(incoming, -level, level)
         # below a hundredth the powers leave the range of numbers, and the corner is sharp
         power = 1.0 / max(softness, 0.01)
         share = abs(incoming) / level
@@ -105,10 +93,10 @@ class CurrentLimit(Effect):
         induced = back_emf * flow
         driving = incoming - induced
         # as it came where nothing is limited: with the back EMF taken out and put in again it would be another number
-        return incoming if -level <= driving <= level else _limited(driving, level) + induced
+        return incoming if -level <= driving <= level else within(driving, -level, level) + induced
 
 
-class SlewLimit(Effect):
+class SlewLimit(OnCommand, Effect):
     """A drive whose output changes no faster than a given rate.
 
     |du_out/dt| <= rate
@@ -125,8 +113,6 @@ class SlewLimit(Effect):
     experiment = "Steps of two sizes: the slope is the same for a slew limit and grows with the step for a lag."
     source = "Kester (ed.), The Data Conversion Handbook, Newnes 2005, ch. 7. Range assumed."
 
-    incoming = Input("{signal}", doc="command")
-    outgoing = Output("{signal}", doc="command that acts")
     reached = DiscreteState("{signal}", doc="what acts at the sample instant")
     wanted = DiscreteState("{signal}", doc="command since the sample instant")
     sampled = DiscreteState("s", doc="time of the sample instant")
@@ -137,12 +123,13 @@ class SlewLimit(Effect):
         incoming: float, reached: float, wanted: float, rate: float, sample_period: float, time: float
     ) -> tuple[float, float, float]:
         if time > 0.0:
-            return reached + _limited(wanted - reached, rate * sample_period), incoming, time
+            return reached + within(wanted - reached, -rate * sample_period, rate * sample_period), incoming, time
         return incoming, incoming, time
 
     @staticmethod
     def output(incoming: float, reached: float, sampled: float, rate: float, time: float) -> float:
-        return incoming if rate >= _WITHOUT_LIMIT else reached + _limited(incoming - reached, rate * (time - sampled))
+        largest = rate * (time - sampled)
+        return incoming if rate >= _WITHOUT_LIMIT else reached + within(incoming - reached, -largest, largest)
 
 
 class TorqueRipple(Effect):

@@ -268,3 +268,10 @@ def _check_effect(cls: type[Effect]) -> None:
         if not parameters[name].low <= value <= parameters[name].high:
             bounds = f"{parameters[name].low:g} to {parameters[name].high:g}"
             raise ComponentError(f"the neutral value of {name}, {value:g}, lies outside {bounds}.", place=place, remedy="Move one of them.")
+
+
+class OnCommand:
+    """What an effect on a command takes and gives."""
+
+    incoming = Input("{signal}", doc="command")
+    outgoing = Output("{signal}", doc="command that acts")

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import DiscreteState, Input, Output, Parameter, State
-from lathesim.effects.effect import Effect, Identification
+from lathesim.effects.effect import Effect, Identification, OnCommand
 
 _SHORTEST_STEPS = 2.0
 
@@ -71,7 +71,7 @@ class MotorInductance(Effect):
         return lag_value(incoming - induced, lagged, time_constant, step) + induced
 
 
-class CurrentLoopLag(Effect):
+class CurrentLoopLag(OnCommand, Effect):
     """A current loop of finite bandwidth: the force follows the command as a damped second-order system.
 
     y'' / w^2 + 2 damping y' / w + y = u,   w = 1 / time_constant
@@ -87,8 +87,6 @@ class CurrentLoopLag(Effect):
     experiment = "A chirp: the amplitude falls for a loop and stays for a delay."
     source = "Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 5.3 (current loops of 200 to 2000 Hz). Range assumed."
 
-    incoming = Input("{signal}", doc="command")
-    outgoing = Output("{signal}", doc="command that acts")
     lagged = State("{signal}", doc="what the loop delivers")
     lagged_rate = State("({signal})/s", doc="its rate")
     time_constant = Parameter("s", 0.0, low=0.0, high=1.0, doc="1 over the angular bandwidth")

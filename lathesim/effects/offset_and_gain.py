@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lathesim.component import Input, Output, Parameter
-from lathesim.effects.effect import Effect, Identification
+from lathesim.effects.effect import Effect, Identification, OnCommand
 from lathesim.elementary import sin
 
 
@@ -130,7 +130,7 @@ class ConverterResolution(Effect):
         return (math.floor(incoming / resolution - origin + 0.5) + origin) * resolution if resolution > 0.0 else incoming
 
 
-class DriveGainError(Effect):
+class DriveGainError(OnCommand, Effect):
     """A drive gain that is not what it is said to be, and may sag with the load of the power supply.
 
     u_out = u_in (1 + error - sag |u_in|)
@@ -144,8 +144,6 @@ class DriveGainError(Effect):
     experiment = "Add a known mass, or measure the current."
     source = "Ljung, System Identification, 2nd ed. 1999, sec. 4.5 (only the product is identifiable). Range assumed."
 
-    incoming = Input("{signal}", doc="command")
-    outgoing = Output("{signal}", doc="command that acts")
     error = Parameter("1", 0.0, low=-0.9, high=10.0, doc="share by which the gain is too large")
     sag = Parameter("1/({signal})", 0.0, low=0.0, doc="share lost per unit of command")
 

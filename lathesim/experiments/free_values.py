@@ -21,9 +21,8 @@ from lathesim.component import Parameter
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
 from lathesim.errors import LessonError, listed, nearest
-from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.part_values import si_value
+from lathesim.lessons.part_values import si_of
 from lathesim.units import split_quantity
 
 _USUAL_SPREAD = 0.5
@@ -122,7 +121,7 @@ def _spread(lesson: Lesson, name: str, given: float, unit: str) -> tuple[float, 
         return _USUAL_SPREAD, abs(given) * _USUAL_SPREAD or 1.0
     number, written = split_quantity(text)
     place = lesson.source.place(("uncertain", name))
-    size = abs(given) * float(number) / 100.0 if written == "%" else si_value(Given(text, place, place), unit)
+    size = abs(given) * float(number) / 100.0 if written == "%" else si_of(text, unit, place)
     return (size / abs(given) if given else 1.0), size or 1.0
 
 

@@ -24,9 +24,8 @@ from lathesim.analysis.metric import Measured, Measurements, measure
 from lathesim.component import Component, Input, Output, Parameter, State
 from lathesim.engine.assembly import Assembly
 from lathesim.errors import LatheSimError, LessonError, nearest
-from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson, find_lesson, present_name
-from lathesim.lessons.part_values import declared_item, placed_at, si_value
+from lathesim.lessons.part_values import declared_item, placed_at, si_in
 from lathesim.lessons.questions import QuestionResult, read_answers, results
 from lathesim.lessons.schema import ColumnEntry, DrivingSignal, Goal, LessonSettings
 from lathesim.lessons.validation import validated
@@ -51,7 +50,7 @@ def check_promises(lesson: Lesson, assembly: Assembly, registry: Registry) -> No
         with placed_at(lesson.source.place(("uncertain", name))):
             share = split_quantity(text)[1] == "%"
         if not share:
-            _value(lesson.source, text, ("uncertain", name), declared.unit)
+            si_in(lesson.source, ("uncertain", name), text, declared.unit)
     _check_recordings(lesson, parts)
 
 
@@ -62,19 +61,19 @@ def check_goals(settings: LessonSettings, source: YamlFile, registry: Registry) 
         unit = _metric_unit(source, goal.metric, (*location, "metric"), registry, key=False)
         for limit in ("at_most", "at_least"):
             if getattr(goal, limit) is not None:
-                _value(source, getattr(goal, limit), (*location, limit), unit)
+                si_in(source, (*location, limit), getattr(goal, limit), unit)
     for position, question in enumerate(settings.questions):
         if question.choices is not None and question.answer not in (None, *question.choices):
             where = source.place(("questions", position, "answer"))
             raise LessonError(f"'{question.answer}' is not among the choices.", place=where, remedy="Write it as it stands there.")
         for key in ("within", "answer"):
             if question.within is not None and getattr(question, key) is not None:
-                _value(source, getattr(question, key), ("questions", position, key), split_quantity(question.within)[1] or "1")
+                si_in(source, ("questions", position, key), getattr(question, key), split_quantity(question.within)[1] or "1")
     published: list[tuple[Mapping[str, str], Location]] = [(settings.published, ("published",))]
     published += [(variant.published, ("variants", name, "published")) for name, variant in settings.variants.items()]
     for entries, place in published:
         for metric, text in entries.items():
-            _value(source, text, (*place, metric), _metric_unit(source, metric, (*place, metric), registry, key=True))
+            si_in(source, (*place, metric), text, _metric_unit(source, metric, (*place, metric), registry, key=True))
 
 
 def _check_recordings(lesson: Lesson, parts: Mapping[str, type[Component]]) -> None:
@@ -82,7 +81,7 @@ def _check_recordings(lesson: Lesson, parts: Mapping[str, type[Component]]) -> N
     if recordings is None:
         return
     if recordings.time.rate is not None:
-        _value(lesson.source, recordings.time.rate, ("recordings", "time", "rate"), "Hz")
+        si_in(lesson.source, ("recordings", "time", "rate"), recordings.time.rate, "Hz")
     _same_kind(lesson, recordings.time.unit, "s", ("recordings", "time", "unit"))
     for name, signal in recordings.drive.items():
         location: Location = ("recordings", "drive", name)
@@ -96,19 +95,19 @@ def _check_recordings(lesson: Lesson, parts: Mapping[str, type[Component]]) -> N
 
 def _check_signal(lesson: Lesson, signal: ColumnEntry, unit: str, location: Location) -> None:
     if isinstance(signal, DrivingSignal) and signal.value is not None:
-        _value(lesson.source, signal.value, (*location, "value"), unit)
+        si_in(lesson.source, (*location, "value"), signal.value, unit)
         with placed_at(lesson.source.place((*location, "unit"))):
             si_factor(signal.unit)
         for name, text in (("above", signal.above), ("until_below", signal.until_below)):
             if text is not None:
-                _value(lesson.source, text, (*location, name), signal.unit)
+                si_in(lesson.source, (*location, name), text, signal.unit)
         if signal.lasting is not None:
-            _value(lesson.source, signal.lasting, (*location, "lasting"), "s")
+            si_in(lesson.source, (*location, "lasting"), signal.lasting, "s")
         return
     if not is_count(signal.unit):  # their size is looked for when the columns are mapped
         _same_kind(lesson, signal.unit, unit, (*location, "unit"))
     if signal.resolution is not None:
-        _value(lesson.source, signal.resolution, (*location, "resolution"), unit)
+        si_in(lesson.source, (*location, "resolution"), signal.resolution, unit)
 
 
 def _same_kind(lesson: Lesson, given: str, unit: str, location: Location) -> None:
@@ -125,11 +124,6 @@ def _metric_unit(source: YamlFile, name: str, location: Location, registry: Regi
         remedy = nearest(name, registry.metrics) or f"There are {', '.join(registry.metrics)}."
         raise LessonError(f"there is no metric '{name}'.", place=source.place(location, key=key), remedy=remedy)
     return str(metric.unit)
-
-
-def _value(source: YamlFile, text: str, location: Location, unit: str) -> float:
-    place = source.place(location)
-    return si_value(Given(text, place, place), unit)
 
 
 REACHED, MISSED, NO_GOALS, UNFINISHED, OTHER, UNREADABLE = "met", "missed", "no goals", "not finished", "another lesson", "unreadable"

@@ -14,6 +14,7 @@ from lathesim.component import Component, Declaration, Input, Parameter, State, 
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.errors import LatheSimError, LessonError, nearest
 from lathesim.lessons.case import Given
+from lathesim.lessons.yaml_source import Location, YamlFile
 from lathesim.shipped import shipped_folder
 from lathesim.units import quantity
 from lathesim.whole_file import write_text
@@ -33,8 +34,18 @@ def si_value(given: Given, unit: str) -> float:
     """Return the SI value of an entry that must measure the same kind of thing as ``unit``."""
     if not isinstance(given.value, str):
         return float(given.value)
-    with placed_at(given.place):
-        return quantity(given.value, unit)
+    return si_of(given.value, unit, given.place)
+
+
+def si_of(text: str, unit: str, place: str) -> float:
+    """Return the SI value of a text that stands at a place and must measure the same kind of thing as ``unit``."""
+    with placed_at(place):
+        return quantity(text, unit)
+
+
+def si_in(source: YamlFile, location: Location, text: str, unit: str) -> float:
+    """Return the SI value of a text that stands in a file."""
+    return si_of(text, unit, source.place(location))
 
 
 def seconds(given: Given) -> float:

@@ -11,9 +11,9 @@ from lathesim.analysis.failed_run import RawStock
 from lathesim.component import Input, Output, Parameter, State
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.wiring import Plan
-from lathesim.lessons.case import Case, Given
+from lathesim.lessons.case import Case
 from lathesim.lessons.lesson import Lesson, MachineTemplate
-from lathesim.lessons.part_values import si_value
+from lathesim.lessons.part_values import si_in
 from lathesim.lessons.sensor_sides import assumed_sides
 from lathesim.program.moves import Program, Tool
 from lathesim.program.path import Limits, lay_path
@@ -46,8 +46,7 @@ def tools_of(lesson: Lesson) -> dict[int, Tool]:
     """Return the tools of a lesson, their noses in metres."""
     found = {}
     for number, entry in lesson.settings.tools.items():
-        place = lesson.source.place(("tools", number, "nose_radius"))
-        found[number] = Tool(si_value(Given(entry.nose_radius, place, place), "m"), entry.orientation)
+        found[number] = Tool(si_in(lesson.source, ("tools", number, "nose_radius"), entry.nose_radius, "m"), entry.orientation)
     return found
 
 
@@ -71,25 +70,17 @@ def limits_of(machine: MachineTemplate) -> Limits:
     """Return the travel [m] and the largest feed [m/s] of a machine template."""
     units = {"x_low": "m", "x_high": "m", "z_low": "m", "z_high": "m", "feed": "m/s"}
     written = {name: getattr(machine.settings.travel, name) for name in units}
-    return Limits(**{name: _value(machine, ("travel", name), text, units[name]) for name, text in written.items() if text is not None})
+    found = {name: si_in(machine.source, ("travel", name), text, units[name]) for name, text in written.items() if text is not None}
+    return Limits(**found)
 
 
 def start_of(machine: MachineTemplate, lesson: Lesson | None = None) -> tuple[float, float] | None:
     """Return the start point (x, z) [m] of a lesson or of its machine template, or none where both leave it to the dialect."""
-    if lesson is not None and lesson.settings.start_point is not None:
-        own = lesson.settings.start_point
-        places = {axis: lesson.source.place(("start_point", axis)) for axis in ("x", "z")}
-        x, z = (si_value(Given(getattr(own, axis), place, place), "m") for axis, place in places.items())
-        return x, z
-    point = machine.settings.start_point
+    given = lesson if lesson is not None and lesson.settings.start_point is not None else machine
+    point = given.settings.start_point
     if point is None:
         return None
-    return _value(machine, ("start_point", "x"), point.x, "m"), _value(machine, ("start_point", "z"), point.z, "m")
-
-
-def _value(machine: MachineTemplate, location: tuple[str, str], text: str, unit: str) -> float:
-    place = machine.source.place(location)
-    return si_value(Given(text, place, place), unit)
+    return si_in(given.source, ("start_point", "x"), point.x, "m"), si_in(given.source, ("start_point", "z"), point.z, "m")
 
 
 def expected_time(table: FloatArray, rapid_speed: float) -> float:

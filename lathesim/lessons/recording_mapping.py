@@ -10,9 +10,8 @@ from lathesim.component import Declaration
 from lathesim.engine.assembly import Assembly, Place
 from lathesim.engine.wiring import wire
 from lathesim.errors import LessonError
-from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.part_values import si_value
+from lathesim.lessons.part_values import si_in
 from lathesim.lessons.schema import ColumnEntry, DrivingSignal
 from lathesim.lessons.yaml_source import Location
 from lathesim.recordings.mapping import BetweenRows, RecordingMapping, SignalMapping
@@ -51,7 +50,7 @@ def mapping_of(lesson: Lesson, assembly: Assembly) -> RecordingMapping:
     steps = _steps(assembly)
     signals += [_signal(lesson, "compare", name, entry, declared, (), steps.get(name, 0.0)) for name, entry in recordings.compare.items()]
     time = recordings.time
-    rate = None if time.rate is None else _si(lesson, time.rate, "Hz", ("recordings", "time", "rate"))
+    rate = None if time.rate is None else si_in(lesson.source, ("recordings", "time", "rate"), time.rate, "Hz")
     place = lesson.source.place(("recordings", "time", "column" if time.column is not None else "rate"))
     if rate is not None and rate <= 0.0:
         raise LessonError(f"the rate is {time.rate}.", place=place, remedy="Write a rate above 0 Hz.")
@@ -70,7 +69,7 @@ def _signal(
     """Return the mapping of one column; ``step`` is the size [SI] of a count of the sensor that gives it, 0 where nothing counts."""
     location: Location = ("recordings", role, name)
     unit = declared[name].unit
-    resolution = None if entry.resolution is None else _si(lesson, entry.resolution, unit, (*location, "resolution"))
+    resolution = None if entry.resolution is None else si_in(lesson.source, (*location, "resolution"), entry.resolution, unit)
     place = lesson.source.place((*location, "column"))
     if entry.scale == 0.0:
         raise LessonError(
@@ -118,16 +117,11 @@ def _steps(assembly: Assembly) -> dict[str, float]:
 def _threshold(lesson: Lesson, entry: DrivingSignal, unit: str, location: Location) -> Threshold | None:
     if entry.above is None or entry.value is None:
         return None
-    above = _si(lesson, entry.above, entry.unit, (*location, "above"))
-    until_below = above if entry.until_below is None else _si(lesson, entry.until_below, entry.unit, (*location, "until_below"))
-    lasting = _LASTING if entry.lasting is None else _si(lesson, entry.lasting, "s", (*location, "lasting"))
-    value = _si(lesson, entry.value, unit, (*location, "value"))
+    above = si_in(lesson.source, (*location, "above"), entry.above, entry.unit)
+    until_below = above if entry.until_below is None else si_in(lesson.source, (*location, "until_below"), entry.until_below, entry.unit)
+    lasting = _LASTING if entry.lasting is None else si_in(lesson.source, (*location, "lasting"), entry.lasting, "s")
+    value = si_in(lesson.source, (*location, "value"), entry.value, unit)
     if value == 0.0:
         place = lesson.source.place((*location, "value"))
         raise LessonError("the value is 0, on as well as off.", place=place, remedy="Write what the input is while it is on.")
     return Threshold(above, until_below, lasting, value)
-
-
-def _si(lesson: Lesson, text: str, unit: str, location: Location) -> float:
-    place = lesson.source.place(location)
-    return si_value(Given(text, place, place), unit)

@@ -17,7 +17,7 @@ from lathesim.component import Declaration, Parameter, State
 from lathesim.engine.assembly import Place
 from lathesim.errors import LessonError, RecordError
 from lathesim.lessons.case import Given
-from lathesim.lessons.part_values import declared_item, si_value, take_value
+from lathesim.lessons.part_values import declared_item, si_of, take_value
 from lathesim.lessons.simulate import Prepared
 from lathesim.lessons.sweep_runs import Member
 from lathesim.units import from_si, split_quantity
@@ -75,7 +75,7 @@ def read_range(text: str, prepared: Prepared) -> SweptRange:
             raise LessonError(f"the values have no unit, and {units[0]} is wanted.", place=place, remedy=_EXAMPLE)
         remark = f"{names[0]} is varied in {unit}, the unit in which the lesson gives it."
         texts = [f"{item} {unit}" for item in texts]
-    values = [si_value(Given(item, place, place), units[0]) for item in texts]
+    values = [si_of(item, units[0], place) for item in texts]
     if ".." in spread:
         values = _spread(values, int(_matched(spread.strip(), place)["count"]), logarithmic, place)
     for name in names:

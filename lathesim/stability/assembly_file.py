@@ -13,8 +13,7 @@ from pydantic import Field
 
 from lathesim.errors import LessonError
 from lathesim.json_text import parsed_json
-from lathesim.lessons.case import Given
-from lathesim.lessons.part_values import si_value
+from lathesim.lessons.part_values import si_of
 from lathesim.lessons.schema import FileModel, Quantity, Text
 from lathesim.lessons.validation import validated
 from lathesim.lessons.yaml_source import read_source
@@ -139,7 +138,7 @@ def load_assembly(path: Path) -> ToolAssembly:
         try:
             beam = _beam(entry, place)
             if entry.start is not None:
-                _check_start(_value(entry.start, "m", place), reached, number, place)
+                _check_start(si_of(entry.start, "m", place), reached, number, place)
             joints.append(_joint(entry.joint, place))
         except LessonError as error:
             raise error if error.place else LessonError(error.fact, place=place, remedy=error.remedy) from None
@@ -177,27 +176,23 @@ def read_base(path: Path) -> Base:
     return Base(frequency, receptance, str(path))
 
 
-def _value(text: str, unit: str, place: str) -> float:
-    return si_value(Given(text, place, place), unit)
-
-
 def _beam(entry: BeamEntry, place: str) -> Beam:
     material = Material(
-        _value(entry.material.modulus, "Pa", place),
-        _value(entry.material.density, "kg/m^3", place),
-        _value(entry.material.loss, "1", place),
-        _value(entry.material.poisson, "1", place),
+        si_of(entry.material.modulus, "Pa", place),
+        si_of(entry.material.density, "kg/m^3", place),
+        si_of(entry.material.loss, "1", place),
+        si_of(entry.material.poisson, "1", place),
     )
     for word, value in (("modulus", material.modulus), ("density", material.density)):
         if not value > 0.0:
             raise LessonError(f"the {word} of the material is {value:g}.", place=place, remedy="Give a value above 0.")
     if material.loss < 0.0:
         raise LessonError(f"the loss factor is {material.loss:g}.", place=place, remedy="Give 0 or more.")
-    length = _value(entry.length, "m", place)
+    length = si_of(entry.length, "m", place)
     if entry.diameter is not None and entry.width is None and entry.height is None:
-        return cylinder(_value(entry.diameter, "m", place), length, material, _value(entry.bore, "m", place))
+        return cylinder(si_of(entry.diameter, "m", place), length, material, si_of(entry.bore, "m", place))
     if entry.width is not None and entry.height is not None and entry.diameter is None:
-        return prism(_value(entry.width, "m", place), _value(entry.height, "m", place), length, material)
+        return prism(si_of(entry.width, "m", place), si_of(entry.height, "m", place), length, material)
     raise LessonError("the part is neither a cylinder nor a prism.", remedy="Give its diameter, or its width and height.")
 
 
@@ -213,10 +208,10 @@ def _joint(entry: JointEntry | None, place: str) -> Joint | None:
     if entry is None:
         return None
     joint = Joint(
-        _value(entry.translation, "N/m", place),
-        _value(entry.rotation, "N*m/rad", place),
-        _value(entry.loss, "1", place),
-        _value(entry.uncertain, "1", place),
+        si_of(entry.translation, "N/m", place),
+        si_of(entry.rotation, "N*m/rad", place),
+        si_of(entry.loss, "1", place),
+        si_of(entry.uncertain, "1", place),
     )
     for word, value in (("translation", joint.translation), ("rotation", joint.rotation)):
         if not value > 0.0:

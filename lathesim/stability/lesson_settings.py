@@ -9,15 +9,15 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lathesim.errors import LessonError, RecordingError
-from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.part_values import si_value
+from lathesim.lessons.part_values import si_of
 from lathesim.record import FloatArray
 from lathesim.recordings.delimited_text import read_text
 from lathesim.stability.stability_thresholds import ROUNDING, SHORT, TAP
@@ -76,10 +76,7 @@ def cut_of(lesson: Lesson) -> Cut:
         remedy = "Add 'tool_point:' with modes and cutting_stiffness."
         raise LessonError("the lesson has no tool point.", place=str(lesson.path), remedy=remedy)
     place = lesson.source.place(("tool_point",), key=True)
-
-    def value(text: str, unit: str) -> float:
-        return si_value(Given(text, place, place), unit)
-
+    value = partial(si_of, place=place)
     angle = value(entry.force_angle, "rad")
     tool: ToolPoint | FrequencyResponse
     factor, direction = 1.0, 0.0
@@ -219,10 +216,7 @@ def tap_lesson(lesson: Lesson, seed: int, hits: int | None = None) -> TapEstimat
         fact = "the lesson has no tool point." if entry is None else "the tool point is a response, and only modes can be tapped."
         raise LessonError(fact, place=str(lesson.path), remedy="Give 'modes:' under 'tool_point:'.")
     place = lesson.source.place(("tool_point",), key=True)
-
-    def value(text: str, unit: str) -> float:
-        return si_value(Given(text, place, place), unit)
-
+    value = partial(si_of, place=place)
     modes = _modes(lesson, entry, value)
     told = entry.tap
     quantity, unit, noise = SENSORS[told.sensor]

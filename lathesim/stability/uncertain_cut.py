@@ -11,9 +11,8 @@ import numpy as np
 
 from lathesim.errors import LessonError, nearest
 from lathesim.json_text import parsed_json
-from lathesim.lessons.case import Given
 from lathesim.lessons.lesson import Lesson
-from lathesim.lessons.part_values import si_value
+from lathesim.lessons.part_values import si_of
 from lathesim.record import FloatArray
 from lathesim.stability.belief import Prior
 from lathesim.stability.frequency_limit import between_lines, widths_of_lines
@@ -76,7 +75,7 @@ def spreads_of(lesson: Lesson, cut: Cut) -> tuple[Spread, ...]:
 
 def _deviation(cut: Cut, item: str, mode: int, text: str, place: str) -> float:
     if split_quantity(text)[1] == "%":
-        share = si_value(Given(text, place, place), "1")
+        share = si_of(text, "1", place)
     else:
         modes = cut.tool.modes if isinstance(cut.tool, ToolPoint) else ()
         if item in OF_A_MODE and not (modes and mode <= len(modes)):
@@ -84,7 +83,7 @@ def _deviation(cut: Cut, item: str, mode: int, text: str, place: str) -> float:
         middle = (
             getattr(modes[max(mode, 1) - 1], item) if item in OF_A_MODE else {OF_THE_CUT[0]: cut.stiffness}.get(item, cut.process_damping)
         )
-        share = si_value(Given(text, place, place), _UNITS[item]) / middle if middle else 0.0
+        share = si_of(text, _UNITS[item], place) / middle if middle else 0.0
     if not 0.0 <= share < MAP.widest:
         raise LessonError(f"an uncertainty of {in_unit(share, '%', 'g')} makes no sense.", place=place, remedy="Give one from 0 to 300 %.")
     return share
