@@ -16,7 +16,7 @@ from textual.screen import Screen
 
 from lathesim.errors import LatheSimError
 from lathesim.hookspecs import ScreenEntry
-from lathesim.tui.model.workbench import RUNS, Workbench
+from lathesim.tui.model.workbench import RUNS, Workbench, fault_words
 from lathesim.tui.textual_corrections import RepaintingApp, resume_only_after_a_stop
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ class LathesimApp(RepaintingApp[None]):
         try:
             yield
         except (LatheSimError, OSError) as error:
-            self.tell_fault(str(error))
+            self.tell_fault(fault_words(error))
 
     @property
     def book(self) -> StudentBook:

@@ -80,3 +80,7 @@ def test_apps_that_share_a_book_lose_no_entry_of_each_other() -> None:
         list(pool.map(noted, range(len(books))))
     found = StudentBook()
     assert {name: found.entry(name).tries for name in found.entries} == {LESSON: 20, **{f"own_{place}": 5 for place in range(4)}}
+
+
+def test_a_bench_without_a_lesson_says_so_in_a_sentence() -> None:
+    assert Workbench(lambda: load_registry([])).fault() == "There is no lesson on the bench. Choose one."

@@ -93,7 +93,7 @@ class Workbench:
         """Whether a lesson is still to be read; a run asked for meanwhile begins once it is there (:attr:`run_is_wanted`)."""
         self.run_is_wanted = False
         self._listeners: list[Callable[[str], None]] = []
-        self._prepared: tuple[Setup, Prepared | None, str] | None = None
+        self._prepared: tuple[Setup, Prepared | LatheSimError] | None = None
 
     @property
     def registry(self) -> Registry:
@@ -188,21 +188,20 @@ class Workbench:
             raise LessonError("there is no lesson on the bench.", remedy="Choose one.")
         if self._prepared is None or self._prepared[0] is not setup:
             try:
-                self._prepared = setup, setup.prepared(self.registry), ""
+                self._prepared = setup, setup.prepared(self.registry)
             except LatheSimError as error:
-                self._prepared = setup, None, str(error)
-                raise
-        _, prepared, fault = self._prepared
-        if prepared is None:
-            raise LatheSimError(fault)
-        return prepared
+                self._prepared = setup, error
+        found = self._prepared[1]
+        if isinstance(found, LatheSimError):
+            raise found.with_traceback(None)
+        return found
 
     def fault(self) -> str:
         """Return why the setup cannot run, in one message; empty where it can."""
         try:
             self.prepared()
         except LatheSimError as error:
-            return str(error)
+            return fault_words(error)
         return ""
 
     def reload_plugins(self) -> None:
@@ -248,11 +247,12 @@ def _newest(folder: Path) -> int:
 
 
 def fault_words(error: Exception) -> str:
-    """Return what is said of an error, in a sentence."""
+    """Return what is said of an error, in a sentence: with a capital, unless a place or a name stands first."""
     if isinstance(error, OSError):
-        return f"{error.filename or 'a file'}: {error.strerror or error}."
+        return f"{error.filename or 'A file'}: {error.strerror or error}."
     if isinstance(error, LatheSimError):
-        return str(error)
+        text = str(error)
+        return text if error.place or not text.partition(" ")[0].isalpha() else text[0].upper() + text[1:]
     return f"This is a fault of the program, not of your input: {type(error).__name__}: {error}"
 
 

@@ -23,6 +23,7 @@ from lathesim.plugins import Registry
 from lathesim.record import load
 from lathesim.shipped import shipped_folder
 from lathesim.tui.model.machine_tree import proposed_place
+from lathesim.tui.model.workbench import fault_words
 from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.tui.widgets.controls import BrowseList, TickList
 from lathesim.tui.widgets.program_listing import ProgramListing, program_lines
@@ -205,7 +206,7 @@ def _record_lines(path: Path) -> list[str]:
     try:
         record = load(path)
     except LatheSimError as error:
-        return [str(error)]
+        return [fault_words(error)]
     about = [f"{name}: {str(value)[:_MOST_CHARACTERS]}" for name, value in sorted(record.meta.items())]
     return [f"{len(record)} samples of {len(record.channels)} channels", *(line.replace("\n", " ") for line in about)]
 

@@ -33,7 +33,7 @@ from lathesim.tui.model.machine_tree import (
     with_component,
     with_entry,
 )
-from lathesim.tui.model.workbench import REGISTRY, SETUP
+from lathesim.tui.model.workbench import REGISTRY, SETUP, fault_words
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.machine_panes import ValuesPane, WiringView
 from lathesim.tui.widgets.program_listing import ProgramPane
@@ -189,8 +189,8 @@ class ConfigureScreen(WorkbenchScreen):
         try:
             setup.prepared(self.workbench.registry)
         except LatheSimError as error:
-            self.query_one(ValuesPane).say(str(error))
-            self.tell_fault(str(error))
+            self.query_one(ValuesPane).say(fault_words(error))
+            self.tell_fault(fault_words(error))
             return False
         self.workbench.change(setup)
         return True
@@ -297,7 +297,7 @@ class ConfigureScreen(WorkbenchScreen):
             self.tell_fault(f"'{path}' is there already. Choose another name.")
             return
         except WriteError as error:
-            self.tell_fault(str(error))
+            self.tell_fault(fault_words(error))
             return
         self.notify(f"Saved. {shlex.join(['lathesim', 'run', str(path)])} runs it.", markup=False)
 

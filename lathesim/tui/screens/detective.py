@@ -21,7 +21,7 @@ from lathesim.errors import LatheSimError
 from lathesim.lessons.proposed_lesson import ColumnMeaning
 from lathesim.tui.model import case_file
 from lathesim.tui.model.case_file import CaseFile, Guess, guessed_columns
-from lathesim.tui.model.workbench import REGISTRY, SETUP
+from lathesim.tui.model.workbench import REGISTRY, SETUP, fault_words
 from lathesim.tui.screens.help import EFFECT, part_page
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.case_panes import ComparePane, DiagnosisPane
@@ -322,7 +322,7 @@ class DetectiveScreen(WorkbenchScreen):
         try:
             lines = case_file.reveal(Path(seal), Path(answer), self.case)
         except (LatheSimError, OSError) as error:
-            lines = [f"✗ {error}"]
+            lines = [f"✗ {fault_words(error)}"]
         self.query_one("#truth", Static).update("\n".join(lines))
 
     @on(Button.Pressed, "#do-conceal")

@@ -16,6 +16,7 @@ from textual.widgets import Button, Checkbox, Input, Label, OptionList, Select, 
 from lathesim.errors import LatheSimError
 from lathesim.lessons.proposed_lesson import COMPARE, DRIVE, IGNORE, TIME, ColumnMeaning, recordings_entry
 from lathesim.program.program_file import straight_from_form, taper_from_form
+from lathesim.tui.model.workbench import fault_words
 from lathesim.tui.screens.workbench_screen import Dialog, dialog_buttons
 from lathesim.units import split_quantity
 from lathesim.whole_file import make_folder, write_new
@@ -180,7 +181,7 @@ class MappingForm(Dialog[list[ColumnMeaning] | None]):
             meanings = self._meanings()
             recordings_entry(meanings)
         except LatheSimError as error:
-            self.query_one("#fault", Static).update(f"✗ {error}")
+            self.query_one("#fault", Static).update(f"✗ {fault_words(error)}")
         except ValueError:
             self.query_one("#fault", Static).update("✗ A scale is a number.")
         else:
@@ -240,7 +241,7 @@ class CutForm(Dialog[Path | None]):
         try:
             self._text()
         except LatheSimError as error:
-            self._tell(str(error))
+            self._tell(fault_words(error))
         else:
             typed = {name: self.query_one(f"#{name}", Input).value.strip() for name in self._wanted}
             taken = [f"{_TITLES[name]} {text}" for name, text in self._values().items() if text != typed[name]]
@@ -279,6 +280,6 @@ class CutForm(Dialog[Path | None]):
         except FileExistsError:
             self._tell(f"'{path}' is there already. Choose another name.")
         except LatheSimError as error:
-            self._tell(str(error))
+            self._tell(fault_words(error))
         else:
             self.dismiss(path)

@@ -19,7 +19,7 @@ from textual.widgets.tree import TreeNode
 from lathesim.errors import LatheSimError
 from lathesim.manual.chapters import GROUPS, chapter
 from lathesim.manual.component_page import checked_plugin, plugin_lines
-from lathesim.tui.model.workbench import REGISTRY
+from lathesim.tui.model.workbench import REGISTRY, fault_words
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class HelpScreen(WorkbenchScreen):
             try:
                 text.update(part_page(self.workbench.registry, kind, name, max(40, self.query_one("#page").size.width - 3)))
             except LatheSimError as error:
-                text.update(str(error))
+                text.update(fault_words(error))
         self.query_one("#page", VerticalScroll).scroll_home(animate=False)
         self.show_command()
 

@@ -19,7 +19,7 @@ from lathesim.lessons.lesson import Lesson, by_unit, lesson_files, load_lesson, 
 from lathesim.lessons.questions import Answered, is_right, keep_answer, read_answers, results
 from lathesim.lessons.schema import Goal
 from lathesim.tui.model.student_book import LessonEntry, Suggestion, suggestion
-from lathesim.tui.model.workbench import RUNS, SETUP
+from lathesim.tui.model.workbench import RUNS, SETUP, fault_words
 from lathesim.tui.screens.forms import ChoiceQuestion, TextQuestion
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.controls import BrowseList
@@ -89,7 +89,7 @@ class LessonsScreen(WorkbenchScreen):
             try:
                 found.append((path, load_lesson(path), ""))
             except LatheSimError as error:
-                found.append((path, None, str(error)))
+                found.append((path, None, fault_words(error)))
         place = {lesson.path: (path, lesson, "") for path, lesson, _ in found if lesson is not None}
         units = by_unit(lesson for _, lesson, _ in found if lesson is not None)
         for unit, members in units.items():

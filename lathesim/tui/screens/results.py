@@ -30,7 +30,7 @@ from lathesim.tui.drawing.curves import (
     surface_lines,
     wave_lines,
 )
-from lathesim.tui.model.workbench import RUN, RUNS, BenchRun, short_name
+from lathesim.tui.model.workbench import RUN, RUNS, BenchRun, fault_words, short_name
 from lathesim.tui.screens.workbench_screen import WorkbenchScreen
 from lathesim.tui.widgets.controls import MetricsTable, TickList
 from lathesim.tui.widgets.time_plot import TimePlot
@@ -151,7 +151,7 @@ class ResultsScreen(WorkbenchScreen):
                 found.append((f"{short_name(run.path, [other.path for other in ticked])} {name}".rstrip(), run.record()))
             except LatheSimError as error:
                 self._ticked.remove(run.path)
-                self.tell_fault(str(error))
+                self.tell_fault(fault_words(error))
         return found
 
     def _show_all(self) -> None:

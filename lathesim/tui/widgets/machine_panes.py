@@ -19,6 +19,7 @@ from lathesim.engine.assembly import Place
 from lathesim.errors import LatheSimError
 from lathesim.lessons.simulate import Prepared
 from lathesim.tui.model.machine_tree import Entry
+from lathesim.tui.model.workbench import fault_words
 
 
 def wiring_box(case: Prepared, part: str, width: int) -> str:
@@ -237,7 +238,7 @@ class ValuesPane(Vertical):
         try:
             text = self._value_of(entry, typed)
         except LatheSimError as error:
-            self._tell(entry, str(error))
+            self._tell(entry, fault_words(error))
             return None
         self._tell(entry, "", "" if text == typed.strip() else f"Taken as {text}. ")
         return text

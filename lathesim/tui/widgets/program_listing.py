@@ -21,6 +21,7 @@ from lathesim.program.explain import explain
 from lathesim.program.interpreter import interpret
 from lathesim.program.program_checks import checked
 from lathesim.program.words import read_program_file
+from lathesim.tui.model.workbench import fault_words
 from lathesim.units import in_unit
 
 _MOST_BYTES = 20_000_000
@@ -149,7 +150,7 @@ class LineWords:
             blocks = read_program_file(path)
             program = interpret(blocks, dialect)
         except LatheSimError as error:
-            self.fault = str(error)
+            self.fault = fault_words(error)
             return
         self._sentences = dict(explain(blocks, program))
         for warned in [*program.warnings, *checked(program)]:
