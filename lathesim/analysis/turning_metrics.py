@@ -38,13 +38,29 @@ def in_contact(record: Record) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     return touching
 
 
+NEVER_IN_CONTACT = "tool and part are never in contact"
+
+
+def _any_of(values: FloatArray, without: str) -> FloatArray:
+    """Return some samples of a channel; :class:`NoValueError` with the sentence where there are none."""
+    if not len(values):
+        raise NoValueError(without)
+    return values
+
+
 def while_in_contact(record: Record, *wanted: str) -> FloatArray:
-    """Return a channel's samples in contact; :class:`NoValueError` where there is none."""
-    values = signal(record, *wanted)
-    touching = values[in_contact(record)]
-    if not len(touching):
-        raise NoValueError("tool and part are never in contact")
-    return touching
+    """Return a channel's samples in contact."""
+    return _any_of(signal(record, *wanted)[in_contact(record)], NEVER_IN_CONTACT)
+
+
+def changes_in_contact(record: Record, channel: str) -> FloatArray:
+    """Return the changes of a channel from sample to sample in contact."""
+    return _any_of(np.diff(signal(record, channel))[in_contact(record)[1:]], NEVER_IN_CONTACT)
+
+
+def while_engaged(record: Record, *wanted: str) -> FloatArray:
+    """Return a channel's samples in which material is cut."""
+    return _any_of(signal(record, *wanted)[signal(record, "engaged") > ON], NOTHING_CUT)
 
 
 def largest(values: FloatArray) -> float:
@@ -82,26 +98,10 @@ def mean_surface_roughness(record: Record) -> float:
     return float(np.mean(cut)) if len(cut) else 0.0
 
 
-def while_engaged(record: Record, *wanted: str) -> FloatArray:
-    """Return a channel's samples in which material is cut; :class:`NoValueError` where there is none."""
-    values = signal(record, *wanted)[signal(record, "engaged") > ON]
-    if not len(values):
-        raise NoValueError(NOTHING_CUT)
-    return values
-
-
 def mean_spindle_droop(record: Record) -> float:
     """Return by how much the spindle turns slower than it should, on average while cutting [rad/s]."""
     reference = np.abs(while_engaged(record, "spindle_reference"))
     return float(np.mean(reference - np.abs(while_engaged(record, *SPINDLE_SPEED))))
-
-
-def changes_in_contact(record: Record, channel: str) -> FloatArray:
-    """Return the changes of a channel from sample to sample in contact; :class:`NoValueError` where there is none."""
-    change = np.diff(signal(record, channel))[in_contact(record)[1:]]
-    if not len(change):
-        raise NoValueError("tool and part are never in contact")
-    return change
 
 
 def spindle_speed_error(record: Record) -> float:
@@ -217,13 +217,6 @@ def reversals(reference: FloatArray) -> int:
     return turns
 
 
-def _of_axis(axis: str) -> Metric:
-    def counted(record: Record) -> float:
-        return float(reversals(signal(record, f"{axis}_reference")))
-
-    return Metric(f"{axis}_reversals", "1", f"how often the reference of the {axis} axis turns round", counted)
-
-
 def alarm_time(record: Record) -> float:
     """Return when a guard first alarms [s]; :class:`NoValueError` where it never does."""
     alarmed = np.flatnonzero(signal(record, ".alarm") > ON)
@@ -233,8 +226,10 @@ def alarm_time(record: Record) -> float:
 
 
 MOTION_METRICS: tuple[Metric, ...] = (
-    _of_axis("x"),
-    _of_axis("z"),
+    *(
+        _of(f"{axis}_reversals", "1", f"how often the reference of the {axis} axis turns round", reversals, signal, f"{axis}_reference")
+        for axis in "xz"
+    ),
     Metric("alarm_time", "s", "when the guard of a sensor first alarms", alarm_time),
 )
 

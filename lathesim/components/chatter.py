@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 from lathesim.component import ON, Component, DiscreteState, Input, Memory, Output, Parameter, State
 from lathesim.elementary import hermite
@@ -25,7 +25,23 @@ def on_cubic(cells: list[float], place: float) -> float:
     )
 
 
-class RegenerativeCut(Component):
+class CutOverWaves:
+    """What cuts share that keep in cells, over two turns, the waves that the tool left."""
+
+    group = "process"
+
+    ports: ClassVar[dict[str, str]] = {"force": "force", "feed": "feed", "depth": "width"}
+
+    angle = Input("rad", doc="angle that the spindle has turned")
+    spindle_speed = Input("rad/s", doc="speed of the spindle")
+
+    cell = DiscreteState("1", -1.0, doc="number of the last cell written, counted from the start", shown=False)
+    last_angle = DiscreteState("rad", doc="angle of the last sample")
+    last_displacement = DiscreteState("m", doc="displacement of the last sample")
+    last_velocity = DiscreteState("m/s", doc="velocity of the last sample")
+
+
+class RegenerativeCut(CutOverWaves, Component):
     """Gives the cutting force of a chip between the tool and the surface that all turns before left.
 
         h = h0 + w(angle - 2 pi) - x,   w = min(w(angle - 2 pi) + h0, x)
@@ -41,12 +57,6 @@ class RegenerativeCut(Component):
     Manufacturing Automation (2012), section 4.4. Left out: rubbing of the flank beyond that drag, the width changing.
     """
 
-    group = "process"
-
-    ports = {"force": "force", "feed": "feed", "depth": "width"}
-
-    angle = Input("rad", doc="angle that the spindle has turned")
-    spindle_speed = Input("rad/s", doc="speed of the spindle")
     displacement = Input("m", doc="displacement of the tool out of the part, along the normal of the surface")
     velocity = Input("m/s", doc="its rate")
     feed = Input("m", default=1e-4, doc="feed per turn: thickness of the chip of a stiff tool")
@@ -61,10 +71,6 @@ class RegenerativeCut(Component):
     always_in_contact = Parameter("1", 0.0, low=0.0, high=1.0, doc="1: the linear cut, whose force may pull")
 
     surface = Memory("m", 8192, doc="height of the surface over two turns")
-    cell = DiscreteState("1", -1.0, doc="number of the last cell written, counted from the start", shown=False)
-    last_angle = DiscreteState("rad", doc="angle of the last sample")
-    last_displacement = DiscreteState("m", doc="displacement of the last sample")
-    last_velocity = DiscreteState("m/s", doc="velocity of the last sample")
 
     force = Output("N", doc="cutting force, away from the part")
     drag = Output("N", doc="force of the process damping along the normal, away from the part")
@@ -138,7 +144,7 @@ class RegenerativeCut(Component):
         return there * width * force, there * width * drag, there * thickness, wave, there * thickness * width * speed
 
 
-class MillingCut(Component):
+class MillingCut(CutOverWaves, Component):
     """Gives the force along the feed of teeth that each meet the wave of the tooth before.
 
         F = -b sum_j g(phi_j) (Kt cos phi_j + Kn sin phi_j) h_j,   h_j = sin(phi_j) (f_z + x(t) - x(t - tau)),   tau = 60/(n N)
@@ -151,12 +157,6 @@ class MillingCut(Component):
     of teeth.
     """
 
-    group = "process"
-
-    ports = {"force": "force", "feed": "feed", "depth": "width"}
-
-    angle = Input("rad", doc="angle that the spindle has turned")
-    spindle_speed = Input("rad/s", doc="speed of the spindle")
     displacement = Input("m", doc="displacement of the tool along the feed")
     velocity = Input("m/s", doc="its rate")
     feed = Input("m", default=1e-4, doc="feed of a tooth")
@@ -170,10 +170,6 @@ class MillingCut(Component):
     always_in_contact = Parameter("1", 0.0, low=0.0, high=1.0, doc="1: the linear cut, whose force may pull")
 
     kept = Memory("m", 16384, doc="displacement over two turns")
-    cell = DiscreteState("1", -1.0, doc="number of the last cell written, counted from the start", shown=False)
-    last_angle = DiscreteState("rad", doc="angle of the last sample")
-    last_displacement = DiscreteState("m", doc="displacement of the last sample")
-    last_velocity = DiscreteState("m/s", doc="velocity of the last sample")
 
     force = Output("N", doc="force on the tool along the feed")
 
