@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from lathesim.components.axes import EmpiricalAxis
 from lathesim.components.contour_error import ContourError
@@ -45,6 +46,15 @@ def test_smoothing_has_no_lag() -> None:
 def test_smoothing_takes_noise_away() -> None:
     noise = np.random.default_rng(0).standard_normal(len(TIME))
     assert np.std(smooth(noise, PERIOD)) < 0.75
+
+
+@pytest.mark.parametrize("count", [3, 17, 151, 2000])
+def test_smoothing_is_a_low_pass_of_second_order_both_ways(count: int) -> None:
+    walk, rate = np.cumsum(np.random.default_rng(0).standard_normal(count)), 1.0 / PERIOD
+    cutoff = min(100.0, 0.2 * rate)
+    sections = butter(2, cutoff / (0.5 * rate), output="sos")
+    expected = sosfiltfilt(sections, walk, padlen=min(count - 2, int(3 * rate / cutoff)))
+    assert np.array_equal(smooth(walk, PERIOD), expected)
 
 
 def test_the_velocity_of_a_quantised_position() -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
-from scipy.signal import butter, savgol_filter, sosfiltfilt
+from scipy.signal import butter, savgol_filter, sosfilt, sosfilt_zi
 
 from lathesim.component import Parameter, State
 from lathesim.engine.assembly import SIDES, Assembly, FloatArray, Part, Place
@@ -32,16 +32,26 @@ _SPREAD = 0.01
 
 
 def smooth(values: FloatArray, period: float) -> FloatArray:
-    """Return values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values]."""
+    """Return values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values].
+
+    Both ends are continued, turned about the last value, and each way begins at rest on its first one. This is ``scipy.signal.sosfiltfilt``
+    with what it works out anew in each call kept: every run of a search is filtered.
+    """
     rate = 1.0 / period
     cutoff = min(100.0, 0.2 * rate)
-    return np.asarray(sosfiltfilt(_low_pass(cutoff / (0.5 * rate)), values, padlen=min(len(values) - 2, int(3 * rate / cutoff))))
+    sections, at_rest = _low_pass(cutoff / (0.5 * rate))
+    beyond = min(len(values) - 2, int(3 * rate / cutoff))
+    found = np.concatenate([2.0 * values[0] - values[beyond:0:-1], values, 2.0 * values[-1] - values[-2 : -beyond - 2 : -1]])
+    for _ in range(2):
+        found = sosfilt(sections, found, zi=at_rest * found[0])[0][::-1]
+    return np.asarray(found[beyond : len(found) - beyond])
 
 
 @functools.lru_cache(maxsize=16)
-def _low_pass(cutoff: float) -> FloatArray:
-    """Return the sections of a filter that cuts off at a share of half the sampling rate."""
-    return np.asarray(butter(2, cutoff, output="sos"))
+def _low_pass(cutoff: float) -> tuple[FloatArray, FloatArray]:
+    """Return the sections of a filter that cuts off at a share of half the sampling rate, and their state at rest on a value of 1."""
+    sections = butter(2, cutoff, output="sos")
+    return sections, sosfilt_zi(sections)
 
 
 def velocity_of(position: FloatArray, period: float) -> FloatArray:
