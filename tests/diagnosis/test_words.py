@@ -163,6 +163,16 @@ def test_what_predicts_the_judging_recording_worse_is_said_so(name: str, after: 
     assert told["Sure"].startswith(doubt) == (word == "WORSE" and name in ("named", "tied"))
 
 
+def test_what_makes_every_channel_worse_is_no_find() -> None:
+    spoilt = {name: replace(item, after=2.0 * item.before) for name, item in NAMED.fit.items()}
+    said = headline(replace(NAMED, fit=spoilt))
+    assert said.startswith("Something is missing. CoulombFriction at x_axis describes it best, but the error of ")
+    assert " is larger than with the lesson alone: it may be something else." in said
+    # a place that nothing brings back sums up small errors, whatever is right
+    adrift = replace(NAMED.evidence, traces=tuple(replace(trace, held=False) for trace in NAMED.evidence.traces))
+    assert headline(replace(NAMED, fit=spoilt, evidence=adrift)).startswith("The simulation left out CoulombFriction at x_axis.")
+
+
 def test_a_lesson_whose_fitted_values_predict_worse_is_not_said_to_explain() -> None:
     channel, item = next(iter(CLEAN.fit.items()))
     worse = varied(CLEAN, fit={channel: replace(item, before=1.5 * item.floor, after=2.5 * item.floor)})

@@ -59,12 +59,16 @@ def _next(diagnosis: Diagnosis, method: Method) -> str:
 
 
 def _named(diagnosis: Diagnosis) -> str:
-    """Return what was left out, with what may be in its place. An effect whose size may be zero is no find."""
-    finds = found_effects(diagnosis)
-    if not finds:
+    """Return what was left out, with what may be in its place. An effect whose size may be zero is no find; nor is one that makes worse
+    all that a loop holds where it is."""
+    finds, worse = found_effects(diagnosis), _worse(diagnosis)
+    adrift = {trace.channel for trace in diagnosis.evidence.traces if not trace.held}
+    spoils = all(effect.family != OF_RECORDING for effect in finds) and not adrift and len(worse) == len(diagnosis.fit) > 0
+    if not finds or spoils:
         names = with_places([(effect.effect, effect.at) for effect in diagnosis.effects])
         verb, sizes = ("describe", "their sizes are") if len(diagnosis.effects) > 1 else ("describes", "its size is")
-        return f"Something is missing. {names} {verb} it best, but {sizes} not determined: it may be something else."
+        but = f"the error of {listed(worse)} is larger than with the lesson alone" if finds else f"{sizes} not determined"
+        return f"Something is missing. {names} {verb} it best, but {but}: it may be something else."
     # what may as well be another effect, as one of the machine, is no sure fault
     faults = [effect for effect in finds if effect.family == OF_RECORDING and not effect.tied_with]
     physics = [effect for effect in finds if effect not in faults]
