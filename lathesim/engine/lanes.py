@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
@@ -56,6 +57,16 @@ _SPENT: dict[tuple[str, frozenset[tuple[str, bool]]], _Spent] = {}
 call may be alike in the next: lanes in which it varies serve both."""
 
 
+def _idling(plan: Plan) -> Mapping[str, Mapping[int, float]]:
+    """Return for each part that may idle where its parameters stand, and the values with which it does; worked out once for a plan."""
+    if "idling" not in plan.kept:
+        values = {part.name: idle_values(plan, part) for part in plan.parts.values()}
+        plan.kept["idling"] = {
+            name: {plan.parameters[f"{name}.{item}"]: value for item, value in some.items()} for name, some in values.items() if some
+        }
+    return cast(Mapping[str, Mapping[int, float]], plan.kept["idling"])
+
+
 class Choice:
     """Whether a batch is run in lanes, which costs the compiler's time once.
 
@@ -66,13 +77,12 @@ class Choice:
     def __init__(self, plan: Plan, varied: Sequence[str], parameters: FloatArray, columns: Mapping[int, FloatArray]) -> None:
         self.plan = plan
         self.alike: dict[str, bool] = {}
-        for part in plan.parts.values():
-            if values := idle_values(plan, part):
-                places = {plan.parameters[f"{part.name}.{name}"]: value for name, value in values.items()}
-                each = [columns.get(place, parameters[place : place + 1]) == value for place, value in places.items()]
-                idles = np.all(np.broadcast_arrays(*each), axis=0)
-                if np.all(idles) or not np.any(idles):
-                    self.alike[part.name] = bool(np.all(idles))
+        for name, values in _idling(plan).items():
+            moved = {place for place in values if place in columns}
+            rests = all(parameters[place] == value for place, value in values.items() if place not in moved)
+            idles = np.all([columns[place] == values[place] for place in moved], axis=0) if rests and moved else np.array(rests)
+            if np.all(idles) or not np.any(idles):
+                self.alike[name] = bool(np.all(idles))
         self._spent = _SPENT.setdefault((fuse(plan).digest, frozenset(self.alike.items())), _Spent())
         if not self._spent.varied.issuperset(varied):
             self._spent.varied, self._spent.price, self._spent.looked = self._spent.varied.union(varied), None, False

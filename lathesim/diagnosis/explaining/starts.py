@@ -23,17 +23,21 @@ def starts(study: Study, model: Model, item: Screened, points: FloatArray | None
     """Return the free values of some fits of a candidate on top of a model, each with where it begins, the best first.
 
     Values of the lesson begin where the model has them and, as an error that the effect explains may have drawn them away, where the
-    lesson gives them. All beginnings are simulated in one batch; what is left of each is projected off what the model's free values change.
+    lesson gives them. What is left of each beginning is projected off what the model's free values change.
     """
     candidate, fitted, by_output = item.candidate, model.fitted, study.estimation.machine.output_error
     # the error of a simulation has more valleys than that of its equations
     many_points, many, clearly = (40, 6, 0.0) if by_output else (6, 2, 0.7)
     rows, bases = _rows(candidate, item, points, many_points), _bases(fitted)
+    most = study.method.alike * float(np.sum(_beside(fitted, fitted.residual[None]) ** 2))
     found: list[_Begun] = []
     for place, base in enumerate(bases):
         left = _left(study, fitted, base, candidate, rows)
-        found += [_Begun(float(left[row]), place, rows[row]) for row in np.argsort(left)[: 4 * many]]
-    return [[*bases[one.base], *candidate_free(study, candidate, one.values)] for one in _best(found, many, clearly)]
+        best = np.argsort(left)[: 4 * many]
+        found += [_Begun(float(left[row]), place, rows[row]) for row in best if not (place and by_output) or left[row] < most]
+        if by_output:  # a run costs more, and shows at once which of the lesson's values are none to begin with
+            rows = rows[best]
+    return [[*bases[one.base], *candidate_free(study, candidate, one.values)] for one in _best(found, many // len(bases), clearly)]
 
 
 class _Begun(NamedTuple):
@@ -54,14 +58,14 @@ def _bases(fitted: Fitted) -> list[list[Free]]:
 
 
 def _best(found: Sequence[_Begun], many: int, clearly: float) -> list[_Begun]:
-    """Return the best of the beginnings that differ, so ``many``, as many on each of the bases; one alone where it leaves less than a share
-    ``clearly`` of what the next one does."""
+    """Return the best of the beginnings that differ, so ``many`` on each of the bases; one alone where it leaves less than a share
+    ``clearly`` of what the next one does, and there is no other base."""
     bases = {one.base for one in found}
     kept: list[_Begun] = []
     for base in sorted(bases):
         own: list[_Begun] = []
         for one in sorted((one for one in found if one.base == base), key=lambda entry: entry.left):
-            if len(own) < max(1, many // len(bases)) and all(_differ(one, other) for other in own):
+            if len(own) < many and all(_differ(one, other) for other in own):
                 own.append(one)
         kept += own
     kept.sort(key=lambda entry: entry.left)
@@ -112,13 +116,19 @@ def _left(study: Study, fitted: Fitted, base: Sequence[Free], candidate: Candida
     as_now = {name: sensed.given(name) for name in study.estimation.simulated_motion_of([candidate])}
     before = {**as_now, **fitted.constant, **{one.name: one.start for one in base}}
     values = np.hstack([np.tile(list(before.values()), (len(rows), 1)), rows])
-    white: FloatArray = whitened(fitted.noise, np.array(sensed.residuals([*before, *candidate.parameters], values)), full_band=True)
+    white = _beside(fitted, np.array(sensed.residuals([*before, *candidate.parameters], values)))
+    return np.asarray(np.sum(white * white, axis=1))
+
+
+def _beside(fitted: Fitted, residuals: FloatArray) -> FloatArray:
+    """Return residuals (rows, channels, samples) whitened, (rows, values), less what the free values of a fit can take up."""
+    white: FloatArray = whitened(fitted.noise, residuals, full_band=True)
     if fitted.sensitivity is not None and len(fitted.free):
         slopes = whitened(fitted.noise, fitted.sensitivity, full_band=True)
         length = np.linalg.norm(slopes, axis=1)
         basis, _ = np.linalg.qr((slopes[length > 0.0] / length[length > 0.0, None]).T)
         white = white - (white @ basis) @ basis.T
-    return np.asarray(np.sum(white * white, axis=1))
+    return white
 
 
 def _differ(one: _Begun, other: _Begun) -> bool:
