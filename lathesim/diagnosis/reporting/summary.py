@@ -59,8 +59,8 @@ def _next(diagnosis: Diagnosis, method: Method) -> str:
 
 
 def _named(diagnosis: Diagnosis) -> str:
-    """Return what was left out, with what may be in its place. An effect whose size may be zero is no find; nor is one that makes worse
-    all that a loop holds where it is."""
+    """Return what was left out, with what may be in its place. An effect whose size may be zero is no find. Nor is one with which
+    every channel is further off, where none drifts."""
     finds, worse = found_effects(diagnosis), _worse(diagnosis)
     adrift = {trace.channel for trace in diagnosis.evidence.traces if not trace.held}
     spoils = all(effect.family != OF_RECORDING for effect in finds) and not adrift and len(worse) == len(diagnosis.fit) > 0
