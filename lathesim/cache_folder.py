@@ -57,6 +57,11 @@ def kept_sealed(name: str) -> bytes | None:
     return None
 
 
+def is_there(name: str) -> bool:
+    """Return whether the cache has a file of this name, whatever is in it."""
+    return any((folder / name).exists() for folder in _folders())
+
+
 def names_kept(pattern: str) -> set[str]:
     """Return the names of the files of the cache that match ``pattern``; a cache may hold ten thousand files."""
     found: set[str] = set()

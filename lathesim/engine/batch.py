@@ -45,8 +45,8 @@ class Batch:
     ``steps_per_sample`` takes the place of the plan's, where fewer steps will do.
 
     A caller gets lanes by handing over many members in one call, with the same names each time: a call of one member runs it alone. Lanes
-    are compiled once, for the names that vary, when the runs of the plan so far and ahead take longer than the compiler. Names whose values
-    are alike in every member cost nothing if left out of ``names`` and set in the plan.
+    are compiled once, for the names that vary, when the runs of the plan so far and ahead take longer than the compiler. Names that have
+    the plan's value in every member cost nothing.
     """
 
     plan: Plan
@@ -122,7 +122,8 @@ class _Members:
         self.choice: Choice | None = None
         if len(values) >= LEAST:
             columns = {position: values[:, place] for place, (kind, position) in enumerate(self.positions) if kind == "parameter"}
-            varied = [*names, *tables, *(() if self.seeds is None else plan.arrays.noises)]
+            moved = [name for name, column in zip(names, values.T, strict=True) if np.any(column != plan.values[name])]
+            varied = [*moved, *tables, *(() if self.seeds is None else plan.arrays.noises)]
             self.choice = Choice(plan, varied, self.base.parameters, columns)
 
     def runs(self, module: CompiledMachine, turns: Iterator[int]) -> Iterator[tuple[list[int], FloatArray]]:

@@ -83,7 +83,8 @@ class Choice:
             idles = np.all([columns[place] == values[place] for place in moved], axis=0) if rests and moved else np.array(rests)
             if np.all(idles) or not np.any(idles):
                 self.alike[name] = bool(np.all(idles))
-        self._spent = _SPENT.setdefault((fuse(plan).digest, frozenset(self.alike.items())), _Spent())
+        self._machine = fuse(plan).digest
+        self._spent = _SPENT.setdefault((self._machine, frozenset(self.alike.items())), _Spent())
         if not self._spent.varied.issuperset(varied):
             self._spent.varied, self._spent.price, self._spent.looked = self._spent.varied.union(varied), None, False
         self.varied = self._spent.varied
@@ -117,18 +118,25 @@ class Choice:
         if spent.refused or ahead < LEAST or too_long:
             return None
         try:
-            module = (lane_module if total >= WORTH_A_LOOK else known_module)(self.plan, self.varied, self.alike)
+            module = (lane_module if total >= self._worth_a_text else known_module)(self.plan, self.varied, self.alike)
             if module is None:
                 return None
             if spent.price is None and not spent.looked:  # once: it goes through all files of a cache, of which there may be thousands
                 spent.looked, spent.price = True, 0.0 if is_compiled(module.fused) else None
-            if spent.price is None and total >= WORTH_A_LOOK:
+            if spent.price is None and total >= self._worth_a_text:
                 spent.price = compile_time(module.fused) / _CAUTION
             if spent.price is not None and total >= spent.price:
                 return Lanes(self.plan, module, compiled_machine(module.fused), samples)
         except (NotInPlaceError, SimulationError):  # the machine itself was compiled: it runs as it is
             spent.refused = True
         return None
+
+    @property
+    def _worth_a_text(self) -> float:
+        """Seconds of runs one by one before a text is written: what the compiler takes for this machine with something else awake, as far
+        as that is known. Most of a diagnosis's candidates are given up before their lanes would pay."""
+        known = (one.price for (machine, _), one in _SPENT.items() if machine == self._machine)
+        return min((price for price in known if price), default=WORTH_A_LOOK)
 
 
 _RECORDS: list[FloatArray] = []

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from lathesim.cache_folder import keep_sealed, kept_sealed, names_kept
+from lathesim.cache_folder import is_there, keep_sealed, kept_sealed, names_kept
 from lathesim.engine.fuse import FusedModule
 
 _BYTES = 8
@@ -70,8 +70,9 @@ def _directory(arrays: Any) -> Any:
 
 def is_kept(fused: FusedModule) -> bool:
     """Return whether machine code of the module lies in the cache, without loading the compiler."""
-    started = "llvmlite.binding" in sys.modules
-    return bool(names_kept(_file_name(fused) if started else f"machine_{fused.digest}.*.code"))
+    if "llvmlite.binding" in sys.modules:
+        return is_there(_file_name(fused))
+    return bool(names_kept(f"machine_{fused.digest}.*.code"))
 
 
 def load_code(fused: FusedModule) -> CompiledMachine | None:

@@ -20,7 +20,7 @@ from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import Any
 
-from lathesim.cache_folder import keep, keep_sealed, kept_sealed, names_kept
+from lathesim.cache_folder import cache_folder, keep, keep_sealed, kept_sealed, names_kept
 from lathesim.engine.fuse import FusedModule
 from lathesim.engine.law_text import Piece
 from lathesim.engine.machine_code import CompiledMachine, is_kept, load_code, make_code, object_code
@@ -45,9 +45,15 @@ def is_compiled(fused: FusedModule) -> bool:
 
 def compile_time(fused: FusedModule) -> float:
     """Return about how long the module takes to compile [s]; a law that another machine has in common with it is not compiled again."""
-    kept = {name[: name.index(".")] for name in names_kept("law_*.code")}  # one look: a cache may hold ten thousand files
-    new = sum(f"law_{piece.digest}" not in kept for piece in fused.pieces)
-    return wiring_time(fused) + _LAW_TIME * new
+    kept = _KEPT_LAWS.setdefault(cache_folder(), set())
+    if any(piece.digest not in kept for piece in fused.pieces):
+        # one look: a cache may hold ten thousand files
+        kept.update(name[len("law_") : name.index(".")] for name in names_kept("law_*.code"))
+    return wiring_time(fused) + _LAW_TIME * sum(piece.digest not in kept for piece in fused.pieces)
+
+
+_KEPT_LAWS: dict[Path, set[str]] = {}
+"""Digests of the laws that were seen compiled, by the folder of the cache; one that is lost later makes the next time seem too short."""
 
 
 def wiring_time(fused: FusedModule) -> float:

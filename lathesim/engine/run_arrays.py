@@ -115,7 +115,7 @@ def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> F
     for argument in set(item.held_by) - {"duration"}:
         kind, source = plan.feeds.get(f"{part_name}.{argument}", ("parameter", f"{part_name}.{argument}"))
         if kind != "parameter":  # it changes during the run, and a value that the ring cannot hold breaks the run
-            return np.full(length, item.start)
+            return _filled(length, item.start)
         given[argument] = float(parameters[plan.parameters[source]])
     period = plan.assembly.sample_period * part.every
     needed = item.samples(given, period)
@@ -125,7 +125,12 @@ def _memory(plan: Plan, full: str, parameters: FloatArray, duration: float) -> F
             f"{full} would have to hold {needed:.3g} samples of {period:g} s, with {values}, and holds at most {_MOST_CELLS}.",
             remedy="Take a shorter delay, or a longer sample period.",
         )
-    return np.full(max(length, math.ceil(needed)), item.start)
+    return _filled(max(length, math.ceil(needed)), item.start)
+
+
+def _filled(length: int, start: float) -> FloatArray:
+    """Return an array full of one number; of zeros nothing is written, so that the memory of a part that idles costs nothing."""
+    return np.full(length, start) if start else np.zeros(length)
 
 
 _CHUNK = 4096
