@@ -105,9 +105,10 @@ def _spring_acceleration(stretch: float, stretch_rate: float, frequency: float, 
 class TorsionalWindUp(Effect):
     """Screw and coupling that twist under the driving force, seen by a scale at the table.
 
-    x_out = x_in - compliance applied / (1 + stiffening |applied|)
+    x_out = x_in - compliance F / (1 + stiffening |F|),   F = applied - motor_friction b v
 
-    Nuts, couplings and rolling contacts grow stiffer as they are loaded. A sensor is read before the converter changes the force: what has
+    b v is the viscous friction of the host, ``motor_friction`` the share of it in motor, bearings and nut, which twists nothing. Nuts,
+    couplings and rolling contacts grow stiffer as they are loaded. A sensor is read before the converter changes the force: what has
     twisted the screw is the force of the sample before. Static: the resonance of the same spring is AxialResonance.
     """
 
@@ -116,8 +117,8 @@ class TorsionalWindUp(Effect):
     neutral = {"compliance": 0.0}
     identification = Identification(
         carried=("m", "rad"),
-        typical={"compliance": (1e-9, 50e-9), "stiffening": (0.0, 2e-3)},
-        typical_rotary={"compliance": (1e-6, 1e-2), "stiffening": (0.0, 1.0)},
+        typical={"compliance": (1e-9, 50e-9), "stiffening": (0.0, 2e-3), "motor_friction": (0.0, 1.0)},
+        typical_rotary={"compliance": (1e-6, 1e-2), "stiffening": (0.0, 1.0), "motor_friction": (0.0, 1.0)},
         extended=("stiffening",),
     )
     fingerprint = "Table scale less motor encoder is proportional to the driving force, so to the acceleration where friction is small."
@@ -126,15 +127,19 @@ class TorsionalWindUp(Effect):
     source = "Altintas, Manufacturing Automation, 2nd ed. 2012, sec. 5.2; 0.5 to 5 um at full acceleration. Range assumed."
 
     incoming = Input("{signal}", doc="position by the motor")
-    applied = Input("{applied}", previous=True, doc="net driving force or torque")
+    applied = Input("{applied}", previous=True, doc="driving force or torque")
+    flow = Input("({signal})/s", default=0.0, previous=True, doc="speed of the host")
+    resistance = Input("({applied})*s/({signal})", default=0.0, doc="viscous friction of the host")
     outgoing = Output("{signal}", doc="position of the table")
     twist = DiscreteState("{signal}", doc="wind-up at the sample instant")
     compliance = Parameter("{signal}/({applied})", 0.0, low=0.0, doc="wind-up per driving force, of a small one")
     stiffening = Parameter("1/({applied})", 0.0, low=0.0, doc="one over the force at which the wind-up is half of that")
+    motor_friction = Parameter("1", 0.0, low=0.0, high=1.0, doc="share of the viscous friction on the motor side")
 
     @staticmethod
-    def update(applied: float, compliance: float, stiffening: float) -> float:
-        return compliance * applied / (1.0 + stiffening * abs(applied))
+    def update(applied: float, flow: float, resistance: float, compliance: float, stiffening: float, motor_friction: float) -> float:
+        force = applied - motor_friction * resistance * flow
+        return compliance * force / (1.0 + stiffening * abs(force))
 
     @staticmethod
     def output(incoming: float, twist: float, compliance: float) -> float:

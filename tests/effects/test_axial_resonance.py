@@ -152,6 +152,17 @@ def test_a_wind_up_is_refused_at_a_sensor_on_the_motor_side() -> None:
         insert_effect(Assembly(parts, wires, 1e-3, 1e-3), TorsionalWindUp, "x_encoder")
 
 
+@pytest.mark.parametrize(("motor_friction", "twists"), [(0.0, 1.0), (0.25, 0.75), (1.0, 0.0)])
+def test_what_is_held_on_the_motor_side_twists_no_screw(motor_friction: float, twists: float) -> None:
+    """At a steady speed the viscous friction takes the whole push, wherever it acts."""
+    parts = (Part("x_axis", ForceAxis, {"mass": MASS, "viscous": VISCOUS}), Part("x_scale", LinearEncoder, {"resolution": 0.0}))
+    wires = (Wire("x_axis.force", constant=PUSH), Wire("x_scale.measured", "x_axis.position"))
+    bare = Assembly(parts, wires, 1e-3, 1e-3, record=("x_axis.position", "x_scale.position"))
+    values = {"compliance": 1e-8, "motor_friction": motor_friction}
+    found = run(wire(insert_effect(bare, TorsionalWindUp, "x_scale", parameters=values)), duration=8.0)
+    assert (found["x_axis.position"] - found["x_scale.position"])[-1] == pytest.approx(twists * 1e-8 * PUSH, abs=1e-4 * 1e-8 * PUSH)
+
+
 def test_a_friction_that_comes_before_the_spring_holds_the_table() -> None:
     """The motor is pushed less than the table's friction carries: the motor gives way by the spring, the table does not move."""
     stiffness = SHARE * MASS * (2.0 * math.pi * FREQUENCY) ** 2
