@@ -94,17 +94,19 @@ def common_unit(values: Iterable[FloatArray], unit: str) -> tuple[float, str]:
 
 
 def thinned(time: FloatArray, values: FloatArray, points: int = _DRAWN) -> tuple[FloatArray, FloatArray]:
-    """Return a signal with at most about ``points`` points, keeping the lowest and highest of each stretch so that no spike is lost."""
+    """Return a signal with at most about ``points`` points, keeping the lowest and highest of each stretch so that no spike is lost, and
+    where it has a gap the first number that is none."""
     if len(values) <= points:
         return time, values
     stretch = -(-len(values) * 2 // points)
     whole = len(values) // stretch * stretch
     blocks = values[:whole].reshape(-1, stretch)
-    filled = np.where(np.isfinite(blocks), blocks, np.inf)
-    low = filled.argmin(axis=1)
-    high = np.where(np.isfinite(blocks), blocks, -np.inf).argmax(axis=1)
+    there = np.isfinite(blocks)
+    low = np.where(there, blocks, np.inf).argmin(axis=1)
+    high = np.where(there, blocks, -np.inf).argmax(axis=1)
     starts = np.arange(len(blocks)) * stretch
-    kept = np.sort(np.stack([starts + low, starts + high], axis=1), axis=1).ravel()
+    gaps = (starts + there.argmin(axis=1))[~there.all(axis=1)]
+    kept = np.sort(np.concatenate([starts + low, starts + high, gaps]))
     kept = np.concatenate([kept, np.arange(whole, len(values))])
     return time[kept], values[kept]
 

@@ -105,6 +105,13 @@ def test_thinning_keeps_every_spike() -> None:
     assert thin_time[thin.argmax()] == 1234.0
 
 
+def test_thinning_keeps_a_gap() -> None:
+    values = np.zeros(200_000)
+    values[99_999] = np.nan
+    thin_time, thin = thinned(np.arange(200_000.0), values)
+    assert thin_time[np.isnan(thin)].tolist() == [99_999.0]
+
+
 def test_units_of_a_figure() -> None:
     assert common_unit([np.array([1e-6, np.nan]), np.array([3e-4])], "m") == (1e-6, "um")
     assert label("torque", "N*m") == "torque [N·m]"

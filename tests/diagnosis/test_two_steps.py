@@ -6,6 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lathesim.diagnosis.diagnose import ask, diagnose
+from lathesim.effects.friction import CoulombFriction
+from lathesim.identification.replay.loading import load_case
+from lathesim.lessons.lesson import load_lesson
+from lathesim.plugins import load_registry
 from tests.diagnosis.asking import answer_in
 
 LESSON = """
@@ -50,3 +55,20 @@ def test_dry_friction_that_two_steps_determine_together_is_named(held: str, tmp_
     assert effect["parameters"]["level"]["value"] == pytest.approx(FRICTION, rel=0.03)
     assert answer["baseline"]["spindle.viscous"]["refit_with"] == pytest.approx(VISCOUS, rel=0.03)
     assert any("log.csv and other.csv were fitted together" in line for line in answer["summary"])
+    assert any("RMS error of the whole simulation on log.csv and other.csv (" in line for line in answer["summary"])
+
+
+def test_no_line_of_a_figure_leads_from_one_recording_to_the_next(tmp_path: Path) -> None:
+    """It would be a jump of the machine that nobody recorded."""
+    (tmp_path / "lesson.yaml").write_text(LESSON.replace("HELD", "true"), encoding="utf-8")
+    files = [tmp_path / "log.csv", tmp_path / "other.csv"]
+    for seed, (file, size) in enumerate(zip(files, (0.12, 0.06), strict=True), 1):
+        write_log(file, size, seed)
+    case = load_case(load_lesson(tmp_path / "lesson.yaml"), files, load_registry())
+    answer = diagnose(ask("steps", case.machine, case.recordings, (CoulombFriction,)))
+    assert answer.question.together
+    drawn = [(one.time, one.recorded, one.before, one.after) for one in answer.evidence.traces]
+    drawn += [(one.time, one.total, one.before, one.after) for one in answer.evidence.missing]
+    assert len(drawn) == 2
+    for time, *lines in drawn:
+        assert [np.flatnonzero(np.isnan(line)).tolist() for line in lines] == [[len(time) // 2]] * 3

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
 from lathesim.diagnosis.location import Compared, largest_windows, missing_signals, places
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location
+from lathesim.diagnosis.records.diagnosis import ChannelTrace, Evidence, Location, MissingSignal
 from lathesim.diagnosis.records.found import Found, Tried
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.explanations import best_of_each, gains
@@ -17,12 +19,14 @@ from lathesim.identification.replay.experiment import Experiment
 from lathesim.identification.replay.measured_motion import measured_output
 from lathesim.identification.signal import LARGER_PART, SETTLING
 
+Lines = TypeVar("Lines", ChannelTrace, MissingSignal)
+
 
 def gather(validation: Experiment, found: Found, own: Compared) -> Evidence:
     """Return what the report draws, on the validation recording."""
     wires = [wire for wire in validation.machine.assembly.wires if wire.source]
     return Evidence(
-        missing=missing_signals(validation, found.baseline, found.model),
+        missing=tuple(_parted(one, validation.seams) for one in missing_signals(validation, found.baseline, found.model)),
         traces=tuple(_traces(validation, own, found.model.validation_fit.by_name)),
         wires=tuple(dict.fromkeys((Place.of(wire.source).part, Place.of(wire.target).part) for wire in wires)),
         tried=tuple((one.name, one.fitted.nats, one.predicted.nats) for one in best_of_each(found)),
@@ -45,15 +49,26 @@ def _beside(trial: Tried) -> set[str]:
     return {candidate.part for candidate in trial.model.candidates if candidate.part != trial.candidate.part}
 
 
-def _traces(validation: Experiment, own: Compared, values: Mapping[str, float]) -> list[ChannelTrace]:
+def _traces(validation: Experiment, own: Compared, begun: Mapping[str, float]) -> list[ChannelTrace]:
     off = {name: item.after for name, item in own.fit.items() if np.isfinite(item.after) and item.after > item.floor}
     # a closed loop brings back what dry friction does not hold
-    free = set() if validation.feeds_back else unheld(validation, values, off)
+    free = set() if validation.feeds_back else unheld(validation, begun, off)
     time, recorded = validation.record.time, validation.own.recorded
-    return [
+    traces = [
         ChannelTrace(name, own.fit[name].unit, time, recorded[row], own.before[row], own.after[row], name not in free)
         for row, name in enumerate(validation.machine.compare)
     ]
+    return [_parted(trace, validation.seams) for trace in traces]
+
+
+def _parted(lines: Lines, seams: Sequence[int]) -> Lines:
+    """Return lines over time with a gap where a second recording begins: a line over the seam would be a jump of the machine."""
+    values = ((field.name, getattr(lines, field.name)) for field in fields(lines))
+    drawn = {name: item for name, item in values if isinstance(item, np.ndarray) and item is not lines.time}
+    long: dict[str, Any] = {name: np.array(item) for name, item in drawn.items() if len(item) == len(lines.time)}
+    for item in long.values():
+        item[list(seams)] = np.nan
+    return replace(lines, **long)
 
 
 def unheld(validation: Experiment, values: Mapping[str, float], shifts: Mapping[str, float]) -> set[str]:
@@ -89,7 +104,7 @@ def located(
     channels = [place.channel for place in worst if place.over_floor > 1.0]
     suspects = hosts or suspected(validation, evidence, channels, method=method)
     missing = evidence.missing[validation.machine.compare.index(worst[0].channel)].before if worst else np.zeros(1)
-    windows = largest_windows(missing, validation.machine.assembly.sample_period)
+    windows = largest_windows(np.nan_to_num(missing), validation.machine.assembly.sample_period)
     return Location(tuple(dict.fromkeys(suspects)), tuple(channels), windows, tuple(dict.fromkeys(variables))[: Shown.most_variables])
 
 

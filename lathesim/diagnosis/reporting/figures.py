@@ -41,7 +41,7 @@ def trace_svg(
     """Draw what was recorded over what was simulated without and with what was found, and the residuals below with the floor."""
     figure = new_figure(width, _HEIGHT)
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1.3, 1.0]})
-    changed = bool(np.any(trace.after != trace.before))
+    changed = not np.array_equal(trace.after, trace.before, equal_nan=True)
     factor, unit = common_unit([trace.recorded, trace.before, trace.after], trace.unit)
     _line(upper, trace.time, trace.recorded / factor, MEASURED, 2.0, points)
     _line(upper, trace.time, trace.before / factor, WITHOUT if changed else SIMULATED, 1.0, points)

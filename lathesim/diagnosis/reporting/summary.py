@@ -178,9 +178,7 @@ def _shown(value: float, unit: str) -> str:
 def _where(diagnosis: Diagnosis) -> str:
     """Return where physics is missing and on what it depends, nothing where none is."""
     places = list(diagnosis.location.components) or list(diagnosis.location.channels)[:1]
-    if diagnosis.verdict in OF_VALUES or not places:
-        return ""
-    return f"{listed(places)}."
+    return "" if diagnosis.verdict in OF_VALUES or not places else f"{listed(places)}."
 
 
 def _size(diagnosis: Diagnosis) -> str:
@@ -327,9 +325,7 @@ def _rivals(diagnosis: Diagnosis) -> list[Explanation]:
 
 def _compared(diagnosis: Diagnosis, method: Method) -> str:
     """Return what competed, which recording judged, and how far off the channels are there before and after."""
-    if not diagnosis.fit:
-        return ""
-    return " ".join([*_competitors(diagnosis), *_before_and_after(diagnosis, method)])
+    return " ".join([*_competitors(diagnosis), *_before_and_after(diagnosis, method)]) if diagnosis.fit else ""
 
 
 def _competitors(diagnosis: Diagnosis) -> list[str]:
@@ -363,7 +359,9 @@ def _before_and_after(diagnosis: Diagnosis, method: Method) -> list[str]:
     order = sorted(diagnosis.fit, key=lambda name: (name not in worst, -change.get(name, 0.0)))
     shown = [name for place, name in enumerate(order) if place < Shown.most_named or is_worse(diagnosis, name)]
     states = "lesson alone -> with this" if diagnosis.effects else "values as given -> fitted"
-    there = f" on {diagnosis.question.validation}" if diagnosis.question.validation else ""
+    asked = diagnosis.question
+    both = f"{asked.recording} and " if asked.together else ""
+    there = f" on {both}{asked.validation}" if asked.validation else ""
     off = f"RMS error of the whole simulation{there} ({states})"
     return [f"{off}: {'; '.join(_change_of(diagnosis, name) for name in shown)}."] if shown else []
 

@@ -92,6 +92,11 @@ class Experiment:
         """Return the recording whose errors are weighed alike at all frequencies of the motion."""
         return replace(self, machine=replace(self.machine, output_error=True))
 
+    @property
+    def seams(self) -> list[int]:
+        """The samples with which a recording behind another one begins; none in one recording."""
+        return []
+
     def last_with(self, values: Mapping[str, float]) -> tuple[Experiment, Mapping[str, float]]:
         """Return the last of the recordings that this holds, and some values by name with those with which it begins."""
         return self, values

@@ -115,6 +115,11 @@ class JoinedExperiment(Experiment):
         """Return where each recording starts among ``values`` of all, or as it was recorded: the machine's names of the states -> value."""
         return [{own: values.get(name, begun[name]) for own, name in zip(self.begun[0], begun, strict=True)} for begun in self.begun]
 
+    @property
+    def seams(self) -> list[int]:
+        """The samples with which a recording behind another one begins."""
+        return [int(end) for end in np.cumsum([len(part.record) for part in self.parts[:-1]])]
+
     def last_with(self, values: Mapping[str, float]) -> tuple[Experiment, Mapping[str, float]]:
         """Return the last of the recordings that this holds, and some values by name with those with which it begins."""
         return self.parts[-1], {**values, **self.started(values)[-1]}
