@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,9 +63,14 @@ def diagnose(question: Question, tell: Progress | None = None) -> Diagnosis:
         return recording_fault(prepared.question, prepared.faults, prepared.findings, began)
     study = _study(prepared, _in_step(_STEPS[1], progress))
     study.progress("the lesson as it stands")
-    prepared, study, found = _with_signs(prepared, study, replace(explain(study), controller=prepared.controller))
+    motion = _Motion(prepared, study)
+    found = replace(explain(study, instead=motion.explained), controller=prepared.controller)
+    prepared, study = motion.prepared, motion.study
+    prepared, study, found = _with_signs(prepared, study, found)
     prepared, study, found = _with_inputs_held(prepared, study, found)
-    prepared, study, found = _with_the_motion(prepared, study, found)
+    motion = replace(motion, prepared=prepared, study=study)
+    found = motion.otherwise(found) or found if found.complete else found
+    prepared, study = motion.prepared, motion.study
     prepared, study, found = _fitted_together(prepared, study, found)
     if not found.model.candidates and (
         faults := against_model(prepared.experiments, found, question.method, two_files=question.validation is not None)
@@ -177,33 +182,51 @@ def _in_step(step: str, progress: Progress) -> Progress:
     return tell
 
 
-def _with_the_motion(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
-    """Return what explains the motion itself, where the best explanation under the noise of unmeasured forces does not.
+@dataclass
+class _Motion:
+    """The search for what explains the motion itself, where the best explanation under the noise of unmeasured forces does not.
 
     Such forces would have to be about as large as those that act, or have led a closed loop off, which holds against them: what is missing
-    has passed for their noise. The error of the simulation then takes the place of that of its equations, for all that follows.
+    has passed for their noise. The error of the simulation then takes the place of that of its equations for all that follows, and
+    ``prepared`` and ``study`` are of it. ``tried`` is what the search was made for in vain.
     """
-    if (
-        not found.complete
-        or prepared.before is not None
-        or study.estimation.machine.output_error
-        or explains_the_motion(study, found.model)
-        or not (_is_closed_loop(study) or _lacks_as_much_as_acts(study, found.model))
-    ):
-        return prepared, study, found
-    study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
-    simulated = prepared.by_output_error()
-    study_of_simulated = _study(simulated, study.progress)
-    other = explain(study_of_simulated, of_motion=True)
-    if not other.model.candidates or not explains_the_motion(study_of_simulated, other.model):
-        # without an effect the two errors differ only by which noise they believe
-        return prepared, study, found
-    why = "what was named under the noise of unmeasured forces does not explain the motion"
-    fitted, predicted = over(other.model, other.baseline)
-    step = Step("error of the simulation", (), (), fitted.nats, predicted.nats, why)
-    said = "Only large unmeasured forces would explain the motion so far: it was fitted anew, without such forces."
-    simulated = replace(simulated, findings=(*simulated.findings, said))
-    return simulated, study_of_simulated, replace(other, controller=found.controller, history=(step, *other.history))
+
+    prepared: PreparedQuestion
+    study: Study
+    tried: PreparedQuestion | None = None
+
+    def explained(self, found: Found) -> Found | None:
+        """Return what explains the motion in the place of what has grown; none where a channel may have the other sign."""
+        given = as_given(self.prepared.experiment)
+        if not self.prepared.added and any(against_the_machine(self.prepared.experiments, given, method=self.study.method)):
+            return None
+        return self.otherwise(found)
+
+    def otherwise(self, found: Found) -> Found | None:
+        """Return what explains the motion in the place of what was found; none where this does, or nothing does."""
+        prepared, study = self.prepared, self.study
+        if (
+            prepared is self.tried
+            or prepared.before is not None
+            or study.estimation.machine.output_error
+            or explains_the_motion(study, found.model)
+            or not (_is_closed_loop(study) or _lacks_as_much_as_acts(study, found.model))
+        ):
+            return None
+        study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
+        simulated = prepared.by_output_error()
+        study_of_simulated = _study(simulated, study.progress)
+        other = explain(study_of_simulated, of_motion=True)
+        if not other.model.candidates or not explains_the_motion(study_of_simulated, other.model):
+            # without an effect the two errors differ only by which noise they believe
+            self.tried = prepared
+            return None
+        why = "what was named under the noise of unmeasured forces does not explain the motion"
+        fitted, predicted = over(other.model, other.baseline)
+        step = Step("error of the simulation", (), (), fitted.nats, predicted.nats, why)
+        said = "Only large unmeasured forces would explain the motion so far: it was fitted anew, without such forces."
+        self.prepared, self.study = replace(simulated, findings=(*simulated.findings, said)), study_of_simulated
+        return replace(other, controller=found.controller, history=(step, *other.history))
 
 
 def _is_closed_loop(study: Study) -> bool:

@@ -191,6 +191,7 @@ class Cogging(Effect):
             "second_phase": (-math.pi, math.pi),
         },
         nuisance=("phase", "second_phase"),
+        extended=("second", "second_phase"),
     )
     fingerprint = "A line of the missing force that stays in position, with the same sign both ways, and does not depend on the drive."
     confused_with = ("TorqueRipple", "PositionDependentFriction")

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from lathesim.diagnosis.explaining.chance import due, is_clear, unresolved
+from lathesim.diagnosis.explaining.chance import due, is_clear, is_clear_as_one_block, unresolved
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.explanations.lacking_force import lacking
 from lathesim.diagnosis.location import missing_share
 from lathesim.diagnosis.records.found import Tried
-from lathesim.identification.records import Model
+from lathesim.identification.estimation.estimates import estimates, interval_includes_neutral
+from lathesim.identification.records import Candidate, Model
 from lathesim.identification.signal import root_mean_square
 
 
@@ -92,3 +93,25 @@ def least_size(study: Study, model: Model, row: int) -> float:
     """Return the smallest force behind a channel that errors of laws do not make, one root mean square."""
     _, total = missing_share(study.validation, model.validation_fit, row)
     return study.method.within_laws * root_mean_square(total)
+
+
+def small_and_unsure(study: Study, model: Model, trials: Iterable[Tried]) -> Tried | None:
+    """Return the trial that gains least of those that explain the smaller part of what is left without them, and whose size in a model may
+    be zero by both recordings together; none where there is none.
+
+    A gain that is clear even if all blocks of a recording were one is no matter of doubt: what else is missing makes an interval wide.
+    """
+    larger = study.method.larger_part
+    small = [one for one in trials if min(one.fitted.share, one.predicted.share) < larger and _has_one_size(one.candidate)]
+    small = [one for one in small if not all(is_clear_as_one_block(gained, study.method) for gained in (one.fitted, one.predicted))]
+    if not small:
+        return None
+    values = estimates(model, study.estimation, study.validation, None)
+    unsure = [one for one in small if interval_includes_neutral(one.candidate, values)]
+    return min(unsure, key=lambda one: one.predicted.nats, default=None)
+
+
+def _has_one_size(candidate: Candidate) -> bool:
+    """Return whether the interval of a size says that the effect may be nothing: a product, or a shape, may be sure while no factor is."""
+    how = candidate.effect.identification
+    return not how.products and not candidate.named(how.extended)

@@ -31,22 +31,27 @@ class Rounds:
     """The rounds of a search; one on top of the same model is not made twice: the same values free, between the same bounds, and fitted no
     better.
 
-    ``rivals`` are, by the part of an effect that came in, those that predicted as well: they are fitted in each later round.
+    ``rivals`` are, by the part of an effect that came in, those that predicted as well: they are fitted in each later round. ``others`` are
+    those that predicted better than without them when the last effect came in, and ``ahead`` those that gained more than what came in, by
+    their own noise, which leaves less by the noise of either.
     """
 
     study: Study
     rivals: dict[str, tuple[Candidate, ...]] = field(default_factory=dict)
+    others: list[Tried] = field(default_factory=list)
+    ahead: list[Tried] = field(default_factory=list)
     _made: dict[frozenset[tuple[str, float, float]], tuple[float, list[Tried]]] = field(default_factory=dict)
 
     def is_new(self, model: Model) -> bool:
         """Return whether no round was made on top of a model that is fitted as well, with the same values free."""
         return model.fitted.score > self._made.get(_key(model), (-math.inf, []))[0] + due(self.study.method)
 
-    def on(self, model: Model) -> list[Tried]:
-        """Return the most promising candidates, each fitted on top of a model, and those that were nothing there."""
+    def on(self, model: Model, known: Tried | None = None) -> list[Tried]:
+        """Return the most promising candidates, each fitted on top of a model, and those that were nothing there. One that is ``known`` on
+        top of it is not fitted again."""
         if self.is_new(model):
             rivals = {one.part for others in self.rivals.values() for one in others}
-            self._made[_key(model)] = model.fitted.score, _round(self.study, model, rivals)
+            self._made[_key(model)] = model.fitted.score, _round(self.study, model, rivals, known)
         return self._made[_key(model)][1]
 
 
@@ -54,7 +59,7 @@ def _key(model: Model) -> frozenset[tuple[str, float, float]]:
     return frozenset((one.name, one.low, one.high) for one in model.free)
 
 
-def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
+def _round(study: Study, model: Model, rivals: Collection[str], known: Tried | None) -> list[Tried]:
     experiment = study.estimation
     candidates = [*may_come(model, experiment), *finer(model, experiment)]
     points = starting_points(experiment, model.fitted, candidates, method=study.method)
@@ -65,7 +70,7 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
     wide = screen(experiment.sensed, model.fitted, everywhere) if everywhere else ()
     least = 0.0 if is_off(study, model) else due(study.method)
     items = sorted((*screened, *wide), key=lambda item: -item.gain)
-    trials, good = _fitted_on(study, model, _promising(items, study, rivals, least), items, points)
+    trials, good = _fitted_on(study, model, _promising(items, study, rivals, least), items, points, known)
     # what no machine does is no yardstick: a first fit of what is right may be far behind it. Nor is what is judged on other frequencies
     most: dict[bool, float] = {}
     for made in good or trials:
@@ -79,7 +84,7 @@ def _round(study: Study, model: Model, rivals: Collection[str]) -> list[Tried]:
         """Return a trial fitted further where it may be the best: near it, or alike, where a first fit of a delay stops a sample short."""
         like = (made.candidate.family, made.candidate.at) == trace
         near = 0.0 if like else NEAR * most.get(is_full_band(made.model.candidates), 0.0)
-        if made.predicted.nats > max(near, due(study.method)):
+        if made is not known and made.predicted.nats > max(near, due(study.method)):
             made = settled_trial(study, model, made)
         text = f"{made.name} gains {made.predicted.nats:.0f} +- {made.predicted.error:.0f}"
         study.progress(Standing.told(text, [CandidateStanding(made.name, made.fitted.nats, made.predicted.nats, made.predicted.share)]))
@@ -113,16 +118,27 @@ def _promising(ranked: Sequence[Screened], study: Study, rivals: Collection[str]
 
 
 def _fitted_on(
-    study: Study, model: Model, batches: list[list[Screened]], items: Sequence[Screened], points: Mapping[str, FloatArray]
+    study: Study,
+    model: Model,
+    batches: list[list[Screened]],
+    items: Sequence[Screened],
+    points: Mapping[str, FloatArray],
+    known: Tried | None,
 ) -> tuple[list[Tried], list[Tried]]:
     """Return the candidates of some batches fitted on top of a model, and those of them that predict better: up to the first batch that
-    holds some, and what this has overlooked."""
+    holds some, and what this has overlooked. One that is ``known`` there is not fitted again."""
+
+    def fitted(item: Screened) -> Tried:
+        if known is not None and item.candidate.parameters == known.candidate.parameters:
+            return known
+        return tried(study, model, item, _read_off(points, item.candidate))
+
     trials: list[Tried] = []
     good: list[Tried] = []
     while batches:
-        trials += together(lambda item: tried(study, model, item, _read_off(points, item.candidate)), batches.pop(0))
-        known, good = good, [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
-        if known:
+        trials += together(fitted, batches.pop(0))
+        before, good = good, [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
+        if before:
             break
         batches = _overlooked(good, items, batches) if good else batches
     return trials, good

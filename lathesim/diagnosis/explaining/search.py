@@ -7,14 +7,14 @@ put in the place of effects, and each effect is left out once: what it is worth 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from lathesim.diagnosis.explaining.chance import is_clear, is_clear_as_one_block
+from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible, is_usual, own_residuals, released
-from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest
+from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest, small_and_unsure
 from lathesim.diagnosis.explaining.rounds import Rounds, is_finer, is_off
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, neutral, over, settled_trial, tried, was_there_before, without, worth
@@ -22,7 +22,6 @@ from lathesim.diagnosis.method.method import FIRSTS, MOST_EFFECTS, SEARCH_TIME
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.found import Found, Screened, Tried
 from lathesim.engine.assembly import Place
-from lathesim.identification.estimation.estimates import estimates, interval_includes_neutral
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.execution import until
 from lathesim.identification.records import Candidate, Model
@@ -37,11 +36,14 @@ def explains_the_motion(study: Study, model: Model) -> bool:
     return bool(np.all(np.mean(residual**2, axis=1) < (study.method.larger_part * size) ** 2))
 
 
-def explain(study: Study, begun: Model | None = None, *, of_motion: bool = False) -> Found:
+def explain(
+    study: Study, begun: Model | None = None, *, of_motion: bool = False, instead: Callable[[Found], Found | None] | None = None
+) -> Found:
     """Return the explanation that predicts the validation recording best; Ctrl-C and a deadline keep what was found until then.
 
     The search begins with the lesson as it stands, or goes on with what was ``begun``. With ``of_motion`` only what explains the motion is
-    of use: the effects that grew are not held against rivals where they do not.
+    of use: the effects that grew are not held against rivals where they do not. What ``instead`` returns for what has grown ends the
+    search, before pairs and rivals are tried, which takes longest.
     """
     # without the lesson itself there is no answer: only the search beyond it ends with its share of the time
     ends = study.ends.share(SEARCH_TIME)
@@ -50,7 +52,7 @@ def explain(study: Study, begun: Model | None = None, *, of_motion: bool = False
     baseline = modelled(study, (), fitted)
     found = Found(baseline, begun or baseline)
     try:
-        for state in _states(replace(study, progress=until(ends, study.progress)), found, of_motion):
+        for state in _states(replace(study, progress=until(ends, study.progress)), found, of_motion, instead):
             found = state
     except KeyboardInterrupt:
         study.progress("stopped; what was found until here is kept")
@@ -58,12 +60,18 @@ def explain(study: Study, begun: Model | None = None, *, of_motion: bool = False
     return replace(found, complete=True)
 
 
-def _states(study: Study, found: Found, of_motion: bool) -> Iterator[Found]:
+def _states(study: Study, found: Found, of_motion: bool, instead: Callable[[Found], Found | None] | None) -> Iterator[Found]:
     """Yield the search as far as it has come."""
     rounds = Rounds(study)
     if found.model is found.baseline:
         found = _with_other_values(study, found, rounds)
     yield found
+    if instead is not None:
+        for found in _grown(study, found, rounds, pairs=False):  # noqa: B020
+            yield found
+        if (other := instead(found)) is not None:
+            yield other
+            return
     for found in _grown(study, found, rounds):  # noqa: B020
         yield found
     while True:
@@ -78,6 +86,7 @@ def _states(study: Study, found: Found, of_motion: bool) -> Iterator[Found]:
             return
         # what went may have stood for what a finer form of another one does, or for values that were not reached before
         if rounds.is_new(found.model):
+            rounds.others, rounds.ahead = [], []
             for found in _grown(study, found, rounds):  # noqa: B020
                 yield found
 
@@ -103,42 +112,70 @@ def _with_other_values(study: Study, found: Found, rounds: Rounds) -> Found:
     return replace(found, model=values, values=values, history=(step,))
 
 
-def _grown(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
-    """Yield the search with effects added as long as one predicts better, and without those that a later one made needless.
+def _grown(study: Study, found: Found, rounds: Rounds, *, pairs: bool = True) -> Iterator[Found]:
+    """Yield the search with effects added as long as one predicts better, and without those that a later one made needless; then with
+    ``pairs`` of effects in the place of what came in.
 
     By the error of a simulation only what explains the motion is found: what is left then is not as white as it is taken for.
     """
-    others, ahead = list[Tried](), list[Tried]()
+    needless = set[str]()
     while len(found.model.candidates) < MOST_EFFECTS and not _is_done(study, found):
         model = found.model
         trials = rounds.on(model)
         found = found.having_tried(trials)
-        best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before])
+        best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before | needless])
         if best is None:
-            found = _on_another(study, found, _firsts(study, model, others, ahead), rounds)
+            found = _on_another(study, found, _firsts(study, model, rounds), rounds) if pairs else found
             yield found
             if found.model is model:
                 break
-            others, ahead = [], []
-            continue
-        found = _otherwise(study, found, best, rounds)
-        if found.model is not model:
+            rounds.others, rounds.ahead = [], []
+        elif (led := _led_to(study, found, best)) is not None:
+            needless |= set() if rounds.is_new(led.model) else {best.candidate.part}
+            found = led
             yield found
-            continue
-        good = [one for one in trials if significant(one, study)]
-        rounds.rivals[best.candidate.part] = tuple(one.candidate for one in good if one is not best and as_good(one.model, best, study))
-        others = [one for one in good if one is not best and is_plausible(study, one.model)]
-        ahead += [one for one in others if one.predicted.nats > best.predicted.nats]
-        if was_there_before(study, best):
-            found = replace(found, there_before=found.there_before | {best.candidate.part})
-        study.progress(f"{best.name} predicts better, by a gain of {best.predicted.nats:.0f}")
-        found = found.changed("add", best, f"predicts better than without it, by a gain of {best.predicted.nats:.0f}")
-        yield found
-        for candidate in found.model.candidates[:-1]:
-            left = without(study, found.model, candidate)
-            if not significant(worth(candidate, left, found.model), study):
-                found = _dropped(study, found, candidate, left)
+        else:
+            found = _otherwise(study, found, best, rounds)
+            if found.model is not model:
                 yield found
+                continue
+            for found in _with_added(study, found, best, trials, rounds):  # noqa: B020
+                yield found
+
+
+def _with_added(study: Study, found: Found, best: Tried, trials: Sequence[Tried], rounds: Rounds) -> Iterator[Found]:
+    """Yield the search with the best trial of a round added, and without what it made needless."""
+    good = [one for one in trials if significant(one, study)]
+    rounds.rivals[best.candidate.part] = tuple(one.candidate for one in good if one is not best and as_good(one.model, best, study))
+    rounds.others = [one for one in good if one is not best and is_plausible(study, one.model)]
+    rounds.ahead += [one for one in rounds.others if one.predicted.nats > best.predicted.nats]
+    if was_there_before(study, best):
+        found = replace(found, there_before=found.there_before | {best.candidate.part})
+    study.progress(f"{best.name} predicts better, by a gain of {best.predicted.nats:.0f}")
+    found = found.changed("add", best, f"predicts better than without it, by a gain of {best.predicted.nats:.0f}")
+    yield found
+    for candidate in found.model.candidates[:-1]:
+        left = without(study, found.model, candidate)
+        if not significant(worth(candidate, left, found.model), study):
+            found = _dropped(study, found, candidate, left)
+            yield found
+
+
+def _led_to(study: Study, found: Found, best: Tried) -> Found | None:
+    """Return the search with the values that a further effect led to, where the others predict as well with these and without it; none
+    where it is worth something, or is the first.
+
+    A fit ends in a valley where each further value helps it on: what that gains is no effect.
+    """
+    if not found.model.candidates:
+        return None
+    left = without(study, best.model, best.candidate)
+    if left.fitted.score < found.model.fitted.score or significant(worth(best.candidate, left, best.model), study):
+        return None
+    study.progress(f"{best.name} is not needed: the others predict as well with the values that it led to")
+    fitted, predicted = over(left, found.model)
+    step = Step("refit", (), (), fitted.nats, predicted.nats, f"fitted from where {best.name} led, which is worth nothing then")
+    return replace(found, model=left, worth={}, rivals={}, history=(*found.history, step))
 
 
 def _is_done(study: Study, found: Found) -> bool:
@@ -148,17 +185,16 @@ def _is_done(study: Study, found: Found) -> bool:
     return study.estimation.machine.output_error and (confirmed or not study.judges_itself) and explains_the_motion(study, found.model)
 
 
-def _firsts(study: Study, model: Model, others: Sequence[Tried], ahead: Sequence[Tried]) -> list[Tried]:
+def _firsts(study: Study, model: Model, rounds: Rounds) -> list[Tried]:
     """Return the effects that may stand at the beginning of a better explanation than what was found, the best first.
 
-    They are the ``others`` of the last round where what was found does not explain the motion, and what was ``ahead`` in some round: it
-    gained more by its own noise than what came in, which leaves less by the noise of either.
+    They are the others of the last round where what was found does not explain the motion, and what was ahead in some round.
     """
     if not is_off(study, model):
         return []
-    last = () if explains_the_motion(study, model) else others
+    last = () if explains_the_motion(study, model) else rounds.others
     places = {(one.family, one.at) for one in model.candidates}
-    apart = [one for one in ahead if (one.candidate.family, one.candidate.at) not in places]
+    apart = [one for one in rounds.ahead if (one.candidate.family, one.candidate.at) not in places]
     earlier = [one for one in apart if not any(one is other for other in last)]
     return [one for firsts in (last, earlier) for one in sorted(firsts, key=lambda one: -one.predicted.nats)[:FIRSTS]]
 
@@ -315,7 +351,8 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
             waiting = list(found.model.candidates)
             yield found
             continue
-        trials = [one for one in rounds.on(left) if one.candidate.part != candidate.part]
+        trials = [one for one in rounds.on(left, own) if one.candidate.part != candidate.part]
+        trials += _shaped_rivals(study, found.model, own, trials)
         found = found.having_tried(trials)
         believed = is_usual(study, candidate, found.model.fitted.by_name)
         best = chosen(study, [own, *trials])
@@ -338,6 +375,18 @@ def _compared(study: Study, found: Found, rounds: Rounds) -> Iterator[Found]:
         yield found
 
 
+def _shaped_rivals(study: Study, model: Model, own: Tried, trials: Sequence[Tried]) -> list[Tried]:
+    """Return the finer shapes of what leaves a like trace and does not predict as well as an effect of a model, fitted in its place.
+
+    A share of the drive does to a ripple what the second harmonic of a cogging does, where a loop answers to both.
+    """
+    trace = own.candidate.family, own.candidate.at
+    alike = [one for one in trials if (one.candidate.family, one.candidate.at) == trace and significant(one, study)]
+    behind = [one.candidate.shaped for one in alike if one.candidate.shaped is not None and not as_good(one.model, own, study)]
+    made = [_in_place(study, model, own.candidate, shaped) for shaped in behind]
+    return [worth(one.candidate, own.before, one.model) for one in made]
+
+
 def ties(study: Study, own: Tried, trials: Sequence[Tried]) -> tuple[Tried, ...]:
     """Return the trials in the place of an effect that predict as well, other effects than a finer form of it or the other sensor."""
     good = [one for one in trials if significant(one, study) and is_plausible(study, one.model) and as_good(one.model, own, study)]
@@ -355,28 +404,6 @@ def surer_instead(study: Study, found: Found, doubtful: Tried, trials: Sequence[
         return _dropped(study, found, doubtful.candidate, doubtful.before, "it explains little, and its size may be zero")
     study.progress(f"{best.candidate.name} takes the place of {doubtful.candidate.name}")
     return found.changed("swap", best, f"predicts better too, and the size of {doubtful.candidate.name} may be zero", [doubtful.candidate])
-
-
-def small_and_unsure(study: Study, model: Model, trials: Iterable[Tried]) -> Tried | None:
-    """Return the trial that gains least of those that explain the smaller part of what is left without them, and whose size in a model may
-    be zero by both recordings together; none where there is none.
-
-    A gain that is clear even if all blocks of a recording were one is no matter of doubt: what else is missing makes an interval wide.
-    """
-    larger = study.method.larger_part
-    small = [one for one in trials if min(one.fitted.share, one.predicted.share) < larger and _has_one_size(one.candidate)]
-    small = [one for one in small if not all(is_clear_as_one_block(gained, study.method) for gained in (one.fitted, one.predicted))]
-    if not small:
-        return None
-    values = estimates(model, study.estimation, study.validation, None)
-    unsure = [one for one in small if interval_includes_neutral(one.candidate, values)]
-    return min(unsure, key=lambda one: one.predicted.nats, default=None)
-
-
-def _has_one_size(candidate: Candidate) -> bool:
-    """Return whether the interval of a size says that the effect may be nothing: a product, or a shape, may be sure while no factor is."""
-    how = candidate.effect.identification
-    return not how.products and not candidate.named(how.extended)
 
 
 def _better(study: Study, model: Model, best: Tried, worth: Tried) -> bool:

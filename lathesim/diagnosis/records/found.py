@@ -107,8 +107,9 @@ class Found:
         return replace(self, model=one.model, worth={}, rivals={}, history=(*self.history, step))
 
     def having_tried(self, trials: Sequence[Tried]) -> Found:
-        """Return the search with further trials."""
-        return replace(self, tried=(*self.tried, *trials))
+        """Return the search with further trials, each of which counts once."""
+        known = {id(one) for one in self.tried}
+        return replace(self, tried=(*self.tried, *(one for one in trials if id(one) not in known)))
 
     @property
     def jointly_off(self) -> tuple[str, ...]:

@@ -32,7 +32,9 @@ WAVY = (TorqueRipple, Cogging, SignedInterpolationError)
 
 
 def term_of(effect: Any) -> Candidate:
-    return next(candidate for candidate in insert_candidates(machine().assembly, (effect,))[1] if candidate.name == effect.__name__)
+    """Return the candidate of an effect; of a cogging with its second harmonic."""
+    found = next(candidate for candidate in insert_candidates(machine().assembly, (effect,))[1] if candidate.name == effect.__name__)
+    return found.shaped if effect is Cogging and found.shaped is not None else found
 
 
 def law(candidate: Candidate, values: dict[str, float]) -> np.ndarray:

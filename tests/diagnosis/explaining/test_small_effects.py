@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from lathesim.diagnosis.explaining.chance import is_clear
-from lathesim.diagnosis.explaining.resolution import as_good
+from lathesim.diagnosis.explaining.resolution import as_good, small_and_unsure
 from lathesim.diagnosis.explaining.rounds import Rounds
-from lathesim.diagnosis.explaining.search import small_and_unsure, surer_instead
+from lathesim.diagnosis.explaining.search import explain, surer_instead
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over
@@ -87,3 +87,16 @@ def test_a_doubtful_effect_makes_way_for_one_whose_size_is_sure() -> None:
     left = surer_instead(asked, Found(alone, with_it), doubtful, Rounds(asked).on(alone))
     assert [one.effect for one in left.model.candidates] == [ForceOffset]
     assert left.history[-1].move == "swap"
+
+
+def test_a_gain_that_better_values_alone_make_is_no_effect() -> None:
+    """A model that stopped short of its best values gains by whatever is fitted beside it."""
+    asked = study(*pair(Hidden(dry=10.0)))
+    friction = next(one for one in asked.estimation.candidates if one.name == "CoulombFriction")
+    short = [*baseline(asked.estimation), *candidate_free(asked, friction, np.array([6.0]))]
+    begun = modelled(asked, (friction,), fit(asked.estimation.sensed, short, rounds=0))
+    found = explain(asked, begun)
+    assert [one.name for one in found.model.candidates] == ["CoulombFriction"]
+    assert found.model.fitted.by_name[f"{friction.part}.level"] == pytest.approx(10.0, rel=0.05)
+    assert [step.move for step in found.history] == ["refit"]
+    assert any(one.candidate.name != "CoulombFriction" and one.predicted.nats > 0.0 for one in found.tried)

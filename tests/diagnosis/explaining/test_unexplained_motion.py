@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lathesim.diagnosis.diagnose import ask, diagnose
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion
+from lathesim.diagnosis.records.found import Found
 from lathesim.effects.friction import CoulombFriction
 from lathesim.identification.replay.loading import Recorded
 from tests.diagnosis.pushed_table import Hidden, experiments, machine, recording, study
@@ -26,6 +29,24 @@ def test_what_does_not_explain_the_motion_has_no_rivals() -> None:
     assert not explains_the_motion(asked, found.model)
     assert found.complete
     assert (len(found.worth), len(whole.worth)) == (0, 1)
+
+
+def test_what_explains_the_motion_ends_a_search_before_rivals_are_compared() -> None:
+    """Pairs and rivals take the longest part of a search, and none of it is of use once another way has explained the motion."""
+    asked = study(*experiments(*(recording(Hidden(dry=30.0), seed=seed) for seed in (1, 2)), effects=(CoulombFriction,)))
+    shown: list[Found] = []
+
+    def instead(found: Found) -> Found | None:
+        shown.append(found)
+        return replace(found, history=()) if len(shown) == 2 else None
+
+    whole, ended = (explain(asked, instead=instead) for _ in range(2))
+    names = [[one.name for one in found.model.candidates] for found in (*shown, whole, ended)]
+    assert names == [["CoulombFriction"]] * 4
+    assert [len(found.worth) for found in (*shown, whole, ended)] == [0, 0, 1, 0]
+    assert ended.complete and ended.history == ()
+    # what a round has fitted is not fitted, or counted, twice
+    assert len({id(one) for one in whole.tried}) == len(whole.tried)
 
 
 @pytest.mark.parametrize(("swing", "searched"), [(4.0, False), (60.0, True)])
