@@ -139,9 +139,7 @@ def dimension_text(dimensionality: Mapping[str, float]) -> str:
         [f"{name} ** {abs(power):g}" if abs(power) != 1 else name for name, power in sorted(dimensionality.items()) if power * sign > 0]
         for sign in (1, -1)
     )
-    if not (above or below):
-        return "dimensionless"
-    return " / ".join([" * ".join(above) or "1", *below])
+    return " / ".join([" * ".join(above) or "1", *below]) if above or below else "dimensionless"
 
 
 def same_dimension(first: str, second: str) -> bool:

@@ -244,8 +244,7 @@ def _reason(error: BaseException) -> str:
 def remove_dead_parts(folder: Path) -> None:
     """Remove the incomplete files of killed processes from a folder; each process looks once."""
     with contextlib.suppress(OSError):
-        names = [entry.name for entry in os.scandir(folder) if entry.name.endswith(".part")]
-        for name in names:
+        for name in [entry.name for entry in os.scandir(folder) if entry.name.endswith(".part")]:
             found = _PART.fullmatch(name)
             if found and not is_alive(int(found[1])):
                 _remove_unlocked(folder / name)

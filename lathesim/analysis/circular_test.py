@@ -58,8 +58,7 @@ def circles(record: Record) -> list[Circle]:
     radius = signal(record, "circle_radius")
     reference_x, reference_z = signal(record, "x_reference"), signal(record, "z_reference")
     turned = np.unwrap(np.arctan2(reference_z - centre_z, reference_x - centre_x))
-    key = np.stack([centre_x, centre_z, radius])
-    breaks = np.flatnonzero(np.any(np.diff(key, axis=1) != 0.0, axis=0)) + 1
+    breaks = np.flatnonzero(np.any(np.diff(np.stack([centre_x, centre_z, radius]), axis=1) != 0.0, axis=0)) + 1
     found = []
     for part in np.split(np.arange(len(x)), breaks):
         if len(part) < _FEWEST or radius[part[0]] <= 0.0:
@@ -80,8 +79,7 @@ def _one_way(part: np.ndarray, turned: FloatArray, x: FloatArray, z: FloatArray,
         run = run[np.abs(turned[run] - turned[run[-1]]) <= _TURN * (1.0 + _ROUNDING)]
         if abs(turned[run[-1]] - turned[run[0]]) >= _TURN * (1.0 - _WHOLE):
             size = np.hypot(x[run], z[run])
-            angle = np.arctan2(z[run], x[run])
-            found.append(Circle(float(radius[run[0]]), direction, angle, size - radius[run], True))
+            found.append(Circle(float(radius[run[0]]), direction, np.arctan2(z[run], x[run]), size - radius[run], True))
     return found
 
 
@@ -182,8 +180,7 @@ def measured_circular_deviation(record: Record) -> float:
 
 def measured_hysteresis(record: Record) -> float:
     """Return the hysteresis H of a record that ran a circle in both directions [m]."""
-    found = circles(record)
-    ways = {circle.direction: circle for circle in found}
+    ways = {circle.direction: circle for circle in circles(record)}
     if len(ways) < 2:
         raise RecordError("not available: the circle was run in one direction only")
     return hysteresis(ways[1.0], ways[-1.0])
@@ -202,8 +199,7 @@ def smallest_radial_deviation(record: Record) -> float:
 
 
 def _whole_path(record: Record) -> FloatArray:
-    name = find_channel(record, *CONTACT, "engaged")
-    if name is not None:
+    if find_channel(record, *CONTACT, "engaged") is not None:
         raise RecordError("not available: the machine cuts, and the metrics of contact tell more")
     return signal(record, *CONTOUR_ERROR)
 

@@ -100,14 +100,12 @@ def mean_surface_roughness(record: Record) -> float:
 
 def mean_spindle_droop(record: Record) -> float:
     """Return by how much the spindle turns slower than it should, on average while cutting [rad/s]."""
-    reference = np.abs(while_engaged(record, "spindle_reference"))
-    return float(np.mean(reference - np.abs(while_engaged(record, *SPINDLE_SPEED))))
+    return float(np.mean(np.abs(while_engaged(record, "spindle_reference")) - np.abs(while_engaged(record, *SPINDLE_SPEED))))
 
 
 def spindle_speed_error(record: Record) -> float:
     """Return the largest deviation of the spindle from its reference in contact [rad/s]."""
-    reference = while_in_contact(record, "spindle_reference")
-    return largest(reference - while_in_contact(record, *SPINDLE_SPEED))
+    return largest(while_in_contact(record, "spindle_reference") - while_in_contact(record, *SPINDLE_SPEED))
 
 
 def _lasting(values: FloatArray) -> float:

@@ -242,8 +242,7 @@ def wiring_text(plan: Plan) -> str:
     lines = [
         f"sample period {assembly.sample_period:g} s, {assembly.steps_per_sample} RK4 steps each; {len(plan.channels)} channels recorded"
     ]
-    order = dict.fromkeys([name for name, _ in plan.laws.instant] + list(plan.parts))
-    for name in order:
+    for name in dict.fromkeys([name for name, _ in plan.laws.instant] + list(plan.parts)):
         part = plan.parts[name]
         declared = part.component.declarations
         every = f", every {part.every} samples" if part.every > 1 else ""

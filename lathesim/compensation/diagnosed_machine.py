@@ -181,8 +181,7 @@ class Diagnosed:
             else:
                 sound |= {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
         machinery = with_sensor_noise(machinery.with_parameters(given), noise or {})
-        plan = wire(dataclasses.replace(machinery, finish="", record=wanted))
-        batch = Batch(plan, samples, seed=prepared.case.seed)
+        batch = Batch(wire(dataclasses.replace(machinery, finish="", record=wanted)), samples, seed=prepared.case.seed)
         return Bench(machinery, batch, loops, {**sound, **shares}, shares, {**sound, **quiet}, machinery.sample_period)
 
     def _length(self, prepared: Prepared) -> int:

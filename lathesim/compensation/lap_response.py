@@ -74,8 +74,7 @@ def _into(frame: FloatArray | None, rows: FloatArray) -> FloatArray:
 def _padded(rows: FloatArray, length: int) -> FloatArray:
     """Return rows with their ends held and faded, in the middle of ``length`` samples."""
     offset = (length - rows.shape[1]) // 2
-    after = length - rows.shape[1] - offset
-    fade_in, fade_out = np.linspace(0.0, 1.0, offset), np.linspace(1.0, 0.0, after)
+    fade_in, fade_out = np.linspace(0.0, 1.0, offset), np.linspace(1.0, 0.0, length - rows.shape[1] - offset)
     return np.hstack([rows[:, :1] * fade_in, rows, rows[:, -1:] * fade_out])
 
 

@@ -95,8 +95,7 @@ def learn(course: Course, chosen: Filter, laps: int, *, on: str = "axis", tell: 
         if lap.rms > _NO_BETTER * done[-2].rms:
             why = _no_better(number, lap, floor, level, count)
             break
-    measure = [lap.largest if on == "contour" else lap.rms for lap in done]
-    best = int(np.nanargmin(measure))
+    best = int(np.nanargmin([lap.largest if on == "contour" else lap.rms for lap in done]))
     never = float(np.sqrt(np.mean(np.sum(chosen.left_out(done[0].errors) ** 2, axis=0))))
     return Learning(tuple(done), best, kept[best], chosen, floor, why, never)
 

@@ -122,8 +122,7 @@ def _against_commands(prepared: PreparedQuestion, given: Mapping[str, float]) ->
     added = unrecorded_inputs(recorded, given, laws, method=method)
     faults = against_commands(prepared.experiments, given, laws, method, [one.command for one in added])
     if added and not faults and not slow_log(question):
-        doubts = against_commands(prepared.experiments, given, laws, method)
-        return _with_inputs(prepared, given, added, doubts)
+        return _with_inputs(prepared, given, added, against_commands(prepared.experiments, given, laws, method))
     slow = too_slow_for_commands(question.fitted.findings, question.machine.compare) if faults else ()
     return replace(prepared, faults=slow or faults)
 

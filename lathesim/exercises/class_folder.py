@@ -172,8 +172,7 @@ def conceal_case(
         second = VALIDATION if VALIDATION in lesson.variants and not signals else None
         situations.append(_situation(prepare(lesson, registry, second), signals))
     made = partial(conceal, situations, columns, uncertain=_uncertain(lesson, prepared, tell), seed=seed, noise=noise, wanted=wanted)
-    count = None if wanted is None else 1
-    drawn = partial(_drawn, made, prepared, effects, columns, seed, tell, count)
+    drawn = partial(_drawn, made, prepared, effects, columns, seed, tell, None if wanted is None else 1)
     concealed = drawn() if hiding.at_random else made([read_wish(text, effects) for text in hiding.asked])
     more = further(concealed)
     return concealed, publish(lesson, concealed, folder, place, seed=seed, noise=noise, further=more, with_tasks=wanted is not None)

@@ -306,6 +306,5 @@ def logged(record: Record, machine: TrueMachine, columns: Sequence[LoggedColumn]
     """Return what the logger writes down, shape (columns, samples) [SI]."""
     rows = []
     for position, (column, channel) in enumerate(zip(columns, machine.channels, strict=True)):
-        rng = np.random.default_rng([seed, 2, position])
-        rows.append(column.logged(record[channel], noise, rng))
+        rows.append(column.logged(record[channel], noise, np.random.default_rng([seed, 2, position])))
     return np.array(rows)

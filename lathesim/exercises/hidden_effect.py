@@ -154,8 +154,7 @@ def _with_values(
     drawn = {name: bounds for name, bounds in ranges.items() if name not in given}
     all_values = {**{name: 0.5 * (low + high) for name, (low, high) in drawn.items()}, **given}
     values = {name: all_values[name] for name in declared if name in all_values}
-    units = {name: declared[name].unit for name in values}
-    return HiddenEffect(wish.effect, at, part, values, units, drawn)
+    return HiddenEffect(wish.effect, at, part, values, {name: declared[name].unit for name in values}, drawn)
 
 
 def _si(wish: HiddenWish, text: str, declared: Parameter) -> float:
@@ -180,9 +179,7 @@ def drawn_values(hidden: HiddenEffect, rng: np.random.Generator) -> HiddenEffect
 
 def _rounded(value: float) -> float:
     """Keep three digits: what is hidden shall be told in one line."""
-    if value == 0.0:
-        return 0.0
-    return round(value, 2 - math.floor(math.log10(abs(value))))
+    return 0.0 if value == 0.0 else round(value, 2 - math.floor(math.log10(abs(value))))
 
 
 def random_wishes(

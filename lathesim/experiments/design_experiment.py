@@ -107,8 +107,7 @@ def design_experiment(
     assembly, rivals = place_rivals(named, prepared.machinery, channels, registry, wish.draws, wish.seed, place)
     resolution = {signal.target: signal.resolution for signal in mapping.signals if signal.resolution}
     uncertain = uncertainties(lesson, prepared.plan) if lesson.settings.uncertain else {}
-    found = _programs(room, wish)
-    laid = lay_those_that_fit(found, room, wish.at_most)
+    laid = lay_those_that_fit(_programs(room, wish), room, wish.at_most)
     rivals = with_sizes_in_reach(assembly, rivals, laid[:_LOOKED_AT], f"{room.interpolator.name}.path")
     scene = Scene(assembly, rivals, channels, uncertain, room, resolution, 1.1 * wish.at_most + 1.0, stop)
     floors = np.max([scene.floors(program) for program in laid[:_LOOKED_AT]], axis=0)

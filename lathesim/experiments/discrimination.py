@@ -144,8 +144,7 @@ def refitted_worth(
     A refit makes T smaller, so what is not followed yet stands for the best that can come of it.
     """
     held = _HeldRival.of(scene, program, floors, conditions)
-    used = draws if conditions.average else 1
-    rows, where = _rows(scene, used)
+    rows, where = _rows(scene, draws if conditions.average else 1)
     scaled = held.levels(scene.readings([program], [rows])[0]).reshape(len(rows), -1)
     apart, explained, starts = held.by_slopes(scaled, rows, where)
     if not conditions.refit:
@@ -232,5 +231,4 @@ def _settled(explained: FloatArray, values: int) -> float:
 
 def _by_simplicity(apart: FloatArray) -> FloatArray:
     """Return T with that of the other way round where one rival holds the other as a special case: of two that fit, the simpler counts."""
-    other = apart.transpose(1, 0, 2)
-    return np.asarray(np.where(apart < NESTED, np.maximum(apart, other), apart))
+    return np.asarray(np.where(apart < NESTED, np.maximum(apart, apart.transpose(1, 0, 2)), apart))

@@ -156,8 +156,7 @@ class _Fitting:
         return tuple(read_waypoints(lesson, text, self.registry) for text in given)
 
     def free(self, changes: Sequence[Change]) -> list[FreeValue]:
-        plan = self.recorded[0].prepared.plan
-        own = free_values(self.lesson, plan, self.question.free, self.factor)
+        own = free_values(self.lesson, self.recorded[0].prepared.plan, self.question.free, self.factor)
         return own + [value for change in changes for value in change.brings]
 
     def objective(self, changes: Sequence[Change], recordings: Sequence[str] | None = None, weight: float | None = None) -> Objective:
@@ -292,8 +291,7 @@ def _outcome(fitted: _Fitting, best: _Found, given: Sequence[float], wall: float
     cross = _cross(fitted, best, say) if len(fitted.recorded) > 1 and not stopped else ()
     lesson = changed(fitted.lesson, best.changes) if best.changes else fitted.lesson
     values = tuple(zip(objective.free, values_of(objective.free, point), strict=True))
-    rms = objective.position_rms(point)
-    followed = tuple(Followed(*item) for item in zip(objective.recorded, given, rms, strict=True))
+    followed = tuple(Followed(*item) for item in zip(objective.recorded, given, objective.position_rms(point), strict=True))
     search = Search(fitted.runs + objective.replica.runs, wall, stopped or fitted.wished())
     band = ErrorBand(noise, own_band(objective, point).share, objective.wandering.spread if objective.wandering else 0.0)
     return Emulation(lesson, best.changes, values, followed, (), cross, band, told, tuple(ranked), unseen, search, question)
@@ -304,8 +302,7 @@ def _telling(objective: Objective, point: FloatArray, noise: float) -> Telling:
     here = objective.vector(point)[0]
 
     def moved(directions: FloatArray) -> FloatArray:
-        found = objective.vector(point + directions)
-        return np.asarray(np.abs(found - here).max(axis=1) * (objective.floor / noise))
+        return np.asarray(np.abs(objective.vector(point + directions) - here).max(axis=1) * (objective.floor / noise))
 
     return telling([item.name for item in objective.free], slopes, moved)
 

@@ -213,8 +213,7 @@ def _chance(found: Designed, foretold: Sequence[Foretold]) -> float:
     """Return the chance to decide: the expected one, and what was seen on the simulated recordings, each counting as one half."""
     if not foretold:
         return found.worth.chance
-    seen = sum(item.right for item in foretold) / len(foretold)
-    return 0.5 * found.worth.chance + 0.5 * seen
+    return 0.5 * found.worth.chance + 0.5 * (sum(item.right for item in foretold) / len(foretold))
 
 
 def undecidable_sentence(found: Designed) -> str:

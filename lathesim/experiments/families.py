@@ -151,8 +151,7 @@ def candidates(room: Room, at_most: float, count: int, seed: int, only: Sequence
         found.append(_mixed(room, plan, budget, random))
         if room.axes[1:] and random.random() < _ARCS and arcs:
             found.append(_with_arcs(room, found[-1], random))
-    fitting = [item for item in found if item.moves and item.seconds <= at_most]
-    return fitting[:count]
+    return [item for item in found if item.moves and item.seconds <= at_most][:count]
 
 
 def strokes_in_turn(room: Room, at_most: float, count: int, seed: int) -> list[CandidateProgram]:

@@ -66,8 +66,7 @@ def free_values(lesson: Lesson, plan: Plan, named: Sequence[str], factor: float,
     Bounds are ``factor`` times smaller and larger than given, within those of the parameter. Raises :class:`LessonError` for names that
     the machine does not have; ``place`` says where they were given.
     """
-    uncertain = lesson.settings.uncertain
-    names = list(dict.fromkeys(named)) or [name for name in uncertain if name in plan.parameters]
+    names = list(dict.fromkeys(named)) or [name for name in lesson.settings.uncertain if name in plan.parameters]
     if not names:
         names = [name for name in plan.parameters if _is_of_the_loop(plan, name)]
     for name in names:
@@ -211,8 +210,7 @@ def _still(
     count = int((singular < max(_UNSEEN, _ROUNDING * float(singular[0]))).sum())
     best: list[dict[str, float]] = []
     for first in range(len(names) - count, len(names)):
-        before = singular[first - 1] if first else np.inf
-        if singular[first] * _GAP > before:
+        if singular[first] * _GAP > (singular[first - 1] if first else np.inf):
             continue
         found = _combinations(names, rows[first:])
         directions = np.array([[powers.get(name, 0.0) for name in names] for powers in found])

@@ -74,8 +74,7 @@ class WatermarkedLoop:
         matrix = np.array([[closed, -self.b * self.feedback], [0.0, stay * self.a]])
         noise = np.array([[self.process + self.b**2 * watermark**2, -stay * self.process], [-stay * self.process, 0.0]])
         noise[1, 1] = stay**2 * self.process + self.gain**2 * self.reading
-        vector = np.linalg.solve(np.eye(4) - np.kron(matrix, matrix), noise.ravel())
-        return float(vector[0])
+        return float(np.linalg.solve(np.eye(4) - np.kron(matrix, matrix), noise.ravel())[0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -234,8 +234,7 @@ def _every(lesson: Lesson, assembly: Assembly, means: Means) -> int:
 
 def _along(machine: RecordedMachine, record: Record, sensors: Sequence[str]) -> Record:
     """Return what sensors would read of the lesson's own machine where it is driven as it was in a recording."""
-    assembly = machine.driven_by(machine.assembly, record)
-    plan = wire(replace(assembly, record=tuple(sensors), finish=""))
+    plan = wire(replace(machine.driven_by(machine.assembly, record), record=tuple(sensors), finish=""))
     (made,) = Batch(plan, len(record)).run([], np.zeros((1, 0)))
     channels = {name: Channel(name, plan.unit(name), values) for name, values in zip(sensors, made, strict=True)}
     return replace(record, channels={**record.channels, **channels})

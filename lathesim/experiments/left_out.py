@@ -110,8 +110,7 @@ def _trees(objective: Objective, low: FloatArray, high: FloatArray, seed: int) -
     if len(points) < _TRIED:
         from scipy.stats import qmc
 
-        spread = qmc.Sobol(len(low), seed=seed).random(256)
-        points = np.clip(low + spread * (high - low), low, high)
+        points = np.clip(low + qmc.Sobol(len(low), seed=seed).random(256) * (high - low), low, high)
         kept = len(objective.history.costs)
         costs = objective.costs(points)
         del objective.history.points[kept:], objective.history.costs[kept:]

@@ -204,8 +204,7 @@ def genetic(objective: Objective, low: FloatArray, high: FloatArray, effort: Eff
         mothers = points[parents[2 * crossed :]]
         directions = random.standard_normal(mothers.shape)
         directions *= length * random.random((len(mothers), 1)) / np.maximum(np.abs(directions).max(axis=1, keepdims=True), 1e-300)
-        mutants = np.clip(mothers + directions * (high - low), low, high)
-        offspring = np.vstack([children, mutants])
+        offspring = np.vstack([children, np.clip(mothers + directions * (high - low), low, high)])
         points = np.vstack([points[:elite], offspring])
         costs = np.concatenate([costs[:elite], objective.costs(offspring)])
         now = float(costs.min())

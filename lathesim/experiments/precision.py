@@ -271,8 +271,7 @@ class PrecisionBench:
         self.prior = np.diag(1.0 / self.spread**2)
         self.beside: dict[int, tuple[FloatArray, FloatArray | None]] = {}
         random = np.random.default_rng(wish.seed)
-        draws = max(1, wish.draws)
-        drawn = [0.5 * self.spread * random.standard_normal(len(free)) for _ in range(draws - 1)]
+        drawn = [0.5 * self.spread * random.standard_normal(len(free)) for _ in range(max(1, wish.draws) - 1)]
         self.points = [np.clip(point, *bounds(free)) for point in (np.zeros(len(free)), *drawn)]
 
     def readings(self, programs: Sequence[Laid | Ready], points: FloatArray) -> list[FloatArray]:

@@ -191,8 +191,7 @@ def _sizes(term: Term, known: dict[str, tuple[float, float]], draws: int, seed: 
     unit = qmc.Sobol(count, seed=seed).random(1 << max(0, (draws - 1).bit_length()))[:draws]
     rows = np.empty((draws, count))
     for column, name in enumerate(term.parameters):
-        item = Place.of(name).port
-        low, high = known.get(item) or _range(term, column)
+        low, high = known.get(Place.of(name).port) or _range(term, column)
         low, high = max(low, float(term.low[column])), min(high, float(term.high[column]))
         rows[:, column] = low * (high / low) ** unit[:, column] if low > 0.0 else low + (high - low) * unit[:, column]
     made = [column for column, name in enumerate(term.parameters) if Place.of(name).port in term.effect.neutral]

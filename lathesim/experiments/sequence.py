@@ -53,8 +53,7 @@ def diagnose_together(
     question = ask(case)
     answers, questions = [], []
     for left, other in zip(range(len(others), 0, -1), others, strict=True):
-        lesson = load_lesson(other.lesson)
-        further = load_case(lesson, [other.recording], registry)
+        further = load_case(load_lesson(other.lesson), [other.recording], registry)
         _check_same(case, further, other)
         judging = further.recordings[0]
         if judging.name == question.fitted.name:
@@ -86,8 +85,7 @@ def _check_same(case: LoadedCase, further: LoadedCase, other: Other) -> None:
     difference = _difference(first.assembly, second.assembly)
     if difference:
         raise LessonError(f"the recordings are of different machines: {difference}.", place=place, remedy="Join recordings of one machine.")
-    programs = {case.prepared.case.program, further.prepared.case.program}
-    if not first.drive and len(programs) > 1:
+    if not first.drive and len({case.prepared.case.program, further.prepared.case.program}) > 1:
         fact = "the recordings are runs of different programs, and no recorded reference drives the machine."
         raise LessonError(fact, place=place, remedy="Record the reference too, and map it under 'drive:' in both lessons.")
 
@@ -313,6 +311,4 @@ def _diagnose(file: Path, recording: Path, others: Sequence[Other], found: Desig
     def ask(loaded: LoadedCase) -> Question:
         return Question(lesson.title, loaded.machine, loaded.recordings[0], None, tuple(effects))  # type: ignore[arg-type]
 
-    if others:
-        return diagnose_together(case, others, registry, ask, lambda text: None)
-    return diagnose(ask(case))
+    return diagnose_together(case, others, registry, ask, lambda text: None) if others else diagnose(ask(case))

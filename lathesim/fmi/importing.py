@@ -119,8 +119,7 @@ class _Instance:
         self.slave: Any = self._done(
             instantiate_fmu, model.folder.name, model.description, "CoSimulation", logger=self._logged, require_functions=False
         )
-        changed = {port: value for port, value in zip(model.of("parameter"), parameters, strict=True) if value != port.start}
-        self._set(changed)
+        self._set({port: value for port, value in zip(model.of("parameter"), parameters, strict=True) if value != port.start})
         if self.is_2:
             self._done(self.slave.setupExperiment, startTime=0.0)
             self._done(self.slave.enterInitializationMode)

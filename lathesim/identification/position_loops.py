@@ -71,8 +71,7 @@ def _loop(assembly: Assembly, controller: Part) -> Loop | None:
     parts, ports = assembly.by_name, controller.component.ports
     asked, reading = (_fed(assembly, f"{controller.name}.{ports[role]}") for role in ("drive", "measured"))
     sensor = Place.of(reading).part
-    seen = _fed(assembly, f"{sensor}.measured")
-    axis = Place.of(seen).part
+    axis = Place.of(_fed(assembly, f"{sensor}.measured")).part
     if axis not in parts or "effort" not in parts[axis].component.ports:
         return None
     at_load = sensor in parts and parts[sensor].side == "load"

@@ -48,8 +48,7 @@ def channel_floor(values: FloatArray, resolution: float = 0.0) -> float:
     step = resolution or smallest_step(finite) or grid_spacing(finite)
     difference = np.diff(finite, 4)
     noise = 1.4826 * float(np.median(np.abs(difference))) / _FOURTH_DIFFERENCE
-    scale = float(np.max(np.abs(finite)))
-    return max(step / math.sqrt(12.0), noise, 1e-9 * scale, 1e-40)
+    return max(step / math.sqrt(12.0), noise, 1e-9 * float(np.max(np.abs(finite))), 1e-40)
 
 
 def _levels(values: FloatArray) -> FloatArray:
@@ -61,20 +60,16 @@ def _levels(values: FloatArray) -> FloatArray:
 def smallest_step(values: FloatArray) -> float:
     """Return the step between levels where a channel has few of them, else 0."""
     levels = _levels(values)
-    if len(levels) < 2 or len(levels) > 0.5 * len(values):
-        return 0.0
-    return float(np.min(np.diff(levels)))
+    return 0.0 if len(levels) < 2 or len(levels) > 0.5 * len(values) else float(np.min(np.diff(levels)))
 
 
 def grid_spacing(values: FloatArray) -> float:
     """Return the spacing of a grid on which all values (samples,) lie; 0 where there is none, or too few levels to tell."""
-    finite = values[np.isfinite(values)]
-    levels = _levels(finite)
+    levels = _levels(values[np.isfinite(values)])
     if len(levels) < FEWEST_LEVELS:
         return 0.0
     gaps = np.diff(levels)
-    smallest = float(np.min(gaps))
-    spacing = float(np.median(gaps[gaps < _SINGLE_GAP * smallest]))
+    spacing = float(np.median(gaps[gaps < _SINGLE_GAP * float(np.min(gaps))]))
     for reach in (100.0, np.inf):
         # the last digit makes the first spacing a little wrong, and over many counts that adds up
         near = levels - levels[0] if np.isinf(reach) else (gaps[gaps < reach * spacing])

@@ -169,8 +169,7 @@ def _places(bench: _Bench, effect: type[Effect], at: str, host: Part) -> dict[st
             remedy = f"Here {', '.join(having)} {'has' if len(having) == 1 else 'have'} one. " if having else ""
             remedy += f"{'Or name' if having else 'Name'} the place, as in 'at: {host.name}.<input, parameter or output>'."
             raise WiringError(f"{host.name} ({host.component.__name__}) has no port '{role}', where {effect.__name__} sits.", remedy=remedy)
-        item = bench.item(place)
-        if not isinstance(item, (Input, Output, Parameter)):
+        if not isinstance(bench.item(place), (Input, Output, Parameter)):
             known = [key for key, other in host.component.declarations.items() if isinstance(other, (Input, Output, Parameter))]
             wrong = Place.of(place).port
             raise WiringError(

@@ -108,8 +108,7 @@ def _lesson_of(source: YamlFile, path: Path) -> Lesson:
             "this is a machine template, not a lesson.", place=str(path), remedy="Write a lesson with the key 'machine' naming it."
         )
     settings = validated(LessonSettings, source)
-    machine = _machine_of(settings.machine, path, source)
-    return Lesson(path.stem, path, settings, source, machine)
+    return Lesson(path.stem, path, settings, source, _machine_of(settings.machine, path, source))
 
 
 def load_machine(path: Path) -> MachineTemplate:

@@ -32,9 +32,7 @@ def placed_at(place: str) -> Iterator[None]:
 
 def si_value(given: Given, unit: str) -> float:
     """Return the SI value of an entry that must measure the same kind of thing as ``unit``."""
-    if not isinstance(given.value, str):
-        return float(given.value)
-    return si_of(given.value, unit, given.place)
+    return si_of(given.value, unit, given.place) if isinstance(given.value, str) else float(given.value)
 
 
 def si_of(text: str, unit: str, place: str) -> float:

@@ -95,8 +95,7 @@ def expected_time(table: FloatArray, rapid_speed: float) -> float:
         elif row[at.FEED_MODE] != at.PER_MINUTE:
             turns = abs(row[at.SPINDLE_SPEED]) / (2.0 * math.pi)
             if row[at.SPINDLE_MODE] == at.CONSTANT_SURFACE_SPEED:
-                radius = max(row[at.START_X], row[at.END_X], 1e-3)
-                turns /= radius
+                turns /= max(row[at.START_X], row[at.END_X], 1e-3)
             speed = row[at.FEED] * turns
         else:
             speed = row[at.FEED]

@@ -52,8 +52,7 @@ class Prepared:
     @property
     def breaks_down(self) -> bool:
         """Whether the variant is there to show how a machine breaks down."""
-        variants = self.case.lesson.settings.variants
-        return self.case.variant is not None and variants[self.case.variant].breaks_down
+        return self.case.variant is not None and self.case.lesson.settings.variants[self.case.variant].breaks_down
 
     @property
     def expected_time(self) -> float | None:
@@ -131,8 +130,7 @@ def simulate(
     Raises what :func:`prepare` raises, :class:`LessonError` where only a recording drives the lesson, and :class:`SimulationError` with the
     data up to then in its ``record``.
     """
-    prepared = prepare(lesson, registry, variant, overrides, program=program)
-    return run_prepared(prepared, engine=engine, seed=seed)
+    return run_prepared(prepare(lesson, registry, variant, overrides, program=program), engine=engine, seed=seed)
 
 
 def run_prepared(

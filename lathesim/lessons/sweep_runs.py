@@ -67,8 +67,7 @@ class Members:
 
     def compile(self) -> None:
         """Make the compiled machine ready, so that the first run is as quick as the others."""
-        plan = self.prepared.plan
-        Batch(plan, 1, self.prepared.case.seed, threads=1).run((), np.zeros((1, 0)), lambda values: None)
+        Batch(self.prepared.plan, 1, self.prepared.case.seed, threads=1).run((), np.zeros((1, 0)), lambda values: None)
 
     def run(self, number: int, values: Sequence[float]) -> Member:
         """Run with other values [SI] and measure."""

@@ -297,8 +297,7 @@ async def publish_mtconnect(
 
     With ``adapter_port`` the same lines go out there as SHDR, for an agent of another maker.
     """
-    units = [signal.unit for signal in publisher.lap.signals]
-    items, factors = data_items(names, units)
+    items, factors = data_items(names, [signal.unit for signal in publisher.lap.signals])
     buffer = ObservationBuffer(items)
     origin = datetime.now(UTC)
     buffer.unavailable(origin)

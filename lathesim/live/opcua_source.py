@@ -104,8 +104,7 @@ class OpcUaSource:
             )
             for node in nodes
         ]
-        results = await subscription.create_monitored_items(requests)
-        self._check(results, subscription, publishing)
+        self._check(await subscription.create_monitored_items(requests), subscription, publishing)
 
     def _check(self, results: Sequence[Any], subscription: Any, publishing: float) -> None:
         """Report which items are refused, and what the server revised."""
@@ -121,9 +120,7 @@ class OpcUaSource:
     async def _node(self, client: Any, item: MappedItem) -> Any:
         ua = self._ua
         try:
-            if item.way == "node":
-                return client.get_node(item.at)
-            return await _by_path(client, item.at)
+            return client.get_node(item.at) if item.way == "node" else await _by_path(client, item.at)
         except (ua.UaError, ValueError, TypeError) as error:
             raise LiveError(f"the server has no {item.way} '{item.at}'.", place=self.url, remedy="Look at the map.") from error
 

@@ -75,8 +75,7 @@ class RecordBlocks:
 
 def _names(file: Any) -> list[str]:
     raw = file["channel_names"][()]
-    names = parsed_json(raw.decode("utf-8") if isinstance(raw, bytes) else raw)
-    return [str(name) for name in names]
+    return [str(name) for name in parsed_json(raw.decode("utf-8") if isinstance(raw, bytes) else raw)]
 
 
 _GAP = 1.5

@@ -43,8 +43,7 @@ class FeedbackSender:
         self._channels = channels
         self._socket: socket.socket | None = None
         if address[1]:
-            kind = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
-            self._socket = socket.socket(kind, socket.SOCK_DGRAM)
+            self._socket = socket.socket(socket.AF_INET6 if ":" in address[0] else socket.AF_INET, socket.SOCK_DGRAM)
             self._socket.setblocking(False)
             self._address = address
 
@@ -256,8 +255,7 @@ class Playing:
 
     async def _store(self, values: FloatArray) -> None:
         while len(values):
-            taken = self._buffer.put(values)
-            values = values[taken:]
+            values = values[self._buffer.put(values) :]
             self._more.set()
             if len(values):
                 self._room.clear()

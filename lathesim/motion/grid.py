@@ -120,8 +120,7 @@ def first_grid(curve: PathCurve, least: int) -> Grid:
     within = np.arange(len(span)) - np.repeat(np.concatenate([[0], np.cumsum(parts)[:-1]]), parts)
     width = np.diff(curve.knots)
     s = np.append(curve.knots[span] + width[span] * within / parts[span], curve.knots[-1])
-    firsts = np.concatenate([[0], np.cumsum(parts)])
-    return Grid(curve, s, span, firsts[curve.stops])
+    return Grid(curve, s, span, np.concatenate([[0], np.cumsum(parts)])[curve.stops])
 
 
 def pieces(grid: Grid) -> list[Grid]:

@@ -196,8 +196,7 @@ def fit_curve(positions: FloatArray, scale: FloatArray, retraction: float = RETR
 def _without_repeats(positions: FloatArray, scale: FloatArray) -> FloatArray:
     steps = np.sqrt(np.sum((np.diff(positions, axis=0) / scale) ** 2, axis=1))
     least = _SAME * max(float(steps.sum()), float(np.abs(positions / scale).max(initial=0.0)) * 1e-2)
-    keep = np.concatenate([[True], steps > least])
-    return np.asarray(positions[keep])
+    return np.asarray(positions[np.concatenate([[True], steps > least])])
 
 
 def _stops(steps: FloatArray, lengths: FloatArray, retraction: float) -> np.typing.NDArray[np.int64]:
@@ -205,6 +204,5 @@ def _stops(steps: FloatArray, lengths: FloatArray, retraction: float) -> np.typi
     if not len(lengths):
         return np.array([0])
     directions = steps / lengths[:, None]
-    cosines = np.sum(directions[1:] * directions[:-1], axis=1)
-    turns = np.flatnonzero(cosines < np.cos(retraction)) + 1
+    turns = np.flatnonzero(np.sum(directions[1:] * directions[:-1], axis=1) < np.cos(retraction)) + 1
     return np.concatenate([[0], turns, [len(lengths)]]).astype(np.int64)

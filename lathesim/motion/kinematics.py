@@ -116,8 +116,7 @@ def branches(chain: Chain, poses: Poses) -> list[Inverse]:
         _check(np.linalg.norm(directions - np.array(chain.tool_axis), axis=1), chain, "direction of the tool")
         choices = [{}]
     singular = np.flatnonzero(free)
-    outer = turns[0][0].name if turns else ""
-    note = _singular_note(singular, outer)
+    note = _singular_note(singular, turns[0][0].name if turns else "")
     return [Inverse(_with_linear(chain, poses.points, angles), singular, note) for angles in choices]
 
 
@@ -394,8 +393,7 @@ def path_error(chain: Chain, curve: PathCurve) -> FloatArray:
     spans = np.arange(len(ways))
     worst = np.zeros(len(ways))
     for share in _SHARES:
-        joints = curve.derivative(0, spans, share * np.diff(curve.knots))
-        away = forward(chain, joints).points - tips[:-1]
+        away = forward(chain, curve.derivative(0, spans, share * np.diff(curve.knots))).points - tips[:-1]
         along = np.clip(np.sum(away * ways, axis=1) / lengths, 0.0, 1.0)
         worst = np.maximum(worst, np.linalg.norm(away - along[:, None] * ways, axis=1))
     return worst

@@ -63,8 +63,7 @@ def _ratios(nodes: Grid, law: TimeLaw, limits: AxisLimits) -> tuple[FloatArray, 
     _, v, a, j = motion_at(nodes.curve, law, time)
     speed = np.max(np.abs(v) / limits.velocity, axis=1)
     force = np.sqrt(np.max(np.abs(a) / limits.acceleration, axis=1))
-    jerk = np.cbrt(np.max(np.abs(j) / limits.jerk, axis=1))
-    return time, np.maximum(np.maximum(speed, force), jerk)
+    return time, np.maximum(np.maximum(speed, force), np.cbrt(np.max(np.abs(j) / limits.jerk, axis=1)))
 
 
 def _tighter(nodes: Grid, law: TimeLaw, b: FloatArray, also: FloatArray, time: FloatArray, ratio: FloatArray, width: float) -> FloatArray:

@@ -61,8 +61,7 @@ def law_of(s: FloatArray, b: FloatArray) -> TimeLaw:
     speeds = np.sqrt(np.maximum(b, 0.0))
     seconds = 2.0 * ds / (speeds[:-1] + speeds[1:])
     acceleration = (speeds[1:] - speeds[:-1]) / seconds
-    time = np.concatenate([[0.0], np.cumsum(seconds)])
-    return TimeLaw(time, s, speeds, np.append(acceleration, 0.0), np.zeros(len(s)))
+    return TimeLaw(np.concatenate([[0.0], np.cumsum(seconds)]), s, speeds, np.append(acceleration, 0.0), np.zeros(len(s)))
 
 
 def smoothed(law: TimeLaw, width: float) -> TimeLaw:
@@ -74,8 +73,7 @@ def smoothed(law: TimeLaw, width: float) -> TimeLaw:
     """
     end = law.duration + width
     time = np.unique(np.concatenate([law.time, law.time + width]))
-    keep = np.concatenate([[True], np.diff(time) > _SAME * end])
-    time = time[keep]
+    time = time[np.concatenate([[True], np.diff(time) > _SAME * end])]
     time[-1] = end
     middle = 0.5 * (time[1:] + time[:-1])
     jerk = (_piecewise(law, middle) - _piecewise(law, middle - width)) / width
@@ -161,8 +159,7 @@ _ORDERS = (("position", ""), ("velocity", "/s"), ("acceleration", "/s^2"))
 
 def sample_times(duration: float, period: float) -> FloatArray:
     """Return the instants k period from 0 up to the first at or after ``duration``; the last shows the axes at rest."""
-    count = int(np.ceil(duration / period - 1e-9)) + 1
-    return np.arange(count, dtype=np.float64) * period
+    return np.arange(int(np.ceil(duration / period - 1e-9)) + 1, dtype=np.float64) * period
 
 
 def set_points(timing: Timing, period: float) -> Record:

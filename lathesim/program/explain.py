@@ -125,8 +125,7 @@ _CONTOURED = (Meaning.ROUGHING_CYCLE, Meaning.FACING_CYCLE, Meaning.REPEATING_CY
 def statement_words(block: Block) -> list[str]:
     """Return what the statement and the assignments of a block do."""
     found = [] if block.statement is None else [_statement(block.statement)]
-    assignments = block.assignments if block.statement is None else block.statement.assignments
-    for assignment in assignments:
+    for assignment in block.assignments if block.statement is None else block.statement.assignments:
         name = f"#<{assignment.name.lower()}>" if assignment.number is None else f"#{assignment.number.text}"
         found.append(f"{name} becomes {assignment.value.text}")
     return found

@@ -155,9 +155,7 @@ def block_of_line(raw: str, line: int, block_delete: bool) -> Block | None:
     if block is not None:
         return block
     words, number = _words(code, spaced)
-    if not words and not comments and not number:
-        return None
-    return Block(line, tuple(words), tuple(comments), number)
+    return Block(line, tuple(words), tuple(comments), number) if words or comments or number else None
 
 
 def _remarks(raw: str) -> tuple[str, ...]:

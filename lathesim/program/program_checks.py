@@ -169,8 +169,7 @@ def meets_stock(program: Program, bar: Bar) -> list[Warned]:
 
 def _points(move: Move, cell: float) -> tuple[Cells, Cells]:
     """Return z and x along a move, two points a cell, so that rounding leaves none out."""
-    count = min(_MOST_CELLS, max(2, math.ceil(2.0 * move.length / cell) + 1))
-    share = np.linspace(0.0, 1.0, count)
+    share = np.linspace(0.0, 1.0, min(_MOST_CELLS, max(2, math.ceil(2.0 * move.length / cell) + 1)))
     if move.arc is None:
         return move.start_z + share * (move.end_z - move.start_z), move.start_x + share * (move.end_x - move.start_x)
     angle = move.arc.start_angle + share * move.arc.sweep

@@ -69,8 +69,7 @@ class Roughing:
         last = walked[-1]
         if not self.returns:
             return [*steps, self._step("feed", side * max(side * start[0], side * last[0]), last[1])]
-        ways = [(clear, last[1]), (clear, start[1]), start]
-        return [*steps, *(self._step("rapid", *way) for way in ways)]
+        return [*steps, *(self._step("rapid", *way) for way in [(clear, last[1]), (clear, start[1]), start])]
 
     def _step(self, kind: MoveKind, depth: float, along: float) -> CycleStep:
         return CycleStep(kind, (along, depth) if self.across else (depth, along))

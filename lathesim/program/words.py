@@ -89,8 +89,7 @@ class Lines(Sequence[Block]):
             return self._kept[line]
         if line in self.faults:
             return Block(line, (), fault=self.faults[line])
-        raw = self.text[self.starts[line - 1] : self.starts[line]]
-        block = block_of_line(raw, line, self._block_delete) or Block(line, ())
+        block = block_of_line(self.text[self.starts[line - 1] : self.starts[line]], line, self._block_delete) or Block(line, ())
         if (block.computed or block.statement is not None or block.assignments) and len(self._kept) < MOST_KEPT:
             self._kept[line] = block
         return block

@@ -45,8 +45,7 @@ def read_lvm(path: Path) -> RawTable:
     """
     header = _header(path)
     delimiter = _DELIMITERS.get(header.get("Separator", "Tab").lower(), "\t")
-    decimal = header.get("Decimal_Separator", ".") == ","
-    segments = _segments(path, delimiter, decimal)
+    segments = _segments(path, delimiter, header.get("Decimal_Separator", ".") == ",")
     if not segments:
         return as_table(path, {}, {}, (), {})
     given = header.get("X_Columns", "One").lower()

@@ -73,8 +73,7 @@ def channels_of(record: Record, mapping: RecordingMapping) -> list[RecordedChann
     for signal in mapping.signals:
         values = record[signal.target]
         if len(values) > 2 and np.isfinite(values).all():
-            channel = RecordedChannel(signal.target, signal.si_unit, values, signal.role == "drive")
-            found.append(channel)
+            found.append(RecordedChannel(signal.target, signal.si_unit, values, signal.role == "drive"))
     return found
 
 

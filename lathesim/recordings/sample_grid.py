@@ -133,8 +133,7 @@ def with_gaps_bridged(grid: SampleGrid, moving: Collection[FloatArray], findings
         return grid
     marks = grid.marks
     edges = np.flatnonzero(np.diff(marks) > _LONG_GAP)
-    counts = np.diff(np.concatenate([[0], edges + 1, [len(marks)]]))
-    longest_stretch = int(counts.max())
+    longest_stretch = int(np.diff(np.concatenate([[0], edges + 1, [len(marks)]])).max())
     if not len(edges) or (2 * longest_stretch >= grid.length and (grid.even or longest_stretch >= ENOUGH_SAMPLES)):
         return grid
     straight = np.ones(len(edges), dtype=bool)

@@ -217,8 +217,7 @@ def _newton(s: Any, damping: FloatArray, beta: FloatArray, delay: FloatArray) ->
     value = s * s + 2.0 * damping * s + 1.0 + beta * (1.0 - wave)
     slope = 2.0 * s + 2.0 * damping + beta * delay * wave
     step = value / slope
-    size = np.abs(step)
-    return step * np.minimum(1.0, 0.1 / np.maximum(size, 1e-300))
+    return step * np.minimum(1.0, 0.1 / np.maximum(np.abs(step), 1e-300))
 
 
 PARTICLES = 4000
@@ -264,8 +263,7 @@ class Belief:
 
     def stable_probability(self, speeds: FloatArray, widths: FloatArray) -> FloatArray:
         """Return the probability that each cut is stable; speeds [rpm] and widths [m] of one shape (cuts,)."""
-        limits = self.log_limits(speeds)
-        return np.asarray(self.weights @ stable_chance(limits - np.log(widths)))
+        return np.asarray(self.weights @ stable_chance(self.log_limits(speeds) - np.log(widths)))
 
 
 def log_limits(particles: FloatArray, speeds: FloatArray) -> FloatArray:
@@ -335,8 +333,7 @@ def _log_posterior(belief: Belief, particles: FloatArray) -> FloatArray:
 
 def log_likelihood(particles: FloatArray, cut: TriedCut) -> FloatArray:
     """Return the logarithm of the likelihood of a cut for each particle: stable or not, and the chatter frequency where it is known."""
-    excess = log_limits(particles, np.array([cut.speed]))[:, 0] - math.log(cut.width)
-    stable = stable_chance(excess)
+    stable = stable_chance(log_limits(particles, np.array([cut.speed]))[:, 0] - math.log(cut.width))
     found = np.log(stable if cut.stable else 1.0 - stable)
     if not cut.stable and math.isfinite(cut.frequency):
         found = found + np.log(_frequency_density(particles, cut))

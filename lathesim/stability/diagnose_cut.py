@@ -109,8 +109,7 @@ def turning_of(pulse: FloatArray, rate: float, place: str = "") -> float:
 
     Source: the distance of pulses that most of them keep, by the autocorrelation, then all pulses together.
     """
-    steps = np.diff(pulse)
-    if (steps >= 0.0).all() and pulse[-1] > pulse[0]:
+    if (np.diff(pulse) >= 0.0).all() and pulse[-1] > pulse[0]:
         return float((pulse[-1] - pulse[0]) / (2.0 * np.pi) / ((len(pulse) - 1) / rate))
     centred = pulse - np.median(pulse)
     level = 0.35 * float(np.quantile(centred, 0.9995))
@@ -149,8 +148,7 @@ def cutting_stretch(values: FloatArray, rate: float, turning: float) -> tuple[in
     spread = float(np.quantile(np.abs(values - smooth), 0.9))
     if high - low < RECORDED.stands_out * spread or abs(low) > RECORDED.idle * abs(high):
         return begun, len(values)
-    inside = smooth > low + _IN_CUT * (high - low)
-    begins, ends = stretches(inside)
+    begins, ends = stretches(smooth > low + _IN_CUT * (high - low))
     longest = int(np.argmax(ends - begins))
     first, last = int(begins[longest]), int(ends[longest])
     # the ramps at both ends are no vibration
@@ -213,8 +211,7 @@ def first_sign(values: FloatArray, rate: float, turning: float, mean: float) -> 
 
 def difference_sizes(values: FloatArray, turn: float) -> FloatArray:
     """Return the standard deviation of each difference of two turns that follow each other, (turns - 1,)."""
-    turns = int(len(values) / turn)
-    rows = [_piece(values, number * turn, turn) for number in range(turns)]
+    rows = [_piece(values, number * turn, turn) for number in range(int(len(values) / turn))]
     return np.array([float((after - before).std()) for before, after in itertools.pairwise(rows)])
 
 

@@ -190,15 +190,13 @@ class LearnedMap:
         widths = np.linspace(0.0, self.widest, _GRID[1] + 1)[1:]
         limits = self.belief.log_limits(np.array(self.speeds))
         weights = self.belief.weights
-        rows = [weights @ (limits > math.log(width)) for width in widths]
-        return StabilityGrid(widths, np.stack(rows))
+        return StabilityGrid(widths, np.stack([weights @ (limits > math.log(width)) for width in widths]))
 
     def comparators(self) -> dict[str, FloatArray]:
         """Return the probability of being stable over the map by learners without physics; those that cannot learn are left out."""
         if len({cut.stable for cut in self.belief.cuts}) < 2:
             raise LessonError("all cuts were stable, or all chattered.", remedy="Try cuts of the other kind.")
-        grid = self.grid()
-        speed, width = np.meshgrid(np.array(self.speeds), grid.widths)
+        speed, width = np.meshgrid(np.array(self.speeds), self.grid().widths)
         cuts = self.belief.cuts
         by_network = network(np.array([cut.speed for cut in cuts]), np.array([cut.width for cut in cuts]), [cut.stable for cut in cuts])
         models = {"network 6-6": by_network, "Gaussian process": gaussian_process(cuts)}

@@ -229,8 +229,7 @@ def _refined(made: Rig, low: float, low_rate: float, high: float, high_rate: flo
         width = low + part * (high - low)
         near = 0.1 * _CLOSE * high
         probe = np.array([max(width - near, 0.5 * (low + width)), min(width + near, 0.5 * (high + width))])
-        values = growth(made, probe)
-        for at, value in zip(probe.tolist(), values, strict=True):
+        for at, value in zip(probe.tolist(), growth(made, probe), strict=True):
             rate = _rate(value)
             if rate > 0.0 and at < high:
                 high, high_rate, at_high = at, rate, value

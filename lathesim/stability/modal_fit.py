@@ -116,8 +116,7 @@ def weights_of_residual(response: FrequencyResponse, residual: Complex) -> Noise
     """Return weights where single hits are not known: the noise is as large as the misfit of a model is over the lines around."""
     omega = 2.0 * np.pi * response.frequency
     native = {"receptance": np.ones_like(omega), "mobility": omega, "accelerance": omega**2}[response.quantity]
-    scatter = np.abs(residual * native) ** 2
-    deviation = np.sqrt(0.5 * running_mean(scatter)) / native
+    deviation = np.sqrt(0.5 * running_mean(np.abs(residual * native) ** 2)) / native
     deviation = np.maximum(deviation, _least(response.receptance_values))
     return NoiseWeights(deviation, np.zeros((0, 0)), np.zeros(0))
 

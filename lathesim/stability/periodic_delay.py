@@ -187,8 +187,7 @@ def _elements(equation: DelayEquation) -> list[tuple[float, float]]:
 
 def _chebyshev(points: int) -> tuple[FloatArray, FloatArray]:
     """Return the rising Chebyshev points behind -1, (points,), and the differentiation matrix (points, points + 1), -1 last."""
-    angles = np.pi * np.arange(points + 1) / points
-    x = np.cos(angles)
+    x = np.cos(np.pi * np.arange(points + 1) / points)
     weight = np.ones(points + 1)
     weight[[0, -1]] = 2.0
     weight *= (-1.0) ** np.arange(points + 1)
@@ -196,8 +195,7 @@ def _chebyshev(points: int) -> tuple[FloatArray, FloatArray]:
     matrix = np.outer(weight, 1.0 / weight) / (difference + np.eye(points + 1))
     matrix -= np.diag(matrix.sum(axis=1))
     order = np.argsort(x)[1:]
-    columns = np.append(order, points)
-    return x[order], matrix[np.ix_(order, columns)]
+    return x[order], matrix[np.ix_(order, np.append(order, points))]
 
 
 _GROWTH = 1.15

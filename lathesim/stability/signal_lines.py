@@ -84,8 +84,7 @@ def independent_values(band: Any) -> float:
 
     Source: J. S. Bendat, A. G. Piersol, Random Data (2010), section 8.2.
     """
-    count = len(band)
-    if count < 2:
+    if len(band) < 2:
         return 1.0
     spectrum = np.abs(np.fft.fft(band)) ** 2
     total = float((spectrum**2).sum())
@@ -425,5 +424,4 @@ def _growth(envelope: FloatArray, rate: float, frequency: float, turning: float)
     span = max(3, len(logs) // 4)
     slopes = [float(np.polyfit(time[at : at + span], logs[at : at + span], 1)[0]) for at in range(len(logs) - span + 1)]
     late = float(np.exp(np.mean(logs[-3:]) - np.mean(logs[:2])))
-    steepest = max(slopes, key=abs) if slopes else 0.0
-    return steepest, late
+    return max(slopes, key=abs) if slopes else 0.0, late

@@ -144,8 +144,7 @@ class FrequencyResponse:
         """Return the receptance [m/N] at frequencies [Hz], linear between the measured lines."""
         asked = np.asarray(frequency, dtype=np.float64)
         real = np.interp(asked, self.frequency, self.receptance_values.real)
-        imag = np.interp(asked, self.frequency, self.receptance_values.imag)
-        return np.asarray(real + 1j * imag)
+        return np.asarray(real + 1j * np.interp(asked, self.frequency, self.receptance_values.imag))
 
     @property
     def notes(self) -> str:

@@ -242,8 +242,7 @@ class TwinApp(RepaintingApp[str]):
         if ways is None or self._held:
             return
         times = self._given if self._given is not None else nice_magnification(ways)
-        largest = float(abs(ways.reference).max())
-        factor, unit = _shown_unit(largest)
+        factor, unit = _shown_unit(float(abs(ways.reference).max()))
         executed = magnified(ways.executed, ways.simulated, times)
         names = ("reference", f"executed, difference x{times:g}", "simulated")
         in_plane = len(ways.reference) > 1

@@ -126,8 +126,7 @@ def diagnose(
         check_output(report_place(folder))
     case = load_case(chosen.loaded, [file for file in given if file is not None], registry, variant=chosen.variant)
     asked = ask(chosen.loaded.title, case.machine, case.recordings, effects, changed=files.before is not None)  # type: ignore[arg-type]
-    question = replace(without(asked, search.left_out), ends=ends)
-    diagnosis = _answer(question, case, files, chosen, quiet=report.is_quiet)
+    diagnosis = _answer(replace(without(asked, search.left_out), ends=ends), case, files, chosen, quiet=report.is_quiet)
     if design:
         from lathesim.experiments.sequence import with_designed_program
 

@@ -98,8 +98,7 @@ def _lines(data: dict[str, Any], proposal: ProposedLesson) -> Iterator[str]:
         yield "It has no clock."
     else:
         yield f"Its clock is '{clock['column']}': {1.0 / clock['period']:.6g} Hz, {clock['duration']:.6g} s."
-        gaps = f"{clock['gaps']} gaps, the longest of {clock['longest_gap']:.6g} s" if clock["gaps"] else "no gaps"
-        yield sentence(gaps)
+        yield sentence(f"{clock['gaps']} gaps, the longest of {clock['longest_gap']:.6g} s" if clock["gaps"] else "no gaps")
         yield from map(sentence, clock["findings"])
     width = max(len(item["name"]) for item in columns[:_MOST_COLUMNS]) + 2
     headings = [Heading("column", -width), Heading("unit", -8), Heading("smallest", 14, ".6g"), Heading("largest", 14, ".6g")]

@@ -159,8 +159,7 @@ def _in_rounds(
     if machine is None:
         raise click.UsageError("--rounds runs its programs on a machine: name the lesson that plays it with --machine.")
     with interruptible() as stop:
-        listener = Listener(say, stop)
-        design = partial(design_experiment, chosen.loaded, named, registry, place=aim.place, listener=listener)
+        design = partial(design_experiment, chosen.loaded, named, registry, place=aim.place, listener=Listener(say, stop))
         ran = run_rounds(design, load_lesson(machine), registry, wish, rounds, out, say)
     for number, item in enumerate(ran.rounds, 1):
         click.echo(f"Round {number}: {item.seconds:.1f} s, {item.verdict} {', '.join(item.named)}".rstrip())

@@ -53,8 +53,7 @@ def _named(record: Record, wanted: tuple[str, ...]) -> list[str]:
 
     names: list[str] = []
     for name in wanted:
-        of_part = [channel for channel in record if Place.of(channel).part == name]
-        names += of_part or [record.channel(name).name]
+        names += [channel for channel in record if Place.of(channel).part == name] or [record.channel(name).name]
     return list(dict.fromkeys(names))
 
 

@@ -242,8 +242,7 @@ def start_rows(rounds: int, tell: Tell) -> list[Row]:
 
 def _child(command: list[str], folder: str, more: dict[str, str] | None = None) -> tuple[float, str]:
     """Run a command and give its CPU seconds (those of the clock where the system does not count them), and what it wrote."""
-    root = str(Path(__file__).parents[3])
-    environment = {**os.environ, "PYTHONPATH": root, **(more or {})}
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3]), **(more or {})}
     before = os.times()
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder, env=environment)
     after = os.times()
@@ -253,9 +252,7 @@ def _child(command: list[str], folder: str, more: dict[str, str] | None = None) 
 
 def _difference(ours: np.ndarray, theirs: np.ndarray) -> float:
     """Return the largest difference of the positions [encoder counts]; infinite where the runs are not equally long."""
-    if ours.shape != theirs.shape:
-        return float("inf")
-    return float(np.abs(ours - theirs).max() / ENCODER_COUNT)
+    return float(np.abs(ours - theirs).max() / ENCODER_COUNT) if ours.shape == theirs.shape else float("inf")
 
 
 def checkout() -> Path | None:

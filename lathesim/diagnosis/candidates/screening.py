@@ -127,9 +127,7 @@ def _points(candidate: Candidate, points: Mapping[str, FloatArray] | None) -> Fl
 
 def _plausible(candidate: Candidate, share: float) -> float:
     """Weigh a response that would have to be turned round: right for signed sizes and phases, wrong for a friction below zero."""
-    if share > 0.0 or bool((candidate.low < 0.0).any()):
-        return 1.0
-    return 0.05
+    return 1.0 if share > 0.0 or bool((candidate.low < 0.0).any()) else 0.05
 
 
 def _start(candidate: Candidate, item: _Response) -> FloatArray:
@@ -153,8 +151,7 @@ def in_proportion(candidate: Candidate) -> np.ndarray:
 
 def is_limit(candidate: Candidate) -> np.ndarray:
     """Return for each parameter whether it vanishes far beyond its usual sizes, as a limit does: then there is nothing to scale."""
-    usual = np.abs(candidate.points).max(axis=0, initial=0.0)
-    return np.asarray(np.abs(candidate.neutral) > FAR_BEYOND * usual)
+    return np.asarray(np.abs(candidate.neutral) > FAR_BEYOND * np.abs(candidate.points).max(axis=0, initial=0.0))
 
 
 def _basis(tried: Sequence[_Response]) -> FloatArray:

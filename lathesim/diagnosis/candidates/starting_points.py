@@ -144,6 +144,5 @@ def _induced(experiment: Experiment, candidate: Candidate) -> FloatArray | float
         return 0.0
     sources = {wire.target: wire.source for wire in experiment.machine.assembly.wires}
     flow = f"{host.name}.{ports['flow']}"
-    moved = experiment.motion
-    velocity = moved.get(sources.get(flow, flow))
+    velocity = experiment.motion.get(sources.get(flow, flow))
     return 0.0 if velocity is None else value_of(plan, host.name, ports[role], {}) * velocity

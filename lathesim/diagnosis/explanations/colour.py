@@ -88,8 +88,7 @@ def colour_of(noise: FloatArray, counted: BoolArray, length: int, unresolved: fl
         if abs(filtered.sum()) >= Colour.SLOW:
             break
         floor *= 2.0
-    left = Colour(filtered).whiten(centred, counted)
-    after = _correlation(left, length)
+    after = _correlation(Colour(filtered).whiten(centred, counted), length)
     weights = 1.0 - np.arange(1, length) / length
     inflation = max(1.0, 1.0 + 2.0 * float(weights @ after[1:]) / max(float(after[0]), 1e-300))
     spread = float(after[0]) / np.count_nonzero(counted)

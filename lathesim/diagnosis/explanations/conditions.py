@@ -281,8 +281,7 @@ class _Moved:
         side, position = self.side, self.motion.position
         changed = np.concatenate([[True], side[1:] != side[:-1]])
         begun = np.maximum.accumulate(np.where(changed, np.arange(len(side)), 0))
-        span = self.usual.position.high - self.usual.position.low
-        way = np.abs(position - position[begun]) / span
+        way = np.abs(position - position[begun]) / (self.usual.position.high - self.usual.position.low)
         return np.asarray(np.exp(-way[:, None] / np.array(self.DISTANCES)) * side[:, None])
 
     @property

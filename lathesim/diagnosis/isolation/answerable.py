@@ -87,8 +87,7 @@ class Isolation:
 
 def isolated(looking: Looking) -> Isolation:
     """Return what the recording tells of the candidates of its experiment, each for itself on top of the model."""
-    experiment = looking.study.estimation
-    searched = smallest_visible(looking, shapes(looking.study, experiment.candidates))
+    searched = smallest_visible(looking, shapes(looking.study, looking.study.estimation.candidates))
     usual = _usual(searched)
     seen = [one for one in usual if math.isfinite(one.factor)]
     larger = [one.shape.grown(min(10.0 * one.factor, one.largest)) for one in seen]
@@ -149,8 +148,7 @@ def _size(one: Visible, change: ChannelChange | None) -> float:
 
 def _zero(one: Visible, place: int) -> float:
     """Return from where a size counts: a limit counts from nothing, any other size from where the effect is none."""
-    neutral = float(one.shape.candidate.neutral[place])
-    return neutral if one.shape.is_size_from_neutral else 0.0
+    return float(one.shape.candidate.neutral[place]) if one.shape.is_size_from_neutral else 0.0
 
 
 def _answerable(one: Visible, change: ChannelChange | None, experiment: Experiment, why: str) -> Answerable:
@@ -180,8 +178,7 @@ def reasons(looking: Looking, one: Visible, *, seen: bool = False) -> list[str]:
 def motion_lacks(experiment: Experiment, candidate: Candidate, method: Method = STANDARD) -> list[str]:
     """Return what the recorded motion lacks at the host of an effect: two directions, several speeds, several loads."""
     host = candidate.seat.of_motion or Place.of(candidate.at).part
-    ports = experiment.machine.assembly.ports(host)
-    flow = f"{host}.{ports.get('flow', '')}"
+    flow = f"{host}.{experiment.machine.assembly.ports(host).get('flow', '')}"
     velocity = {**experiment.doing, **experiment.motion}.get(flow)
     facts = []
     if velocity is not None:

@@ -79,8 +79,7 @@ def alike(
         along = white @ own
         factors = along * size / sizes
         promised = [one for one in zip(many, factors.tolist(), np.square(along).tolist(), strict=True) if one[2] > least]
-        best = _best_of_each([one for one in promised if _is_rival(one[0].candidate, truth.candidate)])
-        found.append(best[:6])
+        found.append(_best_of_each([one for one in promised if _is_rival(one[0].candidate, truth.candidate)])[:6])
     return found
 
 
@@ -134,8 +133,7 @@ def _scaled(change: ChannelChange, factor: float) -> FloatArray | None:
     turned = np.isin(candidate.parameters, candidate.named(candidate.effect.identification.phases)) * (np.pi if factor < 0.0 else 0.0)
     factor = abs(factor) if turned.any() else factor
     values = np.where(in_proportion(candidate), candidate.neutral + factor * (change.values - candidate.neutral), change.values + turned)
-    clipped = np.clip(values, candidate.low, candidate.high)
-    return clipped if factor > 0.0 or bool((candidate.low < 0.0).any()) else None
+    return np.clip(values, candidate.low, candidate.high) if factor > 0.0 or bool((candidate.low < 0.0).any()) else None
 
 
 def _fitted_to(looking: Looking, truth: ChannelChange, begun: Sequence[tuple[Candidate, FloatArray]]) -> list[FittedRival]:

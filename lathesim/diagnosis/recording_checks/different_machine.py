@@ -32,8 +32,7 @@ def another_machine(model: Model, experiment: Experiment, validation: Experiment
     first = _by_itself(model, experiment)
     for name, deviation in validation.machine.uncertain.items():
         here, there = first.by_name[name], own.by_name[name]
-        error = np.hypot(first.error(name), own.error(name))
-        apart = abs(here - there) > max(POSSIBLE * deviation, method.errors * error)
+        apart = abs(here - there) > max(POSSIBLE * deviation, method.errors * np.hypot(first.error(name), own.error(name)))
         if apart and np.any(_sizes(_by_itself(model, validation, {name: here})) > method.alike * _sizes(own)):
             unit = validation.sensed.plan.unit(name)
             return f"{validation.name} is of another machine: {name} is {there:.4g} {unit} there and {here:.4g} {unit} in the fitted one."

@@ -38,8 +38,7 @@ def in_another_unit(experiment: Experiment, values: Mapping[str, float], method:
     (row,) = off
     factor, name = factors[row], experiment.machine.compare[row]
     beside = root_mean_square(recorded[row] - factor * simulated[row])
-    ordinary = is_within(abs(factor), method.recordings.unit_high)
-    unit = "" if ordinary else known_factor(factor, method.little)
+    unit = "" if is_within(abs(factor), method.recordings.unit_high) else known_factor(factor, method.little)
     if not unit or not beside < method.little * root_mean_square(recorded[row]):
         return ""
     return f"{name} is {factor:.4g} times what the machine makes, which is the factor of a mistaken unit: {unit}."
@@ -109,8 +108,7 @@ def sensor_zeros(experiment: Experiment, method: Method = STANDARD) -> list[str]
     told = []
     sensed = experiment.sensed
     for row in sorted(sensed.led):
-        simulated = sensed.channel([], [], sensed.plan.channels.index(sensed.channels[row]))
-        apart = sensed.recorded[row] - simulated
+        apart = sensed.recorded[row] - sensed.channel([], [], sensed.plan.channels.index(sensed.channels[row]))
         apart = apart[np.isfinite(apart)] if np.isfinite(apart).any() else np.zeros(1)
         middle, spread = float(np.mean(apart)), float(np.std(apart))
         if abs(middle) > method.errors * max(spread, float(sensed.seen_floors[row])):

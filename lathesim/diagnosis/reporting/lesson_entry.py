@@ -110,8 +110,7 @@ def _is_not_missed(
 
 
 def _residual_sizes(validation: Experiment, found: Found, values: Mapping[str, float]) -> np.ndarray:
-    fitted = on_validation(validation, found, values)
-    return np.asarray(np.sqrt(np.mean(fitted.residual**2, axis=1)))
+    return np.asarray(np.sqrt(np.mean(on_validation(validation, found, values).residual ** 2, axis=1)))
 
 
 def on_validation(validation: Experiment, found: Found, values: Mapping[str, float]) -> Fitted:

@@ -142,8 +142,7 @@ def _drawn(layers: list[list[str]], forward: Wires, closing: Wires, left_out: in
     used = WIDTH - 4.0
     share = min(1.0, (used - _GAP * (len(layers) - 1)) / sum(widest))
     gap = min(3.0 * _GAP, (used - share * sum(widest)) / max(1, len(layers) - 1))
-    tallest = max(len(layer) for layer in layers)
-    middle = 4.0 + 0.5 * _ROW * tallest
+    middle = 4.0 + 0.5 * _ROW * max(len(layer) for layer in layers)
     boxes: dict[str, Box] = {}
     x = 0.5 * (WIDTH - share * sum(widest) - gap * (len(layers) - 1))
     for layer, width in zip(layers, widest, strict=True):

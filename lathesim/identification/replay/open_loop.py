@@ -262,8 +262,7 @@ def _eye(bench: Rewiring, sensor: str) -> str:
 def _senses_own_host(assembly: Assembly, target: str) -> bool:
     """Return whether a target is an effect's sense of its own host, which must stay simulated (a friction acts on the simulated speed)."""
     part, item = Place.of(target)
-    component = assembly.by_name[part].component
-    return issubclass(component, (Effect, GoesWithMain)) and item != "incoming"
+    return issubclass(assembly.by_name[part].component, (Effect, GoesWithMain)) and item != "incoming"
 
 
 def _is_late(component: type[Component]) -> bool:

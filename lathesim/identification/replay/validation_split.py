@@ -118,8 +118,7 @@ def dealt_out(record: Record, driven: Collection[str]) -> tuple[FloatArray, Floa
 
 
 def _smoothed(values: FloatArray, width: int) -> FloatArray:
-    padded = np.pad(values, width // 2, mode="edge")
-    return np.convolve(padded, np.ones(width) / width, mode="valid")
+    return np.convolve(np.pad(values, width // 2, mode="edge"), np.ones(width) / width, mode="valid")
 
 
 def _edges(samples: int, at: list[int]) -> list[int]:

@@ -134,8 +134,7 @@ class ChangeTest:
         part = slice(self._begin, self._end)
         starts = _starts(count)
         times = self._times[part]
-        now = times[-1]
-        since = times - now
+        since = times - times[-1]
         a, b = _moments(self._a[part].sum(axis=1), since), _moments(self._b[part], since)
         after = self._windows(a, b, part, since, starts)
         _, _, before = self._within(*_before(a, b, starts, since - self._block_time))
@@ -211,8 +210,7 @@ class ChangeTest:
             if not far.any() or hold.max() > _HOLD_MOST:
                 break
             hold = np.where(far, _HOLD_MORE * hold, hold)
-        gain = np.einsum("tp,tp->t", pull, found) - prior @ self._centre**2
-        return held, found, gain
+        return held, found, np.einsum("tp,tp->t", pull, found) - prior @ self._centre**2
 
     def _without_the_largest(self, start: int, theta: FloatArray, channel: int, direction: int) -> float:
         """Return the share of the statistic that is left without the block that counts most; 1 where it is enough."""
@@ -244,9 +242,7 @@ class ChangeTest:
             if told > best:
                 best, at = told, int(place)
         plain = [float(u[place:].sum()) ** 2 / max(float(m[place:].sum()), 1e-12) for place in starts]
-        if best < max(plain) + CHANGE.longer:
-            return begun
-        return float(times[at] - self._block_time)
+        return begun if best < max(plain) + CHANGE.longer else float(times[at] - self._block_time)
 
 
 def _deviations(normal: FloatArray, parameters: int) -> FloatArray:

@@ -140,9 +140,7 @@ def _first(times: FloatArray, likely: FloatArray, share: float) -> float:
     if not len(above):
         return float("inf")
     at = int(above[0])
-    if at == 0:
-        return float(times[0])
-    return float(np.interp(share, likely[at - 1 : at + 1], times[at - 1 : at + 1]))
+    return float(times[0]) if at == 0 else float(np.interp(share, likely[at - 1 : at + 1], times[at - 1 : at + 1]))
 
 
 def bend(time: FloatArray, value: FloatArray) -> float:

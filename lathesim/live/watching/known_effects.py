@@ -110,8 +110,7 @@ class KnownEffects:
         self._known: dict[tuple[str, str], KnownEffect] = {}
         for name, followed in followed_sizes(prepared, registry).items():
             key = _key(followed.effect, followed.at)
-            part = Place.of(name).part
-            known = self._known.get(key, KnownEffect(followed.effect, followed.at, part, {}, 0.0, 0.0, False))
+            known = self._known.get(key, KnownEffect(followed.effect, followed.at, Place.of(name).part, {}, 0.0, 0.0, False))
             size = MovedSize(followed.value, followed.value, followed.neutral, followed.unit)
             self._known[key] = replace(known, sizes={**known.sizes, followed.parameter: size})
 

@@ -71,8 +71,7 @@ def learn(
     scale = np.concatenate([largest, np.maximum(np.sqrt(np.mean(simulated**2, axis=1)), 1e-300)])
     still = 1e-3 * largest
     shown = directions(Residual(values, sensitivities, speed, simulated, values[None, :0]), still, scale)
-    size = values.shape[1] // len(residuals)
-    sample_times = np.repeat(times, size)
+    sample_times = np.repeat(times, values.shape[1] // len(residuals))
     allowed = np.mean(sensitivities**2, axis=2).max(axis=0, initial=0.0)
     least = np.maximum(ERRORS.least_floor * np.sqrt(allowed), 1e-9 * scale[len(speed) :])
     noise = np.maximum(np.sqrt(np.mean(values**2, axis=1)), least)

@@ -64,8 +64,7 @@ class Watch:
         self.points: deque[CoursePoint] = deque(maxlen=REMEMBERED)
         self.moved: deque[Moved] = deque(maxlen=REMEMBERED)
         self.residuals, self._plain = residuals, plain
-        count = len(residuals.parameters)
-        self.state: WatchState = LearningState.anew(self._watched, self._new_memory(np.zeros(count)))
+        self.state: WatchState = LearningState.anew(self._watched, self._new_memory(np.zeros(len(residuals.parameters))))
 
     @property
     def _watched(self) -> WatchedChannels:

@@ -197,8 +197,7 @@ class WatchSession:
         if self._settings.diagnose:
             begin = diagnosis_begin(alarm, self._settings.window)
             end = begin + self._settings.window * (1 + self._settings.validation_windows)
-            since = alarm.begun if self._drifting is None else self._drifting.begun
-            self._windows.append(_Pending(begin, end, since))
+            self._windows.append(_Pending(begin, end, alarm.begun if self._drifting is None else self._drifting.begun))
             self._watch.pause()
 
     def _after(self, stretch: Stretch) -> None:

@@ -163,9 +163,7 @@ class LatheScene:
         if self.stock is not None:
             z += [self.stock.face, self.stock.face + self.stock.stock_length, *self._chuck[:2]]
             x.append(self._chuck[2])
-        if not z:
-            return 0.0, 1.0, 0.0, 1.0
-        return min(z), max(z), min(x), max(x)
+        return (min(z), max(z), min(x), max(x)) if z else (0.0, 1.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -347,8 +345,7 @@ def _material(scene: LatheScene, motion: ToolMotion | None, until: int, frame: _
 def _edges(material: Cells, height: Cells) -> tuple[Cells, Cells]:
     """Return the characters at the surface, filled in eighths, and which those are."""
     eighths = np.where(material, 0, np.floor(height * 8.0 + 0.5).astype(int))
-    text = np.array(list(_EIGHTHS))[np.clip(eighths, 0, 7)]
-    return text, np.where(eighths > 0, EDGE, NOTHING)
+    return np.array(list(_EIGHTHS))[np.clip(eighths, 0, 7)], np.where(eighths > 0, EDGE, NOTHING)
 
 
 def _draw_tool(dots: Cells, z: float, x: float) -> None:

@@ -257,9 +257,7 @@ def with_entry(setup: Setup, entry: Entry, text: str | None) -> Setup:
         return setup.with_simulation(entry.name, text)
     part, item = Place.of(entry.name)
     position = inserted_at(setup, part)
-    if position is not None:
-        return setup.with_insert_value(position, item, text)
-    return setup.with_value(entry.name, text)
+    return setup.with_value(entry.name, text) if position is None else setup.with_insert_value(position, item, text)
 
 
 def candidates(case: Prepared, registry: Registry, part: Part) -> dict[str, type[Component]]:

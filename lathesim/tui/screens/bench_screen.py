@@ -131,8 +131,7 @@ class BenchScreen(WorkbenchScreen):
             if setup.variant is not None:
                 select.value = setup.variant
         if not self.workbench.fault():
-            prepared = self.workbench.prepared()
-            self.query_one(ProgramListing).show(program_lines(prepared.case.program))
+            self.query_one(ProgramListing).show(program_lines(self.workbench.prepared().case.program))
 
     def _show_text(self, text: str) -> None:
         """Show what the lesson says; at a low terminal its place is taken by the read-outs once something ran."""
@@ -234,8 +233,7 @@ class BenchScreen(WorkbenchScreen):
             return
         time = record.time[min(self._sample, len(record)) - 1] + self._playing * pace * (now - self._played_at)
         self._played_at = now
-        sample = int(record.time.searchsorted(time, side="right"))
-        self._sample = min(max(sample, 1), len(record))
+        self._sample = min(max(int(record.time.searchsorted(time, side="right")), 1), len(record))
         if self._sample in (1, len(record)):
             self._playing = 0
         self._draw()
@@ -269,9 +267,7 @@ class BenchScreen(WorkbenchScreen):
     def _expected_end(self) -> float:
         shown = self.workbench.shown
         live = shown.live if shown is not None else None
-        if live is None:
-            return 0.0
-        return max(live.case.expected_time or 0.0, live.time)
+        return 0.0 if live is None else max(live.case.expected_time or 0.0, live.time)
 
     def _show_progress(self) -> None:
         shown = self.workbench.shown

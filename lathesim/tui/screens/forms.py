@@ -42,8 +42,7 @@ class TextQuestion(Dialog[str | None]):
     @on(Input.Submitted, "#answer")
     @on(Button.Pressed, "#take")
     def _take(self) -> None:
-        text = self.query_one(Input).value.strip()
-        self.dismiss(text or None)
+        self.dismiss(self.query_one(Input).value.strip() or None)
 
 
 class ChoiceQuestion(Dialog[str | None]):

@@ -91,8 +91,7 @@ class LessonsScreen(WorkbenchScreen):
             except LatheSimError as error:
                 found.append((path, None, fault_words(error)))
         place = {lesson.path: (path, lesson, "") for path, lesson, _ in found if lesson is not None}
-        units = by_unit(lesson for _, lesson, _ in found if lesson is not None)
-        for unit, members in units.items():
+        for unit, members in by_unit(lesson for _, lesson, _ in found if lesson is not None).items():
             self._rows += [None, *range(len(self._lessons), len(self._lessons) + len(members))]
             self._lessons += [place[lesson.path] for lesson in members]
             self._units.append(unit or "without a unit")

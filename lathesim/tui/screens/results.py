@@ -337,8 +337,7 @@ class ResultsScreen(WorkbenchScreen):
 
     def action_figure(self) -> None:
         """Save the plot as a figure."""
-        runs = self._records()
-        if not runs:
+        if not self._records():
             self.tell_fault("There is no run to draw. Run something first.")
             return
         paths = [run.path for run in self._all if run.path in self._ticked]

@@ -72,8 +72,7 @@ def _response(lesson: Lesson) -> tuple[FrequencyResponse, str, str, int | None]:
     if entry is not None and entry.assembly is not None:
         from lathesim.stability.assembly_file import load_assembly, tip_response
 
-        path = lesson.path.parent / entry.assembly
-        loaded = load_assembly(path)
+        loaded = load_assembly(lesson.path.parent / entry.assembly)
         tip = tip_response(loaded)
         size = np.abs(tip.receptance_values)
         # a computed response has no noise, and its peaks are its modes

@@ -154,8 +154,7 @@ class LatheView(Widget):
         ends = np.append(begins[1:], width)
         segments = []
         for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):
-            style = self._style(int(layer[begin]), bool(material[begin]), ground)
-            segments.append(Segment("".join(text[begin:end]), style))
+            segments.append(Segment("".join(text[begin:end]), self._style(int(layer[begin]), bool(material[begin]), ground)))
         return Strip(segments, width)
 
     def _style(self, layer: int, material: bool, ground: Style) -> Style:
