@@ -135,7 +135,8 @@ class Choice:
     def _worth_a_text(self) -> float:
         """Seconds of runs one by one before a text is written: what the compiler takes for this machine with something else awake, as far
         as that is known. Most of a diagnosis's candidates are given up before their lanes would pay."""
-        known = (one.price for (machine, _), one in _SPENT.items() if machine == self._machine)
+        spent = list(_SPENT.items())  # at once: another thread may add a kind of batch
+        known = (one.price for (machine, _), one in spent if machine == self._machine)
         return min((price for price in known if price), default=WORTH_A_LOOK)
 
 

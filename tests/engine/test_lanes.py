@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -16,9 +16,9 @@ from lathesim.component import Component, DiscreteState, Input, Memory, Noise, O
 from lathesim.engine import batch, lane_text, lanes
 from lathesim.engine.assembly import Part, Wire
 from lathesim.engine.batch import Batch
-from lathesim.engine.fuse import idle_values
+from lathesim.engine.fuse import fuse, idle_values
 from lathesim.engine.lane_flat import refusal
-from lathesim.engine.lane_text import lane_module
+from lathesim.engine.lane_text import LaneModule, lane_module
 from lathesim.engine.run import run
 from lathesim.engine.run_arrays import RunArrays
 from lathesim.engine.wiring import Plan, wire
@@ -335,3 +335,41 @@ def test_a_machine_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
         runs = list(pool.map(one, range(8)))
     assert together == [1] * 8
     assert all(np.array_equal(run, runs[0]) for run in runs)
+
+
+def test_a_text_waits_for_what_the_compiler_took_for_the_same_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Most candidates of a diagnosis are given up before lanes of their own would pay."""
+    plan, written = trial_plan(), list[frozenset[str]]()
+    made = lanes.lane_module
+
+    def counted(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule:
+        written.append(varied)
+        return made(plan, varied, idle)
+
+    monkeypatch.setattr(lanes, "_SPENT", {(fuse(plan).digest, frozenset({("other", True)})): lanes._Spent(price=1e9)})
+    monkeypatch.setattr(lanes, "WORTH_A_LOOK", 0.0)
+    monkeypatch.setattr(lanes, "known_module", lambda plan, varied, idle: None)
+    monkeypatch.setattr(lanes, "lane_module", counted)
+    Batch(plan, 50, threads=1).run(NAMES, values(20))
+    assert not written
+    monkeypatch.setattr(lanes, "_SPENT", {})
+    Batch(plan, 50, threads=1).run(NAMES, values(20))
+    assert written[0] == frozenset(NAMES)
+
+
+def test_a_value_that_every_member_leaves_as_the_plan_has_it_does_not_vary(at_once: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, members = trial_plan(), values(16)
+    members[:, 1] = plan.values[NAMES[1]]
+    asked = list[frozenset[str]]()
+    made = lanes.lane_module
+
+    def counted(plan: Plan, varied: frozenset[str], idle: Mapping[str, bool]) -> LaneModule:
+        asked.append(varied)
+        return made(plan, varied, idle)
+
+    monkeypatch.setattr(lanes, "lane_module", counted)
+    batch = Batch(plan, 300, threads=1)
+    together = batch.run(NAMES, members)
+    assert at_once == [16]
+    assert set(asked) == {frozenset(NAMES) - {NAMES[1]}}
+    assert same(together, one_by_one(batch, NAMES, members))
