@@ -72,6 +72,19 @@ def test_a_load_is_named_with_its_size_and_the_values_beside_it(tmp_path: Path) 
     assert any("validated on other.csv" in line for line in answer["summary"])
 
 
+def test_a_limit_that_the_second_recording_stays_below_is_not_said_to_predict_worse(tmp_path: Path) -> None:
+    """Small steps never ask for 6.8 V, so that they say nothing of what a sweep shows plainly."""
+    write_case(tmp_path, (0.0, 0.0))
+    write_log(tmp_path / "other.csv", np.repeat(np.random.default_rng(3).choice([-0.1, 0.1], 15), 10), 0.0)
+    (tmp_path / "lesson.yaml").write_text(LESSON.replace("6.8 V", "100 V"), encoding="utf-8")
+    answer = answer_in(tmp_path, "--effect", "DriveSaturation", "--effect", "DriveGainError")
+    (limit,) = (one for one in answer["explanations"] if one["name"] == "DriveSaturation")
+    assert limit["reason"] == "is never reached in the recording that judges, which cannot validate it"
+    said = "DriveSaturation at drive fits log.csv clearly better, but other.csv never reaches it and cannot validate it."
+    assert answer["summary"][0].endswith(said)
+    assert "Validate with a recording that reaches DriveSaturation at drive, as log.csv does." in answer["summary"][-1]
+
+
 def test_a_closed_loop_that_does_not_follow_as_recorded_is_fitted_by_the_error_of_its_simulation(tmp_path: Path) -> None:
     """Forces a fifth as large as those that act, which nobody measured, move a free body that far; a loop holds against them."""
     write_case(tmp_path, (0.2, 0.7))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from lathesim.diagnosis.records.comparison import Explanation
+from lathesim.diagnosis.records.comparison import HARDLY_REACHED, NEVER_REACHED, Explanation
 from lathesim.diagnosis.records.diagnosis import (
     VERDICTS,
     BaselineValue,
@@ -20,6 +20,7 @@ from lathesim.diagnosis.records.diagnosis import (
     FoundEffect,
     Interval,
     Location,
+    Unanswerable,
     Unnamed,
     as_json,
     with_unit,
@@ -29,7 +30,7 @@ from lathesim.diagnosis.reporting.effect_report import for_a_turning_part
 from lathesim.diagnosis.reporting.explanations import NOT_REACHED, explanation_lines
 from lathesim.diagnosis.reporting.html_report import report_html
 from lathesim.diagnosis.reporting.number_text import plain
-from lathesim.diagnosis.reporting.remarks import at_their_bounds, not_determined, not_shown, value_instead
+from lathesim.diagnosis.reporting.remarks import at_their_bounds, not_answered, not_determined, not_shown, value_instead
 from lathesim.diagnosis.reporting.summary import headline, summary_lines
 from lathesim.diagnosis.reporting.terminal_text import answer_lines
 from lathesim.effects.friction import StribeckFriction
@@ -270,6 +271,21 @@ def test_an_effect_that_predicts_better_is_never_passed_over_in_silence() -> Non
     assert lines(passed_over)["Sure"] == f"No effect is named: the best one, PeriodicPitchError at {SCALE}, needs an amplitude of 9 mm."
     assert headline(varied(passed_over, fit=OFF)).endswith(f"The error of {SCALE} remains 1.77 µm, 5.9 times its noise.")
     assert "Sure" not in lines(varied(CLEAN, explanations=()))
+
+
+def test_an_effect_that_the_second_recording_does_not_show_is_told_with_what_would_validate_it() -> None:
+    limit = Explanation("CurrentLimit", "x_drive", "effect", -5.0, 6.0, 17.0, False, NEVER_REACHED)
+    unseen = varied(CLEAN, explanations=(*CLEAN.search.explanations, limit), unanswerable=(Unanswerable("CurrentLimit", "x_drive", "it"),))
+    both = "fits recording.csv clearly better, but validate.csv never reaches it and cannot validate it."
+    shows = "validate.csv shows no missing physics: the lesson explains the recording."
+    assert headline(unseen) == f"{shows} CurrentLimit at x_drive {both}"
+    assert lines(unseen)["Next"].endswith("Validate with a recording that reaches CurrentLimit at x_drive, as recording.csv does.")
+    assert not_answered(unseen) == []
+    off = headline(varied(unseen, fit=OFF))
+    assert off.endswith(f"5.9 times its noise. CurrentLimit at x_drive {both}")
+    slew = replace(limit, name="SlewLimit", reason=HARDLY_REACHED)
+    several = headline(varied(unseen, explanations=(limit, slew)))
+    assert " CurrentLimit and SlewLimit at x_drive fit recording.csv clearly better, but validate.csv hardly reaches them and " in several
 
 
 def test_every_reason_for_which_an_effect_is_left_out_reads_as_a_sentence_after_its_name() -> None:

@@ -8,6 +8,9 @@ from typing import Literal
 Kind = Literal["lesson", "values", "effects", "effect", "fault", "signal", "flexible"]
 KINDS: tuple[Kind, ...] = ("lesson", "values", "effects", "effect", "fault", "signal", "flexible")
 """The kinds of explanations, in the order of a table."""
+NEVER_REACHED = "is never reached in the recording that judges, which cannot validate it"
+HARDLY_REACHED = "changes hardly anything in the recording that judges, which cannot validate it"
+"""Why an effect is not kept that fits the first recording clearly better, as a limit that the second one stays below."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,11 @@ class Explanation:
     def is_clear(self) -> bool:
         """Whether the gain is above the level that chance may reach."""
         return self.gain > self.chance
+
+    @property
+    def is_untested(self) -> bool:
+        """Whether it fits the first recording clearly better, and the one that judges does not show it at all."""
+        return self.reason in (NEVER_REACHED, HARDLY_REACHED)
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,13 @@ from functools import reduce
 
 from lathesim.analysis.display_unit import text_table
 from lathesim.diagnosis.explaining.chance import chance_level, due, is_clear
-from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, Implausible, Objection, deviations, implausible
+from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, Implausible, Objection, deviations, implausible, is_plausible
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, changed_readings, significant
 from lathesim.diagnosis.explaining.rounds import is_finer
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import over
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.comparison import KINDS, Explanation, Kind
+from lathesim.diagnosis.records.comparison import HARDLY_REACHED, KINDS, NEVER_REACHED, Explanation, Kind
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found, Gain, Tried
 from lathesim.diagnosis.reporting.effect_report import declared_in
@@ -22,6 +22,7 @@ from lathesim.diagnosis.reporting.number_text import NOTHING, number, percent, p
 from lathesim.diagnosis.verdict import Doubt
 from lathesim.engine.assembly import Place
 from lathesim.errors import listed
+from lathesim.identification.signal import LARGER_PART, root_mean_square
 from lathesim.recordings.raw_table import Finding, counted
 from lathesim.units import product_unit
 
@@ -138,6 +139,8 @@ def _why_not(study: Study, found: Found, one: Tried) -> str:
     method = study.method
     if one.fitted.nats < due(method, one.parameters):
         return "fits the first recording hardly better"
+    if untested := _untested(one, study):
+        return untested
     if one.predicted.nats <= 0.0:
         return "predicts worse than without it"
     if not is_clear(one.predicted, method, one.parameters):
@@ -147,6 +150,21 @@ def _why_not(study: Study, found: Found, one: Tried) -> str:
     if (objection := implausible(study, one.model)) is not None:
         return _why_implausible(objection, one, study)
     return _why_another(study, found, one)
+
+
+def _untested(one: Tried, study: Study) -> str:
+    """Return why the recording that judges cannot validate an effect that fits the first one clearly better: it is simulated alike with the
+    effect and without it, all other values as they are. Empty where it can."""
+    method, judging, after = study.method, study.validation, one.model.validation_fit
+    if is_clear(one.predicted, method, one.parameters) or not is_clear(one.fitted, method, one.parameters):
+        return ""
+    without = dict(zip(one.candidate.parameters, one.candidate.neutral.tolist(), strict=True))
+    changed = after.residual - judging.sensed.one({**after.by_name, **without})
+    judged = changed if judging.weights is None else changed[:, judging.weights > LARGER_PART]
+    most = max(root_mean_square(row) / floor for row, floor in zip(judged, judging.sensed.seen_floors, strict=True))
+    if most >= 1.0 or not is_plausible(study, one.model):
+        return ""
+    return HARDLY_REACHED if most > 0.0 else NEVER_REACHED
 
 
 def _why_implausible(objection: Implausible, one: Tried, study: Study) -> str:

@@ -62,11 +62,12 @@ def not_determined(effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
 
 
 def not_answered(diagnosis: Diagnosis) -> list[str]:
-    """Return which effects recordings do not show, those with one reason in one sentence; those that are tied are named as such."""
+    """Return which effects recordings do not show, those with one reason in one sentence; those that are tied, or that one recording alone
+    shows, are named as such."""
     tied = {name for effect in diagnosis.effects for name in effect.tied_with}
     names: dict[str, list[tuple[str, str]]] = {}
     for one in diagnosis.rest.unanswerable:
-        if not tied & {one.effect, f"{one.effect} at {one.at}"}:
+        if (one.effect, one.at) not in untested(diagnosis) and not tied & {one.effect, f"{one.effect} at {one.at}"}:
             names.setdefault(one.why, []).append((one.effect, one.at))
     return [f"These would not stand out at any size: {with_places(some)}. Reason: {why}." for why, some in names.items()]
 
@@ -100,9 +101,9 @@ def next_step(diagnosis: Diagnosis, worse: Sequence[str], values: Sequence[str],
 
 def _after_values(diagnosis: Diagnosis, values: Sequence[str], *, needed: bool, off: bool) -> str:
     measure = f"Measure {listed(values) if 0 < len(values) <= Shown.most_named else 'these values'}"
-    if off:
+    if off or untested(diagnosis):
         easiest = diagnosis.rest.easiest
-        log_too = [f"Log {easiest} too: of the signals that would show more, it is the easiest to log."] if easiest else []
+        log_too = [f"Log {easiest} too: of the signals that would show more, it is the easiest to log."] if easiest and off else []
         return " ".join([*([f"{measure}."] if values else []), _record_more(diagnosis), *log_too])
     if needed:
         return f"{measure}, and correct {'it' if len(values) == 1 else 'them'} in the lesson."
@@ -126,7 +127,14 @@ def _after_names(diagnosis: Diagnosis, *, off: bool) -> str:
     )
 
 
+def untested(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Return the effects, with their places, that fit the first recording clearly better and that the one which judges does not show."""
+    return [(one.name, one.place) for one in diagnosis.search.explanations if one.is_untested]
+
+
 def _record_more(diagnosis: Diagnosis) -> str:
+    if names := untested(diagnosis):
+        return f"Validate with a recording that reaches {with_places(names)}, as {diagnosis.question.recording} does."
     if diagnosis.question.judges_itself:
         return "Make a second recording, longer and at more speeds, and give it with --validate."
     return "Record more motion: longer, at other speeds and places."

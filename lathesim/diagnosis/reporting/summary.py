@@ -13,11 +13,11 @@ import numpy as np
 
 from lathesim.diagnosis.location import FORCES
 from lathesim.diagnosis.method import STANDARD, Method
-from lathesim.diagnosis.records.comparison import Explanation
+from lathesim.diagnosis.records.comparison import NEVER_REACHED, Explanation
 from lathesim.diagnosis.records.diagnosis import VERDICTS, BaselineValue, ChannelTrace, Diagnosis, FoundEffect, Unnamed
 from lathesim.diagnosis.records.shown import Shown
 from lathesim.diagnosis.reporting.number_text import interval_texts, least_probable_text, number, percent, probability_text, quantity_text
-from lathesim.diagnosis.reporting.remarks import next_step, with_places
+from lathesim.diagnosis.reporting.remarks import next_step, untested, with_places
 from lathesim.errors import listed
 from lathesim.identification.signal import LARGER_PART, root_mean_square
 from lathesim.recordings.raw_table import counted
@@ -48,8 +48,20 @@ def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
         return diagnosis.sentence
     if diagnosis.verdict == "unknown":
         place = f" at {diagnosis.location.components[0]}" if diagnosis.location.components else ""
-        return " ".join([f"Physics is missing{place} that no known effect explains.", *_left_over(diagnosis)])
-    return _in_part(diagnosis, method) if still_off(diagnosis, method) else _nothing_missing(diagnosis, method)
+        return " ".join([f"Physics is missing{place} that no known effect explains.", *_left_over(diagnosis), *_untested(diagnosis)])
+    told = _in_part(diagnosis, method) if still_off(diagnosis, method) else _nothing_missing(diagnosis, method)
+    return " ".join([told, *_untested(diagnosis)])
+
+
+def _untested(diagnosis: Diagnosis) -> list[str]:
+    """Return which effects fit the first recording clearly better and cannot be validated by the other one, as it does not show them."""
+    names, question = untested(diagnosis), diagnosis.question
+    if not names:
+        return []
+    never = all(one.reason == NEVER_REACHED for one in diagnosis.search.explanations if one.is_untested)
+    fits, them = ("fit", "them") if len(names) > 1 else ("fits", "it")
+    reaches = f"{question.validation} {'never' if never else 'hardly'} reaches {them}"
+    return [f"{with_places(names)} {fits} {question.recording} clearly better, but {reaches} and cannot validate {them}."]
 
 
 def _next(diagnosis: Diagnosis, method: Method) -> str:
@@ -95,7 +107,8 @@ def without_name(left: Unnamed) -> str:
 
 
 def _nothing_missing(diagnosis: Diagnosis, method: Method) -> str:
-    since = f"Nothing is new since {diagnosis.question.before}" if diagnosis.question.before else "No physics is missing"
+    nothing = f"{diagnosis.question.validation} shows no missing physics" if untested(diagnosis) else "No physics is missing"
+    since = f"Nothing is new since {diagnosis.question.before}" if diagnosis.question.before else nothing
     if diagnosis.verdict == "parameters_only":
         return (
             f"{since}, but {_far_off(diagnosis)}"
@@ -125,7 +138,8 @@ def _in_part(diagnosis: Diagnosis, method: Method) -> str:
         explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.rest.far_off else explains
     since = [f"Nothing is new since {diagnosis.question.before}."] if diagnosis.question.before else []
     # an effect that predicts it and is too small to be named stands in the line on how sure the answer is
-    nothing = [] if any(one.is_clear for one in _rivals(diagnosis)) else ["No known effect and no recorded signal predicts it."]
+    known = untested(diagnosis) or any(one.is_clear for one in _rivals(diagnosis))
+    nothing = [] if known else ["No known effect and no recorded signal predicts it."]
     return " ".join([*since, explains, *stays_off(diagnosis, method), *nothing])
 
 
