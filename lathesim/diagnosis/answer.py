@@ -109,8 +109,9 @@ def describe(study: Study, prepared: PreparedQuestion, found: Found, values: Est
     own = _own_simulation(validation, found, before, reported_fit)
     evidence = gather(validation, found, own)
     counts = coarse_counts(prepared.experiments, found.model.candidates, method=method)
-    # those whose size was read off a count of the recordings come last
     effects_found = [*ranked(study, found), *(RankedEffect(candidate, 1.0, (), np.nan) for candidate, _ in counts)]
+    # a step in which something is read comes last, however much it gains: it is no physics of the machine
+    effects_found.sort(key=lambda one: bool(one.candidate.effect.identification.spacing))
     taken = removed_share(validation, before, reported_fit)
     laws = other_laws(question, found, experiment, validation)
     tied = bool(effects_found and effects_found[0].tied)

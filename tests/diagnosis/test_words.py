@@ -222,6 +222,24 @@ def test_an_effect_whose_interval_holds_zero_is_no_find() -> None:
     )
 
 
+def test_a_step_of_a_reading_comes_after_the_physics_of_the_machine() -> None:
+    """A pendulum's answer named the count of its encoder, and put the friction that it also found in the second line."""
+    count = replace(COULOMB, effect="Quantisation", at="x_encoder", parameters={"count": Interval(3e-6, "m", 2.9e-6, 3.1e-6)}, is_step=True)
+    unsure = replace(COULOMB, tied_with=("PositionDependentFriction",), probability=0.53, sizes=Determined(may_be_zero=True))
+    answer = replace(NAMED, effects=(unsure, count))
+    assert headline(answer) == (
+        "Something is missing. CoulombFriction at x_axis describes it best, but its size is not determined: it may be something else. "
+        "Beside it, the simulation left out Quantisation at x_encoder."
+    )
+    told = lines(answer)
+    assert told["Size"].startswith("CoulombFriction 20.41 N (95 % interval 20.22 to 20.60 N), may be zero; Quantisation 3.000 um (")
+    assert told["Sure"].startswith("Each is at least 53 % probable among ")
+    assert headline(replace(answer, effects=(count,))) == "The simulation left out Quantisation at x_encoder."
+    assert headline(replace(answer, effects=(COULOMB, count))) == (
+        "The simulation left out CoulombFriction at x_axis and Quantisation at x_encoder."
+    )
+
+
 def test_where_recordings_determine_a_product_alone_that_is_the_size() -> None:
     parameters = {"growth": Interval(222.0, "1/m", 0.0, 13096.0), "rate": Interval(0.0, "m/s", 0.0, 4e-8)}
     wear = replace(COULOMB, effect="WearForceGrowth", parameters=parameters, sizes=Determined(("growth",)))

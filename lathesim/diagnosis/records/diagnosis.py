@@ -76,7 +76,8 @@ class FoundEffect:
 
     ``probability`` that it is this one and none of the other candidates; ``tied_with`` names those the recording cannot tell from it, and
     ``separating_experiment`` says what would; ``share`` is the share of the whole error that it removes. ``before`` is the effect of the
-    lesson before which it is inserted, as behind a spring; empty where there is none.
+    lesson before which it is inserted, as behind a spring; empty where there is none. One that ``is_step`` is the step in which something
+    is read or set.
     """
 
     effect: str
@@ -90,6 +91,7 @@ class FoundEffect:
     doc: str = ""
     before: str = ""
     sizes: Determined = field(default_factory=Determined)
+    is_step: bool = False
 
 
 @dataclass(frozen=True)

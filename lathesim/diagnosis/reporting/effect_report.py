@@ -57,6 +57,7 @@ def reported(item: RankedEffect, values: Estimates, experiment: Experiment, chan
         (candidate.effect.__doc__ or "").strip().splitlines()[0],
         candidate.seat.before,
         Determined(tuple(undetermined), (), interval_includes_neutral(candidate, values), _products(candidate, values, experiment)),
+        bool(candidate.effect.identification.spacing),
     )
 
 

@@ -77,10 +77,7 @@ def _named(diagnosis: Diagnosis) -> str:
     adrift = {trace.channel for trace in diagnosis.evidence.traces if not trace.held}
     spoils = all(effect.family != OF_RECORDING for effect in finds) and not adrift and len(worse) == len(diagnosis.fit) > 0
     if not finds or spoils:
-        names = with_places([(effect.effect, effect.at) for effect in diagnosis.effects])
-        verb, sizes = ("describe", "their sizes are") if len(diagnosis.effects) > 1 else ("describes", "its size is")
-        but = f"the error of {listed(worse)} is larger than with the lesson alone" if finds else f"{sizes} not determined"
-        return f"Something is missing. {names} {verb} it best, but {but}: it may be something else."
+        return _described(diagnosis, finds, worse)
     # what may as well be another effect, as one of the machine, is no sure fault
     faults = [effect for effect in finds if effect.family == OF_RECORDING and not effect.tied_with]
     physics = [effect for effect in finds if effect not in faults]
@@ -88,6 +85,17 @@ def _named(diagnosis: Diagnosis) -> str:
     sentences = [f"{begins}{_rivalled(physics)}."] if physics else []
     sentences += [f"The recording has a fault: {_rivalled(faults)}."] if faults else []
     return " ".join(sentences)
+
+
+def _described(diagnosis: Diagnosis, finds: Sequence[FoundEffect], worse: Sequence[str]) -> str:
+    """Return what describes best what is missing, and why that is no find; a step in which something is read is certain beside it."""
+    doubtful = [effect for effect in diagnosis.effects if finds or effect.sizes.may_be_zero]
+    certain = [effect for effect in diagnosis.effects if effect not in doubtful]
+    names = with_places([(effect.effect, effect.at) for effect in doubtful])
+    verb, sizes = ("describe", "their sizes are") if len(doubtful) > 1 else ("describes", "its size is")
+    but = f"the error of {listed(worse)} is larger than with the lesson alone" if finds else f"{sizes} not determined"
+    beside = f" Beside it, the simulation left out {_rivalled(certain)}." if certain else ""
+    return f"Something is missing. {names} {verb} it best, but {but}: it may be something else.{beside}"
 
 
 def _rivalled(effects: Sequence[FoundEffect]) -> str:
@@ -181,8 +189,10 @@ def still_off(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
 
 
 def found_effects(diagnosis: Diagnosis) -> list[FoundEffect]:
-    """Return the effects that may be presented as a find: an effect whose size may be zero is none."""
-    return [effect for effect in diagnosis.effects if not effect.sizes.may_be_zero]
+    """Return the effects that may be presented as a find: an effect whose size may be zero is none, and beside such ones alone neither is
+    the step in which something is read."""
+    sure = [effect for effect in diagnosis.effects if not effect.sizes.may_be_zero]
+    return sure if len(sure) == len(diagnosis.effects) or not all(effect.is_step for effect in sure) else []
 
 
 def _shown(value: float, unit: str) -> str:
