@@ -238,6 +238,10 @@ def test_a_step_of_a_reading_comes_after_the_physics_of_the_machine() -> None:
     assert headline(replace(answer, effects=(COULOMB, count))) == (
         "The simulation left out CoulombFriction at x_axis and Quantisation at x_encoder."
     )
+    spoilt = {name: replace(item, after=2.0 * item.before) for name, item in NAMED.fit.items()}
+    said = headline(replace(answer, effects=(COULOMB, count), fit=spoilt))
+    assert said.startswith("Something is missing. CoulombFriction at x_axis describes it best, but the error of ")
+    assert " Beside it, the simulation left out Quantisation at x_encoder." in said
 
 
 def test_where_recordings_determine_a_product_alone_that_is_the_size() -> None:

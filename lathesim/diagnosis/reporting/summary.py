@@ -89,7 +89,7 @@ def _named(diagnosis: Diagnosis) -> str:
 
 def _described(diagnosis: Diagnosis, finds: Sequence[FoundEffect], worse: Sequence[str]) -> str:
     """Return what describes best what is missing, and why that is no find; a step in which something is read is certain beside it."""
-    doubtful = [effect for effect in diagnosis.effects if finds or effect.sizes.may_be_zero]
+    doubtful = [effect for effect in diagnosis.effects if effect.sizes.may_be_zero or not effect.is_step] or list(diagnosis.effects)
     certain = [effect for effect in diagnosis.effects if effect not in doubtful]
     names = with_places([(effect.effect, effect.at) for effect in doubtful])
     verb, sizes = ("describe", "their sizes are") if len(doubtful) > 1 else ("describes", "its size is")
