@@ -67,8 +67,8 @@ _TURNS = re.compile(r"deg|rad|rev|turn|rpm|1/min")
 _WORDS = {
     "time": "time t zeit timestamp timestamps sec",
     "error": "err error flw dev diff deviation lag ferror ffw feedforward",
-    "position": "pos position positions place angle enc encoder weg lage winkel displacement s",
-    "speed": "vel velocity velocities speed v drehzahl geschwindigkeit rpm",
+    "position": "pos position positions place angle theta enc encoder weg lage winkel displacement s",
+    "speed": "vel velocity velocities speed v omega drehzahl geschwindigkeit rpm",
     "acceleration": "acc accel acceleration a",
     "current": "curr current currents iq i strom amps q",
     "torque": "torque torques moment trq effort efforts",
@@ -76,17 +76,19 @@ _WORDS = {
     "voltage": "volt voltage u spannung vbus pwm duty",
 }
 _QUANTITIES = {word: quantity for quantity, words in _WORDS.items() for word in words.split()}
-_COMMANDED = frozenset(
-    "cmd command commanded set setpoint soll des desired ref reference target demand nominal nom noml input pwm duty".split()  # noqa: SIM905
+_MOTIONS = ("position", "speed")
+_SET_POINT = frozenset(
+    "cmd command commanded set setpoint sp soll des desired ref reference target goal demand nominal nom noml".split()  # noqa: SIM905
 )
+_COMMANDED = _SET_POINT | {"input", "pwm", "duty"}
 _MEASURED = frozenset(
-    "act actual ist meas measured estimate estimated feedback fb real".split()  # noqa: SIM905
+    "act actual present ist meas measured estimate estimated feedback fb fbk real".split()  # noqa: SIM905
 )
 _FILLING = frozenset(
     "nck servo data ctrl in mot motor nd main state states joint joints value val controller end side ec".split()  # noqa: SIM905
 )
 _UNIT_IN_NAME = re.compile(r"(?:_|^(?=rpm))((?:um|mm|m|deg|rad|rev)(?:_s)?|rpm|k?N|Nm|m?A|m?V|[mu]?s)$")
-_TURNING_WORDS = frozenset(("rpm", "angle", "winkel", "drehzahl"))
+_TURNING_WORDS = frozenset(("rpm", "angle", "winkel", "drehzahl", "theta", "omega"))
 _SLIDING_AXES = re.compile(r"[xyzuvw]\d?")
 _TURNING_AXES = re.compile(r"[abc]\d?|sp\d?|spindle")
 _SPLIT = re.compile(r"[A-Za-z]\d+(?![A-Za-z\d])|[A-Z]{2}[a-z]+|[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+")
@@ -103,11 +105,18 @@ class ColumnSense:
     axis: str
     turning: bool | None
     span: float
+    of_motion: str = ""
+    """The column of the motion that it is taken to command, where its own name does not say what it commands."""
+
+    @property
+    def is_bare_command(self) -> bool:
+        """Whether it is called a set-point and nothing else."""
+        return not (self.unit or self.quantity) and bool(_SET_POINT & set(_words_of(self.column)))
 
     @property
     def key(self) -> str:
         """The quantity, with whether it was commanded: a command of a force or current pushes as one."""
-        return f"commanded {self.quantity}" if self.commanded and self.quantity in ("position", "speed") else self.quantity
+        return f"commanded {self.quantity}" if self.commanded and self.quantity in _MOTIONS else self.quantity
 
     def may_be(self, unit: str) -> bool:
         """Return whether it can be a channel of a unit: by its own unit, or else by its quantity, where one is known."""
@@ -121,11 +130,11 @@ def sense_of(name: str, unit: str, values: FloatArray) -> ColumnSense:
     bare, match = name, _UNIT_IN_NAME.search(name)
     if not is_unit(unit):
         unit = match[1].replace("_", "/").replace("Nm", "N*m") if match else ""
-        named = [_QUANTITIES[word.lower()] for word in _SPLIT.findall(name) if word.lower() in _QUANTITIES]
+        named = [_QUANTITIES[word] for word in _words_of(name) if word in _QUANTITIES]
         if match and named and named[0] not in ("error", _kind(unit)):
             unit = ""
         bare = name[: match.start()] if match and unit else name
-    words = [word.lower() for word in _SPLIT.findall(bare)]
+    words = _words_of(bare)
     named = [_QUANTITIES[word] for word in words if word in _QUANTITIES]
     axis = name.rpartition("|")[2] if "|" in name else " ".join(
         word for word in words if word not in _QUANTITIES and word not in _COMMANDED | _MEASURED | _FILLING
@@ -136,6 +145,13 @@ def sense_of(name: str, unit: str, values: FloatArray) -> ColumnSense:
     finite = values[np.isfinite(values)]
     span = float(np.ptp(finite)) if len(finite) else 0.0
     return ColumnSense(name, unit, quantity, bool(_COMMANDED & set(words)), axis, turning, span)
+
+
+def _words_of(name: str) -> list[str]:
+    """Return the words of a name; what stands as current before a place or speed is no electric one."""
+    words = [word.lower() for word in _SPLIT.findall(name)]
+    moves = [len(word) > 1 and _QUANTITIES.get(word) in _MOTIONS for word in words]
+    return ["present" if word == "current" and any(moves[place : place + 1]) else word for place, word in enumerate(words, start=1)]
 
 
 def _kind(unit: str) -> str:
@@ -239,10 +255,23 @@ class ProposedLesson:
         """What the columns on the clock seem to be, those with numbers."""
         rows = len(self.table.columns[self.time]) if self.time is not None else max(map(len, self.table.columns.values()))
         usable = {name: v for name, v in self.table.columns.items() if name != self.time and len(v) == rows and np.isfinite(v).any()}
-        found = [sense_of(name, self.table.units[name], values) for name, values in usable.items()]
+        found = self._with_bare_commands([sense_of(name, self.table.units[name], values) for name, values in usable.items()])
         rotary = any(item.quantity in ("torque", "current") for item in found)  # of a motor, unless an axis is known to slide
         rotary &= not any(item.turning is False and item.quantity in ("position", "speed") for item in found)
         return tuple(replace(item, turning=True) if item.turning is None and rotary else item for item in found)
+
+    @staticmethod
+    def _with_bare_commands(found: Sequence[ColumnSense]) -> list[ColumnSense]:
+        """Return columns of which one that is only called a set-point commands the first motion of its axis that was measured, in its
+        unit."""
+        shown = sorted((item for item in found if item.key in _MOTIONS), key=lambda item: _MOTIONS.index(item.key))
+        result = []
+        for item in found:
+            of = next((one for one in shown if item.is_bare_command and item.axis in ("", one.axis)), None)
+            if of is not None:
+                item = replace(item, unit=of.unit, quantity=of.quantity, turning=of.turning, of_motion=of.column)
+            result.append(item)
+        return result
 
     @cached_property
     def fitting(self) -> dict[str, tuple[TemplateRule, dict[str, ColumnSense]]]:
@@ -335,6 +364,9 @@ class ProposedLesson:
         for key, item in columns.items():
             if key in used and not item.unit:
                 yield f"'{item.column}' is in {self._assumed_unit(item)}"
+        for item in columns.values():
+            if item.key in used and item.of_motion:
+                yield f"'{item.column}' commands what '{item.of_motion}' shows"
         if self.time is None and self.rate is None:
             yield f"the rows come at {1.0 / self.period:g} Hz"
         if len(self.fitting) > 1 and self.axis is None:

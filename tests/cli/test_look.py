@@ -77,6 +77,35 @@ def test_a_duty_cycle_drives_a_motor_and_a_column_may_be_called_by_its_unit(caps
     assert roles["compare"] == ("spindle.speed", "rpm", False)
 
 
+@pytest.mark.parametrize(
+    ("command", "motion", "machine"),
+    [
+        ("goal_position", "present_position", "led_axis"), ("target_position", "current_position", "led_axis"),
+        ("goal", "position", "led_axis"), ("setpoint", "pos", "led_axis"), ("cmd", "pos_fbk", "led_axis"), ("SP", "x_act_mm", "led_axis"),
+        ("reference", "angle", "led_rotary_table"), ("theta_ref", "theta", "led_rotary_table"), ("target", "angle_deg", "led_rotary_table"),
+    ],
+)  # fmt: skip
+def test_a_commanded_place_is_known_by_the_usual_words(command: str, motion: str, machine: str, capsys: Capture) -> None:
+    time = 1e-3 * np.arange(200)
+    told = json_of(capsys, "look", table(f"t_s,{command},{motion}", time, np.sin(30.0 * time), np.sin(29.0 * time)), "--json")
+    assert told["machine"] == machine
+    assert [(item["role"], item["column"]) for item in told["mapping"]][1:] == [("drive", command), ("compare", motion)]
+    assert (f"'{command}' commands what '{motion}' shows" in told["assumed"]) == ("_" not in command)
+    if motion == "angle_deg":
+        assert {item["unit"] for item in told["mapping"]} == {"s", "deg"}
+
+
+def test_a_command_without_a_quantity_goes_with_the_motion_of_its_axis_and_pushes_nothing(capsys: Capture) -> None:
+    time = 1e-3 * np.arange(200)
+    wave, other = np.sin(30.0 * time), np.cos(30.0 * time)
+    two = json_of(capsys, "look", table("t_s,x_goal,x_pos,y_goal,y_pos", time, wave, wave, other, other), "--axis", "y", "--json")
+    assert [item["column"] for item in two["mapping"]][1:] == ["y_goal", "y_pos"]
+    # a speed that was asked for is none that was measured, and a place as it is now no current
+    assert json_of(capsys, "look", table("t_s,goal,omega", time, wave, wave), "--json")["machine"] is None
+    amperes = json_of(capsys, "look", table("t_s,current_A,current_angle", time, wave, other), "--json")
+    assert [(item["role"], item["column"]) for item in amperes["mapping"]][1:] == [("drive", "current_A"), ("compare", "current_angle")]
+
+
 @pytest.mark.parametrize(("column", "held"), [("torque_cmd [N*m]", True), ("iq_set [A]", True), ("torque_act [N*m]", False)])
 def test_a_commanded_torque_or_current_is_held_until_the_next_row(column: str, held: bool, capsys: Capture) -> None:
     time = 1e-3 * np.arange(200)
