@@ -57,6 +57,11 @@ def test_smoothing_is_a_low_pass_of_second_order_both_ways(count: int) -> None:
     assert np.array_equal(smooth(walk, PERIOD), expected)
 
 
+def test_rows_that_are_filtered_together_are_filtered_as_each_by_itself() -> None:
+    rows = np.cumsum(np.random.default_rng(3).standard_normal((3, 200)), axis=1)
+    assert np.array_equal(velocity_of(rows, PERIOD), [velocity_of(row, PERIOD) for row in rows])
+
+
 def test_the_velocity_of_a_quantised_position() -> None:
     seen = np.round(PLACE / 1e-6) * 1e-6
     assert np.max(np.abs(velocity_of(seen, PERIOD) - SPEED)[INSIDE]) < 2e-3 * np.max(np.abs(SPEED))

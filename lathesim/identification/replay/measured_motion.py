@@ -32,7 +32,8 @@ _SPREAD = 0.01
 
 
 def smooth(values: FloatArray, period: float) -> FloatArray:
-    """Return values filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of the values].
+    """Return values (..., samples) filtered forwards and backwards (no lag), cut off at 100 Hz or at a fifth of the sampling rate [unit of
+    the values].
 
     Both ends are continued, turned about the last value, and each way begins at rest on its first one. This is ``scipy.signal.sosfiltfilt``
     with what it works out anew in each call kept: every run of a search is filtered.
@@ -40,11 +41,14 @@ def smooth(values: FloatArray, period: float) -> FloatArray:
     rate = 1.0 / period
     cutoff = min(100.0, 0.2 * rate)
     sections, at_rest = _low_pass(cutoff / (0.5 * rate))
-    beyond = min(len(values) - 2, int(3 * rate / cutoff))
-    found = np.concatenate([2.0 * values[0] - values[beyond:0:-1], values, 2.0 * values[-1] - values[-2 : -beyond - 2 : -1]])
+    samples = values.shape[-1]
+    beyond = min(samples - 2, int(3 * rate / cutoff))
+    before, after = 2.0 * values[..., :1] - values[..., beyond:0:-1], 2.0 * values[..., -1:] - values[..., -2 : -beyond - 2 : -1]
+    found = np.concatenate([before, values, after], axis=-1)
+    at_rest = at_rest.reshape(len(at_rest), *(1,) * (values.ndim - 1), 2)
     for _ in range(2):
-        found = sosfilt(sections, found, zi=at_rest * found[0])[0][::-1]
-    return np.asarray(found[beyond : len(found) - beyond])
+        found = sosfilt(sections, found, zi=at_rest * found[..., :1])[0][..., ::-1]
+    return np.asarray(found[..., beyond : beyond + samples])
 
 
 @functools.lru_cache(maxsize=16)
@@ -55,8 +59,8 @@ def _low_pass(cutoff: float) -> tuple[FloatArray, FloatArray]:
 
 
 def velocity_of(position: FloatArray, period: float) -> FloatArray:
-    """Return the velocity by central differences of the smoothed position [unit/s]."""
-    return np.gradient(smooth(position, period), period)
+    """Return the velocity by central differences of the smoothed position (..., samples) [unit/s]."""
+    return np.asarray(np.gradient(smooth(position, period), period, axis=-1))
 
 
 def recorded_motion(assembly: Assembly, recorded: Mapping[str, FloatArray], *, smoothed: bool = True) -> dict[str, FloatArray]:

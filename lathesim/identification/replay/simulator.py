@@ -24,6 +24,8 @@ IMPULSE = 1e-3
 """Size of an impulse of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 _REMEMBERED = 8
 """Values whose impulses are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
+_AT_ONCE = 16
+"""Runs whose readings are made in one pass."""
 LOST = 1e12
 """Residual, in floors, of a run whose numbers grew beyond all bounds."""
 
@@ -44,7 +46,7 @@ class RedundantSensor:
     rate: bool = False
 
     def expected(self, first: FloatArray, period: float) -> FloatArray:
-        """Return what the first sensor (samples,) makes one expect of this one."""
+        """Return what the first sensor (..., samples) makes one expect of this one."""
         if not self.rate:
             return self.gain * first
         return np.asarray(self.gain * velocity_of(_within_bounds(first), period))
@@ -126,20 +128,20 @@ class Simulator:
         return floors
 
     def as_seen(self, channels: FloatArray) -> FloatArray:
-        """Return channels (channels, samples) with the difference in place of a second sensor of one motion, a place without the mean of
-        it: each sensor has a zero of its own. So has the first one where what it measures is led along a recorded place."""
+        """Return channels (..., channels, samples) with the difference in place of a second sensor of one motion, a place without the mean
+        of it: each sensor has a zero of its own. So has the first one where what it measures is led along a recorded place."""
         if not (self.redundant_sensors or self.led):
             return channels
         found = np.array(channels)
         for row in self.led:
             with np.errstate(invalid="ignore", over="ignore"):
-                found[row] -= self._mean((row,), found[row])
+                found[..., row, :] -= self._mean((row,), found[..., row, :])
         for sight in self.redundant_sensors:
             # a lost run is infinite in both, and their difference no number: residual_of takes it for lost
             with np.errstate(invalid="ignore", over="ignore"):
-                found[sight.row] -= sight.expected(channels[sight.first], self.period)
+                found[..., sight.row, :] -= sight.expected(channels[..., sight.first, :], self.period)
                 if not sight.rate:
-                    found[sight.row] -= self._mean((sight.row, sight.first), found[sight.row])
+                    found[..., sight.row, :] -= self._mean((sight.row, sight.first), found[..., sight.row, :])
         return found
 
     def from_zero_of(self, simulated: FloatArray) -> FloatArray:
@@ -158,10 +160,10 @@ class Simulator:
         """Return for each second sensor of a place (its row) the first one (row) and by how much more it shows on the average."""
         places = [sight for sight in self.redundant_sensors if not sight.rate]
         apart = {sight.row: self.recorded[sight.row] - sight.gain * self.recorded[sight.first] for sight in places}
-        return {sight.row: (sight.first, self._mean((sight.row, sight.first), apart[sight.row])) for sight in places}
+        return {sight.row: (sight.first, float(self._mean((sight.row, sight.first), apart[sight.row])[0])) for sight in places}
 
-    def _mean(self, rows: Sequence[int], values: FloatArray) -> float:
-        """Return the mean of values (samples,) where the sensors (rows) were recorded and the sample counts."""
+    def _mean(self, rows: Sequence[int], values: FloatArray) -> FloatArray:
+        """Return the mean of values (..., samples), shape (..., 1), where the sensors (rows) were recorded and the sample counts."""
         key = tuple(rows)
         if key not in self._counting:
             counts = np.isfinite(self.recorded[list(rows)]).all(axis=0)
@@ -169,9 +171,10 @@ class Simulator:
                 counts &= self.weights > LARGER_PART
             self._counting[key] = np.flatnonzero(counts)
         counted = self._counting[key]
-        if len(counted) == len(values):
-            return float(np.mean(values))
-        return float(np.mean(values[counted])) if len(counted) else 0.0
+        if not len(counted):
+            return np.zeros((*values.shape[:-1], 1))
+        counting = values if len(counted) == values.shape[-1] else np.take(values, counted, axis=-1)
+        return np.asarray(np.mean(counting, axis=-1, keepdims=True))
 
     @property
     def samples(self) -> int:
@@ -331,11 +334,13 @@ class Simulator:
         positions = [self.plan.channels.index(channel) for channel in self.channels]
         batch = Batch(self.plan, self._simulated, threads=threads, noisy=False, steps_per_sample=steps)
         names, values, early = without_early(self.plan, self._shifts, names, values, self.period, self.samples)
-        if not np.any(early):
+        if not np.any(early) and not any(sight.rate for sight in self.redundant_sensors):
             found: list[Any] = batch.run(names, values, lambda record: reduce(self.as_seen(record[positions, :: self.every])))
             return found
         runs = batch.run(names, values, lambda record: record[positions, :: self.every].copy())
-        return [reduce(self.as_seen(self._read_early(run, shifts))) for run, shifts in zip(runs, early, strict=True)]
+        runs = [self._read_early(run, shifts) if np.any(shifts) else run for run, shifts in zip(runs, early, strict=True)]
+        # the rates of some runs are filtered in one pass, which takes little longer than one of them
+        return [reduce(run) for first in range(0, len(runs), _AT_ONCE) for run in self.as_seen(np.array(runs[first : first + _AT_ONCE]))]
 
     @cached_property
     def _shifts(self) -> dict[str, Shift]:
