@@ -186,9 +186,9 @@ def _in_step(step: str, progress: Progress) -> Progress:
 class _Motion:
     """The search for what explains the motion itself, where the best explanation under the noise of unmeasured forces does not.
 
-    Such forces would have to be about as large as those that act, or have led a closed loop off, which holds against them: what is missing
-    has passed for their noise. The error of the simulation then takes the place of that of its equations for all that follows, and
-    ``prepared`` and ``study`` are of it. ``tried`` is what the search was made for in vain.
+    Such forces would have to be about as large as those that act, or have led a closed loop off, which holds against them, or leave nothing
+    to name: what is missing has passed for their noise. The error of the simulation then takes the place of that of its equations for all
+    that follows, and ``prepared`` and ``study`` are of it. ``tried`` is what the search was made for in vain.
     """
 
     prepared: PreparedQuestion
@@ -210,7 +210,7 @@ class _Motion:
             or prepared.before is not None
             or study.estimation.machine.output_error
             or explains_the_motion(study, found.model)
-            or not (_is_closed_loop(study) or _lacks_as_much_as_acts(study, found.model))
+            or not (_is_closed_loop(study) or _lacks_much(study, found))
         ):
             return None
         study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
@@ -233,11 +233,14 @@ def _is_closed_loop(study: Study) -> bool:
     return any(closes_a_loop(part) for part in study.estimation.machine.assembly.parts)
 
 
-def _lacks_as_much_as_acts(study: Study, model: Model) -> bool:
-    """Return whether some force that a model lacks is about as large as what acts there: a small one moves a free body just as far."""
+def _lacks_much(study: Study, found: Found) -> bool:
+    """Return whether some force that a model lacks is about as large as what acts there: a small one moves a free body just as far. Where
+    nothing is named in the end, and nothing doubted, more than little is enough: a dry friction in one direction is a drift."""
     rows = range(len(study.estimation.machine.compare))
-    shares = [missing_share(study.estimation, model.fitted, row)[0] for row in rows]
-    return any(share > study.method.larger_part for share in shares)
+    most = max(missing_share(study.estimation, found.model.fitted, row)[0] for row in rows)
+    if most > study.method.larger_part or found.model.candidates or not found.complete or most < study.method.little:
+        return most > study.method.larger_part
+    return not any(one.clear for one in doubts(study, found.model))
 
 
 def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:

@@ -49,7 +49,7 @@ def test_what_explains_the_motion_ends_a_search_before_rivals_are_compared() -> 
     assert len({id(one) for one in whole.tried}) == len(whole.tried)
 
 
-@pytest.mark.parametrize(("swing", "searched"), [(4.0, False), (60.0, True)])
+@pytest.mark.parametrize(("swing", "searched"), [(4.0, False), (15.0, True), (60.0, True)])
 def test_a_small_force_that_moves_a_free_body_far_is_searched_under_the_noise_of_forces(swing: float, searched: bool) -> None:
     hidden = Hidden(viscous=4.0, law=lambda v, q, t: float(swing * np.sin(0.4 * np.pi * t * (1.0 + 0.1 * t))))
     recordings = tuple(Recorded(name, recording(hidden, count=1000, seed=seed), ()) for seed, name in enumerate(("fit", "check"), 1))
