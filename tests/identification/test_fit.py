@@ -78,6 +78,33 @@ def test_slopes_that_predict_well_are_kept_by_the_next_fit() -> None:
     assert 2 not in calls[2:], "no further Jacobian"
 
 
+def test_corrected_slopes_save_runs_where_each_step_bends_them() -> None:
+    free = [Free(f"bend {number}", 0.0, 1.0) for number in range(8)]
+    made: dict[bool, int] = {}
+    for corrects in (False, True):
+        calls: list[int] = []
+
+        def left(rows: FloatArray, calls: list[int] = calls) -> list[FloatArray]:
+            calls.append(len(rows))
+            return list(1.0 - rows - 0.6 * np.roll(rows, 1, axis=1) * rows - 0.3 * rows**3)
+
+        found = descend(Descent(Problem(left, free), corrects=corrects), np.linspace(-0.5, 2.0, 8), 30)
+        assert found.cost < 0.05
+        made[corrects] = sum(calls)
+    assert made[True] < 0.8 * made[False]
+
+
+def test_small_valleys_do_not_stop_a_descent() -> None:
+    """As a friction that holds or slides makes them: a thousandth further on, each of them falls the other way."""
+
+    def left(rows: FloatArray) -> list[FloatArray]:
+        return [TIME * (size - 1.0) + 0.3 * np.abs((200.0 * size + TIME) % 1.0 - 0.5) for (size,) in rows]
+
+    found = descend(Descent(Problem(left, FREE[:1])), np.array([3.0]), 30)
+    assert found.rough
+    assert found.values[0] == pytest.approx(1.0, abs=0.1)
+
+
 def test_a_value_stops_at_its_bound_and_the_others_go_where_they_fit_best() -> None:
     bounded = (FREE[0], Free("rate", 2.0, 1.0, 1.0, 5.0))
     found = descend(Descent(Problem(Decay(), bounded), least=0.0), np.array([0.3, 4.0]), 30)

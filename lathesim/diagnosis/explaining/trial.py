@@ -77,7 +77,7 @@ def _rough(study: Study, before: Model, begun: Sequence[Begun], candidates: tupl
     def after(steps: int, begun: Sequence[Begun]) -> list[Fitted]:
         return fit_each(
             study.estimation.sensed, begun, rounds=1, iterations=2 * steps, noise=before.fitted.noise, full_band=is_full_band(candidates),
-            tolerance=ROUGH, slopes="kept",
+            tolerance=ROUGH, slopes="corrected",
         )  # fmt: skip
 
     found = after(FIRST_STEPS, begun)

@@ -5,9 +5,12 @@
 ``residual`` takes many rows of values at once. The start and all changed values of a Jacobian are one call, and so are steps of several
 dampings: what computes runs side by side computes them in one pass. So are the rows of several descents, see :func:`side_by_side`. A
 Jacobian is kept as long as steps gain as much as it predicts: most machines are nearly linear in most of their values, and a step costs one
-run then. Within bounds the step is the best one that keeps them.
+run then. On request it is corrected by what a step changed that gained half of that. Where no step gets better along
+slopes of small changes, as in a cost of many small valleys, larger ones are made. Within bounds the step is the best one that keeps them.
 Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal, Wright, Numerical Optimization, 2nd ed.,
-section 10.3 (Levenberg-Marquardt). Left out: second derivatives of the residual.
+section 10.3 (Levenberg-Marquardt); Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19
+(1965), eq. (4.5) (corrected slopes); Kelley, Implicit Filtering, 2011, chapter 3 (slopes of larger changes). Left out: second derivatives
+of the residual.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ import numpy.typing as npt
 
 from lathesim.engine.assembly import FloatArray
 from lathesim.identification.records import Free
-from lathesim.identification.signal import ROUNDING
+from lathesim.identification.signal import LARGER_PART, ROUNDING
 
 STEP = 3e-3
 """Change by which a slope is taken, as a share of the scale of a value."""
@@ -86,6 +89,8 @@ class Fit:
     slopes: FloatArray | None = None
     fresh: bool = False
     """Whether the slopes were taken at these values."""
+    rough: bool = False
+    """Whether slopes of small changes led nowhere on the way, and those of larger ones led on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,18 +147,19 @@ class Problem:
         found = yield np.vstack([values, (values + np.diag(steps))[asked]])
         return Fit(values, found[0], slopes=self._slopes(found[0], found[1:], steps), fresh=True)
 
-    def sloping(self, values: FloatArray, residual: FloatArray, before: int = 0) -> Asking[FloatArray]:
-        """Ask for d (-residual) / d value, shape (values, ...), by one-sided differences that stay inside the bounds."""
-        steps, asked = self._steps(values, before), self._asked
+    def sloping(self, values: FloatArray, residual: FloatArray, before: int = 0, *, wide: bool = False) -> Asking[FloatArray]:
+        """Ask for d (-residual) / d value, shape (values, ...), by one-sided differences that stay inside the bounds; with ``wide``
+        over the larger part of a scale, as a friction that holds or slides makes many small valleys."""
+        steps, asked = self._steps(values, before, wide=wide), self._asked
         found = (yield (values + np.diag(steps))[asked]) if asked else []
         return self._slopes(residual, found, steps)
 
-    def central(self, values: FloatArray, residual: FloatArray) -> Asking[FloatArray]:
+    def central(self, values: FloatArray, residual: FloatArray, *, wide: bool = False) -> Asking[FloatArray]:
         """Ask for d (-residual) / d value, shape (values, ...), by central differences, one-sided at a bound and beside a run that
-        grows beyond bounds."""
+        grows beyond bounds, ``wide`` or not."""
         if not len(values):
             return np.zeros((0, *residual.shape))
-        steps = np.diag(STEP * self.scale)
+        steps = np.diag(_step(wide) * self.scale)
         ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
         found = np.array((yield np.vstack([ahead, behind])))
         # such a run says nothing of a slope: what the other side says is all there is
@@ -170,8 +176,8 @@ class Problem:
     def _asked(self) -> list[int]:
         return [place for place in range(len(self.free)) if place not in (self.known or {})]
 
-    def _steps(self, values: FloatArray, before: int) -> FloatArray:
-        steps = STEP * self.scale if self.steps is None else self.steps(values, before)
+    def _steps(self, values: FloatArray, before: int, *, wide: bool = False) -> FloatArray:
+        steps = _step(wide) * self.scale if self.steps is None else self.steps(values, before)
         return np.where(values + steps > self.high, -steps, steps)
 
     def _slopes(self, residual: FloatArray, moved: Sequence[FloatArray], steps: FloatArray) -> FloatArray:
@@ -190,6 +196,11 @@ def _has_grown(runs: FloatArray, residual: FloatArray) -> npt.NDArray[np.bool_]:
     return np.asarray([most > 0.0 and not np.max(np.abs(run), initial=0.0) <= most for run in runs])
 
 
+def _step(wide: bool) -> float:
+    """Return the change by which a slope is taken, as a share of the scale of a value."""
+    return LARGER_PART if wide else STEP
+
+
 Report = Callable[[int, float], None]
 """What is called with the number of each iteration and the cost before it."""
 
@@ -204,27 +215,29 @@ def descending(how: Descent, start: FloatArray | Fit, iterations: int, report: R
     problem = how.problem
     here = start if isinstance(start, Fit) else (yield from problem.beginning(start))
     here = replace(here, cost=how.cost(here.values, here.residual))
-    lines, damping, taken = None, 1e-3, 1
+    lines, damping, taken, lost = None, 1e-3, 1, False
     for turn in range(iterations if len(here.values) and np.isfinite(here.cost) else 0):
         if report is not None:
             report(turn + 1, here.cost)
         if here.slopes is None:
-            slopes = yield from problem.sloping(here.values, here.residual, taken)
+            slopes = yield from problem.sloping(here.values, here.residual, taken, wide=lost or here.rough)
             here, taken = replace(here, slopes=slopes, fresh=True), taken + 1
         lines = how.lines(here, lines)
         if not how.goes_on(here, lines):
             break  # no step within the bounds could gain as much
         found = yield from how.trying(here, lines, damping, anew=here.fresh)
-        if found is None and here.fresh:
+        if found is None and (lost or how.is_stuck(here)):
             break
         if found is None:
-            here = replace(here, slopes=None)  # from slopes of another place no step gets better: once more with those of this one
+            # from slopes of another place no step gets better: once more with those of this one, then with those of larger changes
+            lost, here = here.fresh, replace(here, slopes=None, fresh=False)
             continue
         end, damping = found
-        before, here = here, how.with_kept_slopes(here, end, lines)
+        before, here, lost = here, replace(how.with_kept_slopes(here, end, lines), rough=here.rough or lost), False
         if before.cost - here.cost < how.enough(before.cost):
             break
-    return here
+    # slopes of larger changes that led nowhere either tell nothing
+    return replace(here, slopes=None, fresh=False) if lost else here
 
 
 def fit_linear(slopes: FloatArray, goal: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -254,7 +267,8 @@ class Descent:
     """A problem, how its residual counts, and when its descent ends: at a step that gains less than ``least`` and a share ``tolerance``.
 
     ``worth`` gives, from the cost, the gain that slopes must predict for it to go on; the same by default. ``bent`` is for a residual that
-    is far from linear: slopes are taken anew at each step, and more dampings tried at once.
+    is far from linear: slopes are taken anew at each step, and more dampings tried at once. With ``corrects`` they are corrected by the
+    steps along them: fewer runs, and a drift where the residual tells nothing.
     """
 
     problem: Problem
@@ -263,6 +277,7 @@ class Descent:
     least: float = _LEAST_GAIN
     worth: Callable[[float], float] | None = None
     bent: bool = False
+    corrects: bool = False
 
     def cost(self, values: FloatArray, residual: FloatArray) -> float:
         """Return the sum of squares of the residual as it counts, with the penalty."""
@@ -290,6 +305,10 @@ class Descent:
         promised = self.predicted(self.step(here.values, lines, 0.0), here.values, lines)
         return promised >= (self.enough if self.worth is None else self.worth)(here.cost)
 
+    def is_stuck(self, here: Fit) -> bool:
+        """Return whether there are no other slopes to be tried where those of a place lead nowhere."""
+        return here.fresh and (here.rough or self.bent)
+
     def trying(self, here: Fit, lines: _Linearised, damping: float, *, anew: bool) -> Asking[tuple[Fit, float] | None]:
         """Ask for the first step that gets better and its damping, none where none does; slopes from before are tried one step at first."""
         for factors in np.split(_DAMPINGS, [4] if self.bent else [2] if anew else [1, 2]):
@@ -303,10 +322,26 @@ class Descent:
         return None
 
     def with_kept_slopes(self, here: Fit, end: Fit, lines: _Linearised) -> Fit:
-        """Return the end of a step, with the slopes from before where it gained about as much as they predicted."""
+        """Return the end of a step: with the slopes from before where it gained about as much as they predicted, with corrected ones where
+        it gained much of that."""
         gain, predicted = here.cost - end.cost, self.predicted(end.values, here.values, lines)
-        holds = abs(gain - predicted) <= _AS_PREDICTED * predicted + self.least
-        return replace(end, slopes=lines.slopes) if holds and not self.bent else end
+        if self.bent:
+            return end
+        if abs(gain - predicted) <= _AS_PREDICTED * predicted + self.least:
+            return replace(end, slopes=lines.slopes)
+        if not self.corrects or gain < LARGER_PART * predicted:
+            return end
+        return replace(end, slopes=self._corrected(lines.slopes, here, end))
+
+    def _corrected(self, slopes: FloatArray, here: Fit, end: Fit) -> FloatArray:
+        """Return the slopes that give the change of the residual along a step, and are else as near to some as can be, in scales.
+
+        S + D s (y - S's)' / (s'D s), y the change of -residual along the step s, D the squares of one over the scales.
+        """
+        step = end.values - here.values
+        missed = here.residual - end.residual - np.tensordot(step, slopes, 1)
+        along = step / self.problem.scale**2 / float(np.sum(np.square(step / self.problem.scale)))
+        return np.asarray(slopes + along.reshape(-1, *(1,) * missed.ndim) * missed)
 
     def predicted(self, found: FloatArray, values: FloatArray, lines: _Linearised) -> float:
         """Return by how much the cost falls from ``values`` to ``found`` as far as the slopes show."""

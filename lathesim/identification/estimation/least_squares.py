@@ -23,7 +23,7 @@ from lathesim.identification.replay.simulator import Simulator
 ROUGH = 1e-4
 """A descent that decides between models ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
 
-Slopes = Literal["kept", "anew", "central"]
+Slopes = Literal["corrected", "kept", "anew", "central"]
 
 
 def log_likelihood(residual: FloatArray, noise: Sequence[NoiseModel], *, full_band: bool = True) -> float:
@@ -42,8 +42,9 @@ class Manner(TypedDict, total=False):
     ``coloured`` (no) lets the noise be slow too: for a machine of which nothing is missing any more, as what is missing would pass for
     noise.
     ``slopes`` (anew) says which are given with the fit: ``kept``, the last ones taken, perhaps of values nearby, good enough to go on from
-    and too rough for standard errors; ``anew``, those at its end; ``central`` differences there, for values that are reported: one-sided
-    ones bend, and a mixture of values that nothing shows looks as if something did.
+    and too rough for standard errors; ``corrected``, such that steps have corrected, for a fit that only decides; ``anew``, those at its
+    end; ``central`` differences there, for values that are reported: one-sided ones bend, and a mixture of values that nothing shows looks
+    as if something did.
     """
 
     rounds: int
@@ -96,7 +97,8 @@ def _fitting(machine: _FreeMachine, begun: Begun, manner: Manner) -> Asking[Fitt
     reached = -np.inf
     for turn in range(manner["rounds"] if manner["settle"] <= 0.0 else 8):
         most = manner["iterations"] if turn else max(3, manner["iterations"] // 2)
-        here = yield from descending(Descent(problem, _Whitened(models, full_band), manner["tolerance"]), here, most)
+        how = Descent(problem, _Whitened(models, full_band), manner["tolerance"], corrects=manner["slopes"] == "corrected")
+        here = yield from descending(how, here, most)
         models = machine.noise(here, coloured=coloured)
         likelihood = log_likelihood(here.residual, models, full_band=full_band)
         before, reached = reached, likelihood - 0.5 * problem.penalty(here.values)
@@ -120,10 +122,10 @@ def _unasked(values: FloatArray) -> Sequence[FloatArray]:
 def _slopes_at(problem: Problem, here: Fit, wanted: Slopes) -> Asking[FloatArray]:
     """Ask for the slopes of the residual at the end of a fit, by one of three ways."""
     if wanted == "central":
-        return (yield from problem.central(here.values, here.residual))
-    if here.slopes is not None and (wanted == "kept" or here.fresh):
+        return (yield from problem.central(here.values, here.residual, wide=here.rough))
+    if here.slopes is not None and (wanted in ("corrected", "kept") or here.fresh):
         return here.slopes
-    return (yield from problem.sloping(here.values, here.residual))
+    return (yield from problem.sloping(here.values, here.residual, wide=here.rough))
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,13 +49,13 @@ def transferred(experiment: Experiment, fitted: Fitted, candidates: Sequence[Can
         constant |= {item.name: item.start for item in free if item.name in instants}
         free = [item for item in free if item.name not in instants]
     wide = is_full_band(candidates)
-    judged = fit(experiment.sensed, free, constant, rounds=2, iterations=6, full_band=wide, tolerance=ROUGH, slopes="kept")
+    judged = fit(experiment.sensed, free, constant, rounds=2, iterations=6, full_band=wide, tolerance=ROUGH, slopes="corrected")
     motion = {name for name in experiment.simulated_motion_of(candidates) if name in constant}
     if not motion:
         return judged
     # in which of its two ways a replay is sensed belongs to a recording: where a table hardly rests, the recorded motion tells more
     recorded = {name: value for name, value in constant.items() if name not in motion}
-    other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, full_band=wide, tolerance=ROUGH, slopes="kept")
+    other = fit(experiment.sensed, free, recorded, rounds=2, iterations=6, full_band=wide, tolerance=ROUGH, slopes="corrected")
     return max((judged, other), key=lambda fitted: fitted.score)
 
 
@@ -114,7 +114,7 @@ def _at_the_best_instant(
     placed = [item for item in free if item.name in instants]
     rest = [item for item in free if item.name not in instants]
     here = {**constant, **{item.name: item.start for item in placed}}
-    free = [*with_start(fit(experiment.sensed, rest, here, rounds=1, iterations=6, tolerance=ROUGH, slopes="kept")), *placed]
+    free = [*with_start(fit(experiment.sensed, rest, here, rounds=1, iterations=6, tolerance=ROUGH, slopes="corrected")), *placed]
     for name in (*instants, *instants[:-1]):
         found = next(item.start for item in free if item.name == name)
         nearby = [found + samples * experiment.machine.assembly.sample_period for samples in _NEARBY]

@@ -12,6 +12,7 @@ import numpy as np
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.engine.batch import Batch
+from lathesim.engine.lane_text import LANES
 from lathesim.engine.wiring import Plan
 from lathesim.identification.execution import Remembered
 from lathesim.identification.noise import DIFFERENCED, RATE, WHITE, NoiseShapes, differences, noise_shapes, output_error, window_of
@@ -24,8 +25,6 @@ IMPULSE = 1e-3
 """Size of an impulse of a state, in the state's unit; the response is scaled by the noise that is fitted."""
 _REMEMBERED = 8
 """Values whose impulses are kept: a fit, its judge and its error ask for the same ones, in two trials at a time."""
-_AT_ONCE = 16
-"""Runs whose readings are made in one pass."""
 LOST = 1e12
 """Residual, in floors, of a run whose numbers grew beyond all bounds."""
 
@@ -340,7 +339,7 @@ class Simulator:
         runs = batch.run(names, values, lambda record: record[positions, :: self.every].copy())
         runs = [self._read_early(run, shifts) if np.any(shifts) else run for run, shifts in zip(runs, early, strict=True)]
         # the rates of some runs are filtered in one pass, which takes little longer than one of them
-        return [reduce(run) for first in range(0, len(runs), _AT_ONCE) for run in self.as_seen(np.array(runs[first : first + _AT_ONCE]))]
+        return [reduce(run) for first in range(0, len(runs), LANES) for run in self.as_seen(np.array(runs[first : first + LANES]))]
 
     @cached_property
     def _shifts(self) -> dict[str, Shift]:
