@@ -12,7 +12,7 @@ from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
 from lathesim.diagnosis.explaining.plausible import strained
 from lathesim.diagnosis.explaining.resolution import as_good, significant
-from lathesim.diagnosis.explaining.search import explain, explains_the_motion
+from lathesim.diagnosis.explaining.search import explain, explains_the_motion, is_closed_loop
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, over, without
 from lathesim.diagnosis.isolation.answerable import locked
@@ -35,7 +35,6 @@ from lathesim.identification.records import Fitted, Free, Model, Standing, with_
 from lathesim.identification.replay.experiment import Experiment, RecordedMachine
 from lathesim.identification.replay.joined import JoinedExperiment, joined
 from lathesim.identification.replay.loading import Recorded
-from lathesim.identification.roles import closes_a_loop
 
 _STEPS = (
     "step 1 of 4, checking the recordings",
@@ -210,7 +209,7 @@ class _Motion:
             or prepared.before is not None
             or study.estimation.machine.output_error
             or explains_the_motion(study, found.model)
-            or not (_is_closed_loop(study) or _lacks_much(study, found))
+            or not (is_closed_loop(study) or _lacks_much(study, found))
         ):
             return None
         study.progress("the motion is not explained: trying the error of the simulation, without unmeasured forces")
@@ -227,10 +226,6 @@ class _Motion:
         said = "Only large unmeasured forces would explain the motion so far: it was fitted anew, without such forces."
         self.prepared, self.study = replace(simulated, findings=(*simulated.findings, said)), study_of_simulated
         return replace(other, controller=found.controller, history=(step, *other.history))
-
-
-def _is_closed_loop(study: Study) -> bool:
-    return any(closes_a_loop(part) for part in study.estimation.machine.assembly.parts)
 
 
 def _lacks_much(study: Study, found: Found) -> bool:
@@ -257,7 +252,7 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     if one_alone or not found.complete or np.all(off <= usual):
         return prepared, study, found
     explained = bool(found.model.candidates) and explains_the_motion(study, found.model)
-    if explained and _is_closed_loop(study):
+    if explained and is_closed_loop(study):
         # a loop holds the motion whatever the values are, so that its simulation says less of them than the forces do
         return prepared, study, found
     both = joined(prepared.experiments)

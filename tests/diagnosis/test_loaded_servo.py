@@ -40,11 +40,13 @@ GAIN, BACK_EMF, INERTIA = 12.0, 1.35, 0.015
 PERIOD, FINE = 0.02, 40
 
 
-def write_log(file: Path, commands: np.ndarray, load: float) -> None:
-    """Write how a servo of proportional gain and 6.8 V follows commands that are held for 20 ms each, with a load [N*m]."""
+def write_log(file: Path, commands: np.ndarray, load: float, late: int = 0) -> None:
+    """Write how a servo of proportional gain and 6.8 V follows commands that are held for 20 ms each, with a load [N*m]; each acts so many
+    samples ``late``."""
     angle, speed, step, rows = 0.0, 0.0, PERIOD / FINE, []
-    for sample, wanted in enumerate(commands):
-        rows.append((PERIOD * sample, wanted, round(angle / 1.534e-3) * 1.534e-3))
+    for sample, command in enumerate(commands):
+        wanted = commands[max(sample - late, 0)]
+        rows.append((PERIOD * sample, command, round(angle / 1.534e-3) * 1.534e-3))
         voltage = float(np.clip(GAIN * (wanted - angle), -6.8, 6.8))
         for _ in range(FINE):
             speed += step * (0.85 * 0.424 * (voltage - BACK_EMF * speed) - load) / INERTIA
@@ -52,11 +54,11 @@ def write_log(file: Path, commands: np.ndarray, load: float) -> None:
     np.savetxt(file, rows, delimiter=",", header="t,command,angle", comments="")
 
 
-def write_case(folder: Path, loads: tuple[float, float]) -> None:
-    """Write the lesson and two recordings, a sweep and steps, each with a load [N*m]."""
+def write_case(folder: Path, loads: tuple[float, float], late: int = 0) -> None:
+    """Write the lesson and two recordings, a sweep and steps, each with a load [N*m], of a servo that may be ``late``."""
     time = PERIOD * np.arange(150.0)
-    write_log(folder / "log.csv", 0.8 * np.sin(2.0 * np.pi * (0.5 + 0.4 * time) * time), loads[0])
-    write_log(folder / "other.csv", np.repeat(np.random.default_rng(3).choice([-0.55, 0.55], 15), 10), loads[1])
+    write_log(folder / "log.csv", 0.8 * np.sin(2.0 * np.pi * (0.5 + 0.4 * time) * time), loads[0], late)
+    write_log(folder / "other.csv", np.repeat(np.random.default_rng(3).choice([-0.55, 0.55], 15), 10), loads[1], late)
     (folder / "lesson.yaml").write_text(LESSON, encoding="utf-8")
 
 
@@ -83,6 +85,15 @@ def test_a_limit_that_the_second_recording_stays_below_is_not_said_to_predict_wo
     said = "DriveSaturation at drive fits log.csv clearly better, but other.csv never reaches it and cannot validate it."
     assert answer["summary"][0].endswith(said)
     assert "Validate with a recording that reaches DriveSaturation at drive, as log.csv does." in answer["summary"][-1]
+
+
+def test_a_loop_that_follows_its_command_may_hide_a_load(tmp_path: Path) -> None:
+    """The lesson alone follows the command within half of its spread, whatever is missing."""
+    write_case(tmp_path, (0.3, 0.3), late=2)
+    tried = ("ForceOffset", "CoulombFriction", "ChannelTimeShift", "TransportDelay")
+    answer = answer_in(tmp_path, *(word for name in tried for word in ("--effect", name)))
+    assert "ForceOffset" in [one["effect"] for one in answer["effects"]]
+    assert answer["fit"]["encoder.angle"]["after"] < 0.3 * answer["fit"]["encoder.angle"]["before"]
 
 
 def test_a_closed_loop_that_does_not_follow_as_recorded_is_fitted_by_the_error_of_its_simulation(tmp_path: Path) -> None:

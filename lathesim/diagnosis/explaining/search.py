@@ -27,13 +27,24 @@ from lathesim.identification.execution import until
 from lathesim.identification.records import Candidate, Model
 from lathesim.identification.replay.experiment import baseline_free
 from lathesim.identification.replay.joined import JoinedExperiment
+from lathesim.identification.roles import closes_a_loop
 
 
 def explains_the_motion(study: Study, model: Model) -> bool:
-    """Return whether the lesson's own simulation of a model leaves less of each channel than what is put down to a cause may leave."""
-    own, residual = study.validation.own, own_residuals(study, model)[1]
-    size = np.maximum(own.seen_spread, own.seen_floors)
-    return bool(np.all(np.mean(residual**2, axis=1) < (study.method.larger_part * size) ** 2))
+    """Return whether the lesson's own simulation of a model leaves less of each channel than what is put down to a cause may leave.
+
+    A closed loop follows its command whatever is missing: without an effect it has to leave little.
+    """
+    method, own, residual = study.method, study.validation.own, own_residuals(study, model)[1]
+    size = method.larger_part * np.maximum(own.seen_spread, own.seen_floors)
+    if not model.candidates and is_closed_loop(study):
+        size = np.maximum(method.little * own.seen_spread, method.errors * own.seen_floors)
+    return bool(np.all(np.mean(residual**2, axis=1) < size**2))
+
+
+def is_closed_loop(study: Study) -> bool:
+    """Return whether a part of the machine closes a loop."""
+    return any(closes_a_loop(part) for part in study.estimation.machine.assembly.parts)
 
 
 def explain(
