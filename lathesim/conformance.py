@@ -132,8 +132,7 @@ def _cases(component: type[Component]) -> Iterator[_Case]:
 
 def _between(item: Parameter, chance: random.Random) -> float:
     low = item.low if math.isfinite(item.low) else item.default - abs(item.default)
-    high = item.high if math.isfinite(item.high) else item.default + abs(item.default)
-    return chance.uniform(low, high)
+    return chance.uniform(low, item.high if math.isfinite(item.high) else item.default + abs(item.default))
 
 
 def _case(component: type[Component], label: str, changed: dict[str, float], size: Callable[[], float]) -> _Case:

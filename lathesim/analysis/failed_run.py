@@ -55,9 +55,7 @@ class RawStock:
 def nothing_cut(record: Record) -> str:
     """Return why nothing was cut and what to do, as one sentence; empty where something was, or where no cutting process was recorded."""
     sign = sign_of_cutting(record)
-    if sign is None or was_cut(record) or not len(record):
-        return ""
-    return f"{NOTHING_CUT}: {_told(record) or _unseen(sign)}."
+    return "" if sign is None or was_cut(record) or not len(record) else f"{NOTHING_CUT}: {_told(record) or _unseen(sign)}."
 
 
 def _told(record: Record) -> str:
@@ -201,6 +199,4 @@ def _bounces(command: FloatArray, period: float) -> bool:
     if len(at) <= _TIMES or len(np.unique(command)) <= _LEVELS:
         return False
     turns = at[1:][np.sign(command[at[1:]]) != np.sign(command[at[:-1]])]
-    if len(turns) <= _TIMES:
-        return False
-    return bool((turns[_TIMES:] - turns[:-_TIMES] <= _TIMES * _WITHIN / period).any())
+    return len(turns) > _TIMES and bool((turns[_TIMES:] - turns[:-_TIMES] <= _TIMES * _WITHIN / period).any())

@@ -105,8 +105,7 @@ def thinned(time: FloatArray, values: FloatArray, points: int = _DRAWN) -> tuple
     low = np.where(there, blocks, np.inf).argmin(axis=1)
     high = np.where(there, blocks, -np.inf).argmax(axis=1)
     starts = np.arange(len(blocks)) * stretch
-    gaps = (starts + there.argmin(axis=1))[~there.all(axis=1)]
-    kept = np.sort(np.concatenate([starts + low, starts + high, gaps]))
+    kept = np.sort(np.concatenate([starts + low, starts + high, (starts + there.argmin(axis=1))[~there.all(axis=1)]]))
     kept = np.concatenate([kept, np.arange(whole, len(values))])
     return time[kept], values[kept]
 

@@ -240,8 +240,7 @@ def _sized(
         else:
             fact = f"no usual size of {item.effect.__name__} at {item.at} moves a recorded channel by {least:g} times its noise."
             raise NotSeenError(fact, remedy="Give its values, or hide another effect.")
-    together = machine.run({**baseline, **_overrides(sized)}, 0)
-    return tuple(sized), _moves(machine, columns, without, together, floors)
+    return tuple(sized), _moves(machine, columns, without, machine.run({**baseline, **_overrides(sized)}, 0), floors)
 
 
 def _of_size(drawn: HiddenEffect, moved: Callable[[HiddenEffect], float], wanted: Difficulty | None) -> HiddenEffect | None:

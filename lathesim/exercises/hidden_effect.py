@@ -170,10 +170,8 @@ def drawn_values(hidden: HiddenEffect, rng: np.random.Generator) -> HiddenEffect
     values = dict(hidden.values)
     for name, (low, high) in hidden.drawn.items():
         share = float(rng.uniform())
-        if low > 0.0 and high > WIDE_RANGE * low:
-            values[name] = _rounded(low * (high / low) ** share)
-        else:
-            values[name] = _rounded(low + (high - low) * share)
+        wide = low > 0.0 and high > WIDE_RANGE * low
+        values[name] = _rounded(low * (high / low) ** share if wide else low + (high - low) * share)
     return replace(hidden, values=values)
 
 

@@ -166,8 +166,7 @@ def write_fmu(exported: Exported, file: Path) -> None:
     arrays = start_arrays(plan, None, exported.duration)
     samples = max(1, math.ceil(exported.duration / plan.assembly.sample_period) + 1) if plan.arrays.noises else 1
     noise = draw_noise(plan.arrays.noises, exported.seed, 0, samples)
-    moving = [arrays.states, arrays.discrete, *arrays.memories]
-    numbers = [arrays.parameters, *moving, *arrays.tables, *noise]
+    numbers = [arrays.parameters, arrays.states, arrays.discrete, *arrays.memories, *arrays.tables, *noise]
     content = b"".join(np.ascontiguousarray(item, dtype="<f8").tobytes() for item in numbers)
     digest = hashlib.sha256(fuse(plan).digest.encode() + content).hexdigest()[:32]
     header = _header(exported, digest, [len(arrays.states), len(arrays.discrete)], [arrays.memories, arrays.tables, tuple(noise)])

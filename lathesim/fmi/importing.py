@@ -315,8 +315,7 @@ def _si(description: Any, unit: str | None) -> tuple[str, float, float, str]:
     """Return the SI unit of a unit of an FMU, factor and offset to it, and a remark where the FMU leaves open what it means."""
     if unit in (None, "", "1", "-"):
         return "1", 1.0, 0.0, ""
-    defined = next((item for item in description.unitDefinitions if item.name == unit), None)
-    base = getattr(defined, "baseUnit", None)
+    base = getattr(next((item for item in description.unitDefinitions if item.name == unit), None), "baseUnit", None)
     if base is None:
         return "1", 1.0, 0.0, f" (in {unit}, of which the FMU does not say what it is)"
     powers = {name: getattr(base, name) for name in _BASE_UNITS if getattr(base, name)}
