@@ -183,8 +183,7 @@ class _Parser:
             if found is None or _STRENGTH.get(found.group(), 2) < max(weakest, 1):
                 return left
             self.position = found.end()
-            strength = _STRENGTH.get(found.group(), 2)
-            left = _binary(found.group(), left, self.expression(strength + 1))
+            left = _binary(found.group(), left, self.expression(_STRENGTH.get(found.group(), 2) + 1))
 
     def value(self) -> Evaluate:
         text, position = self.text, self.position

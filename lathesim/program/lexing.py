@@ -128,9 +128,7 @@ def shape_of(raw: str) -> tuple[str, ...] | None:
 
 def _simple(raw: str) -> re.Match[str] | None:
     """Return the match of a line of words and remarks only, or None."""
-    if len(raw) > LINE_LIMIT:
-        return None
-    return _SIMPLE.fullmatch(_REMARK.sub(" ", raw) if "(" in raw or ";" in raw else raw)
+    return None if len(raw) > LINE_LIMIT else _SIMPLE.fullmatch(_REMARK.sub(" ", raw) if "(" in raw or ";" in raw else raw)
 
 
 def block_of_line(raw: str, line: int, block_delete: bool) -> Block | None:

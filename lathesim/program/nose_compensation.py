@@ -302,9 +302,7 @@ def _meeting(before: _Side, after: _Side, corner: complex) -> complex | None:
 
 def _line_line(first: _Side, second: _Side) -> list[complex]:
     cross = _cross(first.way, second.way)
-    if cross == 0.0:
-        return []
-    return [first.start + _cross(second.start - first.start, second.way) / cross * first.way]
+    return [] if cross == 0.0 else [first.start + _cross(second.start - first.start, second.way) / cross * first.way]
 
 
 def _line_circle(line: _Side, circle: _Side) -> list[complex]:

@@ -227,8 +227,7 @@ def _codes(words: tuple[Word, ...], blocks: Blocks, dialect: Dialect) -> Codes:
 def _meaning(word: Word, blocks: Blocks, dialect: Dialect) -> Meaning | None:
     """Return the meaning of a code, or None for a code of the machine builder. Raises :class:`Fault` for all others."""
     if word.value < 0.0:
-        fact = f"{word.text} is negative; codes are not."
-        raise Fault(fact, f"Write {word.letter}{-word.value:g}.")
+        raise Fault(f"{word.text} is negative; codes are not.", f"Write {word.letter}{-word.value:g}.")
     meaning = dialect.codes.get(word.code)
     if meaning is None:
         if not is_builders(word, dialect):
@@ -325,8 +324,7 @@ def _not_interpreted(word: Word, meaning: Meaning, blocks: Blocks, dialect: Dial
     if not others or not _complete(blocks, dialect):
         fact = f"{fact}; {others}" if others else fact
         return Fault(f"{fact}.", NOT_INTERPRETED[meaning])
-    remedy = f"{NOT_INTERPRETED[meaning][:-1]}, or choose {_choice(blocks, dialect)}"
-    return Fault(f"{fact}; {others}.", remedy)
+    return Fault(f"{fact}; {others}.", f"{NOT_INTERPRETED[meaning][:-1]}, or choose {_choice(blocks, dialect)}")
 
 
 def _foreign_letter(word: Word, block: Block, blocks: Blocks, dialect: Dialect) -> Fault:

@@ -213,8 +213,7 @@ def _read_tdms(path: Path) -> RawTable:
     if series:
         table = timed_table(path, series)
         plain, units = {**table.columns, **plain}, {**table.units, **units}
-    notes = table.notes if series else ("the file tells no sampling period",)
-    return as_table(path, plain, units, notes, {})
+    return as_table(path, plain, units, table.notes if series else ("the file tells no sampling period",), {})
 
 
 _SIZES = {

@@ -66,8 +66,7 @@ def _usual_run(lengths: npt.NDArray[np.int64]) -> float:
     if len(lengths) < FROZEN.runs:
         return 0.0
     ordered = np.sort(lengths)[:-5]
-    reached = np.cumsum(ordered) / max(float(ordered.sum()), 1.0)
-    return float(ordered[int(np.searchsorted(reached, 0.5))])
+    return float(ordered[int(np.searchsorted(np.cumsum(ordered) / max(float(ordered.sum()), 1.0), 0.5))])
 
 
 def _is_frozen(channel: RecordedChannel, begin: int, end: int, channels: list[RecordedChannel], found_pairs: list[Pair]) -> bool:
@@ -191,7 +190,7 @@ def clipped_channels(found_pairs: list[Pair], period: float) -> list[Finding]:
             if (
                 np.count_nonzero(flat) >= _LONG
                 and np.median(over[flat]) > max(CLIPPED.beyond * channel.span, CLIPPED.spread * spread)
-                and _flat_runs(flat)
+                and _longest(flat) >= _LONG
             ):
                 begin, end = (int(edge[np.argmax(stretches(flat)[1] - stretches(flat)[0])]) for edge in stretches(flat))
                 side = "above" if sign > 0.0 else "below"
@@ -225,8 +224,7 @@ def clipped_readings(channels: list[RecordedChannel]) -> list[Finding]:
 
 def _full_scale(channel: RecordedChannel, ends: tuple[float, float]) -> list[float]:
     """Return both ends of a channel that stands long at each where they are those of a converter in steps: 2^n - 1 and -2^n."""
-    gaps = np.diff(np.unique(channel.values))
-    count = float(gaps.min(initial=np.inf))
+    count = float(np.diff(np.unique(channel.values)).min(initial=np.inf))
     powers = 2.0 ** np.arange(*_FULL_SCALE)
     if not np.isfinite(count) or not np.any(np.abs(ends[0] / count + 1.0 - powers) < _OFF) or abs(ends[0] + count + ends[1]) > _OFF * count:
         return []
@@ -250,11 +248,6 @@ def _cuts_noise(channel: RecordedChannel, level: float, *, jumps: bool) -> bool:
     noisy = len(steps) > 2 * _LONG and np.mean(steps == 0.0) < _REPEATED and np.mean(steps[1:] * steps[:-1] < 0.0) > _TURNING
     grazed = np.count_nonzero(lengths <= _GRAZES) >= _GRAZED
     return bool(noisy and lengths.max() >= _LONG and (grazed or (jumps and lengths.max() >= _STANDING)))
-
-
-def _flat_runs(flat: npt.NDArray[np.bool_]) -> bool:
-    begins, ends = stretches(flat)
-    return bool(np.max(ends - begins) >= _LONG)
 
 
 _LATE = 4

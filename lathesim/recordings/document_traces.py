@@ -244,8 +244,7 @@ def _held(values: FloatArray, lost: npt.NDArray[np.bool_]) -> FloatArray:
 
 def _variable(channel: Attributes) -> str:
     """Return the name of a channel: the last step of its variable, with the number of its axis behind it."""
-    name = channel.get("name", "") or channel.get("description", "")
-    return re.sub(r".*/(\w+) \[u\d+, (\d+)\]$", r"\1|\2", name)
+    return re.sub(r".*/(\w+) \[u\d+, (\d+)\]$", r"\1|\2", channel.get("name", "") or channel.get("description", ""))
 
 
 def _number(text: str | None) -> float:

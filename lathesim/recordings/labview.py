@@ -122,8 +122,7 @@ def _segments(path: Path, delimiter: str, decimal: bool) -> list[_Segment]:
 
 
 def _parser(rows: bytes, delimiter: str, decimal: bool) -> RowParser:
-    first = next(line for line in rows.split(b"\n") if line.strip())
-    width = first.count(delimiter.encode()) + 1
+    width = next(line for line in rows.split(b"\n") if line.strip()).count(delimiter.encode()) + 1
     return RowParser(RowFormat(delimiter, decimal, width), range(width))
 
 

@@ -408,6 +408,5 @@ def _whole_stretch(values: dict[str, FloatArray], length: int, period: float, fi
     where = f", the longest of up to {apart[longest]:.3g} s from {(ends[longest] - 1) * period:.4g} s on" if len(apart) else ""
     fact = f"the recording has {gaps} too long to interpolate{where}"
     kept = f"kept is the longest whole stretch, {begin * period:.6g} to {(end - 1) * period:.6g} s"
-    done = f"{kept}; {counted(left, 'sample', 'is', 'are')} left out"
-    findings.append(Finding("gap", channel, fact, done))
+    findings.append(Finding("gap", channel, fact, f"{kept}; {counted(left, 'sample', 'is', 'are')} left out"))
     return begin, end

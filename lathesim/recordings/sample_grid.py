@@ -176,8 +176,7 @@ def row_noise(marks: FloatArray, values: FloatArray) -> float:
     times, there = (np.lib.stride_tricks.sliding_window_view(column[known], _NODES) for column in (marks, values))
     apart = (times[:, :, None] - times[:, None, :]) / (times[:, -1] - times[:, 0])[:, None, None]
     weights = 1.0 / np.prod(apart + np.eye(_NODES), axis=2)
-    differences = np.sum(weights * there, axis=1) / np.linalg.norm(weights, axis=1)
-    return 1.4826 * float(np.median(np.abs(differences)))
+    return 1.4826 * float(np.median(np.abs(np.sum(weights * there, axis=1) / np.linalg.norm(weights, axis=1))))
 
 
 def regular_grid(count: int, period: float) -> SampleGrid:
@@ -201,9 +200,7 @@ def even_grid(time: FloatArray, findings: list[Finding], lesson_period: float = 
         findings.append(Finding("time", "time", fact, f"the program assumes even rows, {period:.6g} s apart"))
         return SampleGrid(float(time[rows[0]]), period, len(rows), rows)
     rows = _without_repeats(time, rows, findings)
-    if len(rows) < 2:
-        return SampleGrid(0.0, 1.0, len(rows), rows)
-    return _fitted(time[rows], rows, findings, lesson_period)
+    return SampleGrid(0.0, 1.0, len(rows), rows) if len(rows) < 2 else _fitted(time[rows], rows, findings, lesson_period)
 
 
 def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Finding]) -> npt.NDArray[np.int64]:
@@ -222,8 +219,7 @@ def _in_order(time: FloatArray, rows: npt.NDArray[np.int64], findings: list[Find
     anew = backward[-steps[backward] > CLOCK.back * usual]
     if len(anew) and len(anew) <= max(CLOCK.restarts, int(CLOCK.share * len(rows))):
         edges = np.concatenate([[0], anew + 1, [len(rows)]])
-        pieces = [rows[begin:end] for begin, end in itertools.pairwise(edges)]
-        longest = max(pieces, key=len)
+        longest = max((rows[begin:end] for begin, end in itertools.pairwise(edges)), key=len)
         fact = f"the clock starts anew {counted(len(anew), 'time')}"
         done = f"kept is the longest stretch, {len(longest)} of {len(rows)} rows from row {longest[0] + 1} on"
         findings.append(Finding("time", "time", fact, done))
