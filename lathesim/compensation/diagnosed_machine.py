@@ -155,8 +155,7 @@ class Diagnosed:
 
         The values of the lines are set by override, so a lesson of defaults is made.
         """
-        bare = [dataclasses.replace(line, values={}, share=1.0) for line in lines]
-        text = self.text(bare, {}, self.folder)
+        text = self.text([dataclasses.replace(line, values={}, share=1.0) for line in lines], {}, self.folder)
         prepared = prepare(lesson_from_text(text, self.folder / "lesson.yaml"), self.registry)
         machinery = prepared.machinery
         loops = one_or_more(machinery, str(self.lesson.path))

@@ -53,8 +53,7 @@ class Filter:
     def applied(self, before: FloatArray, errors: FloatArray) -> FloatArray:
         """Return the next corrections  Q [u + gain L e],  shape (axes, samples)."""
         padded = [np.fft.rfft(_padded(_into(self.frame, rows), self.length)) for rows in (before, errors)]
-        learned = np.einsum("fij,jf->if", self.inverse, padded[1])
-        following = self.low_pass * (padded[0] + GAIN * learned)
+        following = self.low_pass * (padded[0] + GAIN * np.einsum("fij,jf->if", self.inverse, padded[1]))
         offset = (self.length - before.shape[1]) // 2
         rows = np.fft.irfft(following, self.length)[:, offset : offset + before.shape[1]]
         return rows if self.frame is None else np.einsum("kij,jk->ik", self.frame, rows)
@@ -250,8 +249,7 @@ def _margin(controller: str, answer: FloatArray, period: float) -> LargestGain |
     if not factors:
         return None
     behind = float(samples @ answer)
-    gain = 1.0 / (period * behind) if behind > _SETTLED_RAMP else np.inf
-    return LargestGain(controller, min(factors), gain)
+    return LargestGain(controller, min(factors), 1.0 / (period * behind) if behind > _SETTLED_RAMP else np.inf)
 
 
 @dataclass(frozen=True)

@@ -149,8 +149,7 @@ def program_text(asked: FloatArray, period: float, words: list[str], spindle: Fl
     It has straight blocks of whole samples with the feed that takes just as long, and dwells where nothing moves.
     """
     count = asked.shape[1]
-    every = max(1, -(-count // _MOST_BLOCKS))
-    points = [*range(0, count - 1, every), count - 1]
+    points = [*range(0, count - 1, max(1, -(-count // _MOST_BLOCKS))), count - 1]
     start = " ".join(f"{word}{1e3 * row[0]:.6f}" for word, row in zip(words, asked, strict=True))
     lines = [
         "(dialect: linuxcnc)",

@@ -154,8 +154,7 @@ def _chosen(
             tell(f"choosing among remedies for {item.named.effect}")
             costs = []
             for choice in choices:
-                bare = diagnosed.bench([choice])
-                best = with_values(choice, tuned(bare, [choice], {choice.name: choice.tuned}))
+                best = with_values(choice, tuned(diagnosed.bench([choice]), [choice], {choice.name: choice.tuned}))
                 costs.append((_left(diagnosed.bench([best])), best))
             choices = [min(costs, key=lambda pair: pair[0])[1]]
         lines.append(choices[0])

@@ -67,8 +67,7 @@ class Walk:
 def constant_speeds(walk: Walk, seconds: float) -> None:
     """Out and back at several speeds: what depends on speed, and on its sign."""
     count = int(walk.random.integers(2, 6))
-    slowest = walk.random.choice([0.01, 0.03, 0.1])
-    for speed in walk.room.feed * np.geomspace(1.0, slowest, count):
+    for speed in walk.room.feed * np.geomspace(1.0, walk.random.choice([0.01, 0.03, 0.1]), count):
         way = min(speed * seconds / (2.2 * count), 0.9 * walk.axis.stroke)
         walk.go(way, speed)
         walk.go(-way, speed)
@@ -90,8 +89,7 @@ def stroke_comb(walk: Walk, seconds: float) -> None:
     speed = walk.room.feed * walk.random.choice([0.3, 0.6, 1.0])
     ramp = 0.0 if math.isinf(walk.room.acceleration) else speed * speed / walk.room.acceleration
     way = min(max(ramp * walk.random.choice([0.5, 1.0, 1.5]), 0.05 * speed), 0.9 * walk.axis.stroke)
-    each = 2.0 * walk.room.time(way, speed)
-    for _ in range(max(2, int(seconds / max(each, 1e-3)))):
+    for _ in range(max(2, int(seconds / max(2.0 * walk.room.time(way, speed), 1e-3)))):
         walk.go(way, speed)
         walk.go(-way, speed)
 
@@ -316,8 +314,7 @@ def _spins(room: Room, turning: Turning, budget: float, random: np.random.Genera
     """Return speeds of the spindle in air, each held for a while, as a staircase or at random, one way or both, all of it twice."""
     count = int(random.integers(2, 6))
     shares: FloatArray = np.geomspace(float(random.choice([_SLOWEST_SPIN, 0.3])), 1.0, count)
-    kind = str(random.choice(["rising", "mixed"]))
-    shares = shares if kind == "rising" else random.permutation(shares)
+    shares = shares if str(random.choice(["rising", "mixed"])) == "rising" else random.permutation(shares)
     signs = [1.0, -1.0] if both_ways else [1.0]
     speeds = [float(sign * share * turning.speed) for sign in signs for share in shares]
     letters = {axis.letter: axis.start for axis in room.axes}

@@ -87,9 +87,7 @@ def _is_of_the_loop(plan: Plan, name: str) -> bool:
     part, item = Place.of(name)
     component = plan.parts[part].component
     declared = component.declarations[item]
-    if component.group not in _MOVING_GROUPS or not isinstance(declared, Parameter):
-        return False
-    return plan.values[name] != 0.0
+    return component.group in _MOVING_GROUPS and isinstance(declared, Parameter) and plan.values[name] != 0.0
 
 
 def _free(lesson: Lesson, plan: Plan, name: str, factor: float) -> FreeValue:
@@ -213,8 +211,7 @@ def _still(
         if singular[first] * _GAP > (singular[first - 1] if first else np.inf):
             continue
         found = _combinations(names, rows[first:])
-        directions = np.array([[powers.get(name, 0.0) for name in names] for powers in found])
-        still = moved(_FAR * directions) < _STILL
+        still = moved(_FAR * np.array([[powers.get(name, 0.0) for name in names] for powers in found])) < _STILL
         standing = [item for item, stays in zip(found, still, strict=True) if stays and _is_whole(item)]
         if len(standing) > len(best):
             best = standing

@@ -287,8 +287,7 @@ class PrecisionBench:
         """Return for each program the derivatives of all readings in noise levels (readings, values), by central differences or by
         forward ones, which take half the runs."""
         steps, count = _STEP * np.eye(len(self.free)), len(self.free)
-        others = point - steps if central else point[None, :]
-        moved = self.readings(programs, np.vstack([point + steps, others]))
+        moved = self.readings(programs, np.vstack([point + steps, point - steps if central else point[None, :]]))
         length = 2.0 * _STEP if central else _STEP
         return [np.asarray((rows[:count] - rows[count:]).T / length) for rows in moved]
 

@@ -47,8 +47,7 @@ def steps_of(scene: Scene, rival: Rival, base: FloatArray) -> list[tuple[int, fl
         return steps
     for place, column in enumerate(scene.columns(rival)):
         low, high = float(rival.term.low[place]), float(rival.term.high[place])
-        spread = float(rival.term.usual[place] - rival.term.least[place])
-        step = _STEP * (abs(base[column]) or abs(spread) or 1.0)
+        step = _STEP * (abs(base[column]) or abs(float(rival.term.usual[place] - rival.term.least[place])) or 1.0)
         steps.append((column, step if base[column] + step <= high else -min(step, base[column] - low)))
     return [(column, step) for column, step in steps if step != 0.0]
 
@@ -222,5 +221,4 @@ class _Held(Weighting):
 
 def _slopes(moved: FloatArray, base: FloatArray, steps: Sequence[float], length: int) -> FloatArray:
     """Return slopes (readings, values); where a run of the two broke off, none is counted."""
-    change = np.clip(np.nan_to_num(moved - base), -_FAR, _FAR)[:, :length]
-    return np.asarray((change / np.array(steps)[:, None]).T)
+    return np.asarray((np.clip(np.nan_to_num(moved - base), -_FAR, _FAR)[:, :length] / np.array(steps)[:, None]).T)

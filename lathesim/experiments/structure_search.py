@@ -268,8 +268,7 @@ class StructureSearch:
         for most in (_RUNS, _RUNS // 2):
             objective.floor = left
             start = descend(objective, low, high, start, quiet, most, 1e-3)
-            now = left * float(np.sqrt(np.square(objective.vector(start)[0]).mean()))
-            left = max(self.floor, now)
+            left = max(self.floor, left * float(np.sqrt(np.square(objective.vector(start)[0]).mean())))
         objective.floor = self.floor
         return start
 

@@ -99,8 +99,7 @@ class Grid:
         largest = np.max([self.ratios(b, limits, share) for share in _EVERYWHERE], axis=0)
         top = float(largest.max())
         near = np.argsort(largest)[-_MOST_NEAR:]
-        closer = self.ratios(b, limits, np.tile(_CLOSELY, len(near)), np.repeat(near, len(_CLOSELY)))
-        return max(top, float(closer.max()))
+        return max(top, float(self.ratios(b, limits, np.tile(_CLOSELY, len(near)), np.repeat(near, len(_CLOSELY))).max()))
 
     def halved(self, which: np.typing.NDArray[np.bool_]) -> Grid:
         """Return the grid with some segments cut in two."""
@@ -118,8 +117,7 @@ def first_grid(curve: PathCurve, least: int) -> Grid:
     parts += parts % 2 * (parts > 1)
     span = np.repeat(np.arange(spans), parts)
     within = np.arange(len(span)) - np.repeat(np.concatenate([[0], np.cumsum(parts)[:-1]]), parts)
-    width = np.diff(curve.knots)
-    s = np.append(curve.knots[span] + width[span] * within / parts[span], curve.knots[-1])
+    s = np.append(curve.knots[span] + np.diff(curve.knots)[span] * within / parts[span], curve.knots[-1])
     return Grid(curve, s, span, np.concatenate([[0], np.cumsum(parts)])[curve.stops])
 
 

@@ -178,8 +178,7 @@ def _two_turns(
     for side in (1.0, -1.0):
         c = alpha[:, None] * e1 + beta[:, None] * e2 + side * height[:, None] * across
         inner = _angle(e2, np.broadcast_to(w, c.shape), c)
-        outer = np.where(free, 0.0, _angle(e1, c, u))
-        choices.append({first.name: sign1 * outer, second.name: sign2 * inner})
+        choices.append({first.name: sign1 * np.where(free, 0.0, _angle(e1, c, u)), second.name: sign2 * inner})
     choices.sort(key=lambda angles: float(np.abs(angles[second.name][0])))
     return choices, free
 

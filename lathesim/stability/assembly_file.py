@@ -294,8 +294,7 @@ def tip_draws(assembly: ToolAssembly, frequency: Any) -> Complex:
             if joint is None or joint.deviation == 0.0:
                 joints.append(joint)
                 continue
-            spread = math.sqrt(math.log1p(joint.deviation**2))
-            along, turning = np.exp(spread * chance.standard_normal(2))
+            along, turning = np.exp(math.sqrt(math.log1p(joint.deviation**2)) * chance.standard_normal(2))
             joints.append(replace(joint, translation=joint.translation * along, rotation=joint.rotation * turning))
         rows.append(replace(assembly, joints=tuple(joints)).tip(frequency)[..., 0, 0])
     return np.stack(rows)

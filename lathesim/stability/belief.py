@@ -343,8 +343,7 @@ def log_likelihood(particles: FloatArray, cut: TriedCut) -> FloatArray:
 def _frequency_density(particles: FloatArray, cut: TriedCut) -> FloatArray:
     """Return the density of a chatter frequency: it is that of the limit or that of the fastest growth, whichever the machine shows."""
     natural, damping = np.exp(particles[:, 0]), np.exp(np.clip(particles[:, 1], -8.0, -0.3))
-    rate = cut.speed / 60.0 / natural
-    at_limit, fastest = chatter_places(rate, damping, cut.width / np.exp(particles[:, 2]))
+    at_limit, fastest = chatter_places(cut.speed / 60.0 / natural, damping, cut.width / np.exp(particles[:, 2]))
     noise = math.hypot(FREQUENCY_NOISE, _FREQUENCY_MODEL * cut.frequency)
     total = np.zeros(len(particles))
     for place in (at_limit, fastest):

@@ -92,8 +92,7 @@ def _rate(table: RawTable) -> float:
     steps = steps[np.isfinite(steps)]
     if not len(steps) or not np.median(steps) > 0.0:
         raise RecordingError("the time does not rise.", place=str(table.source), remedy="Give --rate, the samples a second.")
-    unit = table.units.get(name, "")
-    return float((1e3 if unit == "ms" else 1.0) / np.median(steps))
+    return float((1e3 if table.units.get(name, "") == "ms" else 1.0) / np.median(steps))
 
 
 def _channel(table: RawTable) -> str:
@@ -118,13 +117,10 @@ def turning_of(pulse: FloatArray, rate: float, place: str = "") -> float:
         raise RecordingError("the tacho shows no pulses.", place=place, remedy="Give --speed.")
     comb = np.zeros(len(pulse))
     comb[rising] = 1.0
-    spectrum = np.abs(np.fft.rfft(comb, 2 * len(comb))) ** 2
-    repeats = np.fft.irfft(spectrum)[: len(comb)]
-    smooth = np.convolve(repeats, np.ones(9), "same")
+    smooth = np.convolve(np.fft.irfft(np.abs(np.fft.rfft(comb, 2 * len(comb))) ** 2)[: len(comb)], np.ones(9), "same")
     least = max(int(np.median(np.diff(rising)) * 0.5), int(rate / 400.0), 5)
     period = least + int(np.argmax(smooth[least : len(smooth) // 2]))
-    shorter = [period / part for part in (2, 3, 4) if period / part > least]
-    for other in reversed(shorter):
+    for other in reversed([period / part for part in (2, 3, 4) if period / part > least]):
         if smooth[round(other)] > RECORDED.shorter * smooth[period]:
             period = round(other)
             break

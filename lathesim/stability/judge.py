@@ -283,8 +283,7 @@ def _rung_each_turn(found: Vibration) -> float:
     if turns < SHORT.turns or count < SHORT.of_a_turn:
         return 0.0
     places = (np.arange(turns)[:, None] + np.arange(count)[None, :] / count) * samples
-    mean = np.interp(places, np.arange(len(found.values)), found.values).mean(axis=0)
-    spectrum = np.fft.rfft(mean)
+    spectrum = np.fft.rfft(np.interp(places, np.arange(len(found.values)), found.values).mean(axis=0))
     size = np.abs(spectrum)
     size[0] = 0.0
     if len(size) <= GROWTH.high_order + 1:

@@ -77,8 +77,7 @@ def _misfit(particles: FloatArray, cut: TriedCut) -> FloatArray:
     """Return twice the negative logarithm of a cut's likelihood over the largest that it could have had."""
     found = log_likelihood(particles, cut)
     if not cut.stable and math.isfinite(cut.frequency):
-        noise = math.hypot(1.0, 0.003 * cut.frequency)
-        found = found + math.log(noise)
+        found = found + math.log(math.hypot(1.0, 0.003 * cut.frequency))
     return np.asarray(-2.0 * found)
 
 
@@ -182,8 +181,7 @@ class LearnedMap:
     @property
     def best(self) -> TriedCut | None:
         """The stable cut that removed most."""
-        stable = [cut for cut in self.belief.cuts if cut.stable]
-        return max(stable, key=lambda cut: cut.speed * cut.width, default=None)
+        return max((cut for cut in self.belief.cuts if cut.stable), key=lambda cut: cut.speed * cut.width, default=None)
 
     def grid(self) -> StabilityGrid:
         """Return the probability of being stable over the whole map."""
@@ -248,8 +246,7 @@ def learned_map(
 
 def limits_after(belief: Belief, good: Adequacy, inside: CutRange) -> FloatArray:
     """Return quantiles of the limit [m] at 2.5, 50 and 97.5 %, (3, speeds); the lower is held where one mode no longer explains all."""
-    limits = belief.log_limits(inside.speeds)
-    quantiles = np.minimum(np.exp(_quantiles(limits, belief.weights)), 50.0 * inside.widest)
+    quantiles = np.minimum(np.exp(_quantiles(belief.log_limits(inside.speeds), belief.weights)), 50.0 * inside.widest)
     return quantiles if good.good else _held(quantiles, inside.speeds, belief.cuts)
 
 

@@ -281,8 +281,7 @@ def recorded_tap(path: Path) -> TapEstimate:
     steps = np.diff(time)
     if len(steps) < SHORT.samples or not (steps > 0.0).all() or steps.max() > TAP.uneven * np.median(steps):
         raise RecordingError("the time does not rise evenly.", place=str(path), remedy="Give one row a sample.")
-    rate = 1.0 / float(np.median(steps))
-    return estimate_response(_split(force, response, rate, quantity, path))
+    return estimate_response(_split(force, response, 1.0 / float(np.median(steps)), quantity, path))
 
 
 def _column(table: RawTable, word: str, unit: str) -> FloatArray:

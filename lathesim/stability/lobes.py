@@ -69,8 +69,7 @@ def rig(
     if not speed > 0.0:
         raise LessonError(f"the speed is {speed:g} rpm.", remedy="Give one above 0.")
     turn = 60.0 / speed
-    quickest = max(mode.frequency for mode in tool.modes)
-    count = max(fewest_steps, math.ceil(steps_of_a_vibration * quickest * turn))
+    count = max(fewest_steps, math.ceil(steps_of_a_vibration * max(mode.frequency for mode in tool.modes) * turn))
     period = turn / count
     parts, wires = _modes(tool)
     given = {name: value for name, value in (values or {}).items() if name != "feed"}
@@ -171,8 +170,7 @@ def vibration_frequency(made: Rig, width: float, multiplier: complex) -> float:
     batch = Batch(made.plan, TURNS * made.samples_of_a_turn, noisy=False)
     (displacement,) = batch.run(["cut.width"], np.array([[width]]), lambda values: values[0].copy())
     count = 8 * made.samples_of_a_turn
-    last = displacement[-count:] * np.hanning(count)
-    spectrum = np.abs(np.fft.rfft(last, 4 * count))
+    spectrum = np.abs(np.fft.rfft(displacement[-count:] * np.hanning(count), 4 * count))
     turn = made.samples_of_a_turn * made.period
     turns = float(np.argmax(spectrum)) / (4 * count * made.period) * turn
     part = abs(math.atan2(multiplier.imag, multiplier.real)) / (2.0 * math.pi)

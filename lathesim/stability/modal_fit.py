@@ -74,8 +74,7 @@ def weights_of_mean(response: FrequencyResponse, hits: Complex, count: int, shap
     native = {"receptance": np.ones_like(omega), "mobility": omega, "accelerance": omega**2}[response.quantity] * forces
     mean = hits.mean(axis=0)
     scatter = (np.abs((hits - mean) * native) ** 2).sum(axis=0) / max(1, len(hits) - 1)
-    smooth = running_mean(np.minimum(scatter, 12.0 * running_median(scatter)))
-    deviation = np.sqrt(0.5 * smooth / count) / native
+    deviation = np.sqrt(0.5 * running_mean(np.minimum(scatter, 12.0 * running_median(scatter))) / count) / native
     deviation = np.maximum(deviation, _least(mean))
     if not response.force_noise or not response.pulse_length or response.forces is None:
         return NoiseWeights(deviation, np.zeros((0, 0)), np.zeros(0))
@@ -106,8 +105,7 @@ def _force_directions(response: FrequencyResponse, mean: Complex, deviation: Flo
     lags = (np.arange(used) + 0.5) / used * response.pulse_length - response.pulse_lead
     size = response.force_noise * np.sqrt(response.pulse_length / used / count)
     columns = (mean / response.forces * size / deviation)[:, None] * np.exp(-2j * np.pi * np.outer(response.frequency, lags))
-    stacked = np.ascontiguousarray(columns.T).view(np.float64)
-    _, sizes, right = np.linalg.svd(stacked, full_matrices=False)
+    _, sizes, right = np.linalg.svd(np.ascontiguousarray(columns.T).view(np.float64), full_matrices=False)
     kept = sizes > _WEAK
     return np.ascontiguousarray(right[kept]), sizes[kept] ** 2 / (1.0 + sizes[kept] ** 2)
 

@@ -140,8 +140,7 @@ def _worth_of_two(belief: Belief, inside: CutRange, proposals: Sequence[Proposal
     offers = _offers(limits, inside)
 
     def after(weights: FloatArray, reached: float) -> float:
-        gain = offers.gain(offers.stable(weights / weights.sum()), reached, risk, price)
-        return max(0.0, float(gain.max()))
+        return max(0.0, float(offers.gain(offers.stable(weights / weights.sum()), reached, risk, price).max()))
 
     worth = []
     for proposal in proposals:

@@ -66,8 +66,7 @@ def chatter_frequency(equation: DelayEquation, multiplier: complex) -> float:
     values, vectors = way.eigen()
     times = way.times
     place = int(np.argmin(np.abs(values - multiplier) + 1e3 * (np.abs(values) < 0.5 * abs(multiplier))))
-    size = equation.now(0.0).shape[0]
-    positions = vectors[:, place].reshape(-1, size)[:, 0::2]
+    positions = vectors[:, place].reshape(-1, equation.now(0.0).shape[0])[:, 0::2]
     period = equation.period
     rate = np.log(values[place]) / period
     weights = _weights(equation, POINTS)
@@ -179,8 +178,7 @@ def _elements(equation: DelayEquation) -> list[tuple[float, float]]:
     edges = [0.0, *sorted(time for time in equation.breaks if 0.0 < time < equation.period), equation.period]
     found = []
     for begin, end in itertools.pairwise(edges):
-        parts = max(1, math.ceil((end - begin) * equation.frequency / VIBRATIONS))
-        steps = np.linspace(begin, end, parts + 1)
+        steps = np.linspace(begin, end, max(1, math.ceil((end - begin) * equation.frequency / VIBRATIONS)) + 1)
         found += list(zip(steps[:-1].tolist(), steps[1:].tolist(), strict=True))
     return found
 

@@ -67,8 +67,7 @@ def turn_memory(values: FloatArray, rate: float, turning: float, frequency: floa
     kept, variation, independent = 0.0, math.inf, 1.0
     rest = values if orders else without_orders(values, rate, turning)
     for place, share in enumerate(_BANDS[:1] if orders else _BANDS):
-        half_band = max(_BAND_TURNS * turning, share * frequency)
-        band = _later(_analytic(rest, rate, frequency, half_band), rate / turning)
+        band = _later(_analytic(rest, rate, frequency, max(_BAND_TURNS * turning, share * frequency)), rate / turning)
         if place == 0:
             kept = _coherence(band, round(_TURNS * rate / turning))
         envelope = np.abs(band)
@@ -159,13 +158,11 @@ def prediction_errors(values: FloatArray) -> FloatArray:
     from scipy.signal import lfilter
 
     centred = values - values.mean()
-    spectrum = np.fft.rfft(centred, 2 * len(centred))
-    alike = np.fft.irfft(np.abs(spectrum) ** 2)[: _ORDER + 1] / len(centred)
+    alike = np.fft.irfft(np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2)[: _ORDER + 1] / len(centred)
     if not alike[0] > 0.0:
         return np.zeros(0)
     alike[0] *= 1.0 + 1e-9
-    rule = solve_toeplitz(alike[:_ORDER], alike[1:])
-    errors = lfilter(np.concatenate([[1.0], -rule]), [1.0], centred)[_ORDER:]
+    errors = lfilter(np.concatenate([[1.0], -solve_toeplitz(alike[:_ORDER], alike[1:])]), [1.0], centred)[_ORDER:]
     return np.asarray(errors / max(float(errors.std()), 1e-300))
 
 
@@ -214,8 +211,7 @@ def _low_orders(values: FloatArray, rate: float, turning: float) -> tuple[FloatA
     spectrum = np.fft.rfft(values)
     spectrum[np.fft.rfftfreq(len(values), 1.0 / rate) > (_ORDERS + 0.5) * turning] = 0.0
     low = np.fft.irfft(spectrum, len(values))
-    count = int(len(values) * slow / rate)
-    return np.interp(np.arange(count) * rate / slow, np.arange(len(values)), low), slow
+    return np.interp(np.arange(int(len(values) * slow / rate)) * rate / slow, np.arange(len(values)), low), slow
 
 
 _BINS_OF_AN_OCTAVE, _FEWEST_OF_A_BIN = 12, 4
@@ -342,8 +338,7 @@ def within_band(found: Vibration, low: float, high: float) -> Vibration:
     if not over.sum() > 0.0:
         return replace(found, lines=())
     middle = float((frequency[inside] * over).sum() / over.sum())
-    ranked = np.sort(over)[::-1]
-    half = int(np.searchsorted(np.cumsum(ranked), 0.5 * over.sum())) + 1
+    half = int(np.searchsorted(np.cumsum(np.sort(over)[::-1]), 0.5 * over.sum())) + 1
     width = max(0.0, float(half - 3))
     line = _line(found.values, found.rate, found.turning, resolution, middle, float(over.sum()) / total, width)
     return replace(found, lines=(line,))
@@ -354,8 +349,7 @@ def _without_trend(values: FloatArray, rate: float, turning: float) -> FloatArra
     width = int(3.0 * rate / turning) | 1
     if width >= len(values):
         return np.asarray(values - values.mean(), dtype=np.float64)
-    padded = np.pad(values, width // 2, mode="reflect")
-    smooth = np.cumsum(np.concatenate([[0.0], padded]))
+    smooth = np.cumsum(np.concatenate([[0.0], np.pad(values, width // 2, mode="reflect")]))
     mean = (smooth[width:] - smooth[:-width]) / width
     again = np.cumsum(np.concatenate([[0.0], np.pad(mean, width // 2, mode="reflect")]))
     return np.asarray(values - (again[width:] - again[:-width]) / width, dtype=np.float64)
@@ -423,5 +417,4 @@ def _growth(envelope: FloatArray, rate: float, frequency: float, turning: float)
     time = np.arange(len(logs)) * part / rate
     span = max(3, len(logs) // 4)
     slopes = [float(np.polyfit(time[at : at + span], logs[at : at + span], 1)[0]) for at in range(len(logs) - span + 1)]
-    late = float(np.exp(np.mean(logs[-3:]) - np.mean(logs[:2])))
-    return max(slopes, key=abs) if slopes else 0.0, late
+    return max(slopes, key=abs) if slopes else 0.0, float(np.exp(np.mean(logs[-3:]) - np.mean(logs[:2])))

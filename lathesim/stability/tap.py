@@ -286,8 +286,7 @@ def _zero(record: TapRecord, good: list[int]) -> FloatArray:
     """Return the mean of each response before its hit."""
     found = []
     for at in good:
-        top = int(np.argmax(record.force[at]))
-        quiet = record.response[at, : max(0, top - 16)]
+        quiet = record.response[at, : max(0, int(np.argmax(record.force[at])) - 16)]
         found.append(float(quiet.mean()) if len(quiet) >= TAP.quiet else 0.0)
     return np.array(found)
 

@@ -157,8 +157,7 @@ def _written(function: Function58, binary: bool, path: str) -> Iterator[bytes]:
     if not even and not binary and not np.array_equal(np.array([float(f"{value:.5e}") for value in x]), x):
         fact = "its frequencies have more than the six digits that the ASCII form holds."
         raise RecordingError(fact, place=path, remedy="Write it as CSV or as binary UFF 58.")
-    columns = ([] if even else [x]) + ([y.real, y.imag] if np.iscomplexobj(y) else [y])
-    table = np.stack(columns, axis=1).astype("<f8")
+    table = np.stack(([] if even else [x]) + ([y.real, y.imag] if np.iscomplexobj(y) else [y]), axis=1).astype("<f8")
     size = table.size * 8
     lead = f"b{1:6d}{2:6d}{_HEADER:12d}{size:12d}{0:6d}{0:6d}{0:12d}{0:12d}" if binary else " " * 74
     kind = 6 if np.iscomplexobj(y) else 4
