@@ -31,8 +31,7 @@ def refuse_endless_heap(path: Path) -> None:
 
 
 def _ends(content: mmap.mmap, begin: int) -> bool:
-    size = int.from_bytes(content[begin + 8 : begin + _HEAD], "little")
-    end = min(begin + size, len(content))
+    end = min(begin + int.from_bytes(content[begin + 8 : begin + _HEAD], "little"), len(content))
     place = begin + _HEAD
     while place + _HEAD <= end:
         index, length = (int.from_bytes(content[place + at : place + at + width], "little") for at, width in ((0, 2), (8, 8)))

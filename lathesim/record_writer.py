@@ -310,9 +310,7 @@ def _turn(piece: bytes) -> int:
     Between them the superblock, which tells where the file ends, heaps of names, and the trees that find the samples; the signatures are
     those of the HDF5 File Format Specification, version 2.0, chapters II and III.
     """
-    if len(piece) == _NUMBER_BYTES * _GROWING_BLOCK:
-        return 0
-    return {b"\x89HDF": 1, b"GCOL": 2, b"HEAP": 2, b"TREE": 3}.get(piece[:4], 4)
+    return 0 if len(piece) == _NUMBER_BYTES * _GROWING_BLOCK else {b"\x89HDF": 1, b"GCOL": 2, b"HEAP": 2, b"TREE": 3}.get(piece[:4], 4)
 
 
 def save(record: Record, path: str | Path) -> None:

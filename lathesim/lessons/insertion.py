@@ -149,8 +149,7 @@ def host_of(assembly: Assembly, at: str) -> tuple[str, Part]:
     # a port that is named is a place of its own, also of an effect
     while not Place.of(at).port and name in parts and issubclass(parts[name].component, Effect):
         before = before or name
-        fed = next((wire.target for wire in assembly.wires if wire.source == f"{name}.outgoing"), "")
-        name = Place.of(fed).part
+        name = Place.of(next((wire.target for wire in assembly.wires if wire.source == f"{name}.outgoing"), "")).part
     if name not in parts:
         raise WiringError(f"there is no part '{name or at}'.", remedy=nearest(name or at, parts))
     return before, parts[name]
@@ -380,8 +379,7 @@ def _hold_behind(bench: _Bench, spring: str, friction: str) -> None:
             continue
         if sensed == "flow":
             adder = f"{spring}_behind_{friction}"
-            unit = effect.declarations[output].unit
-            bench.add(Part(adder, SeenBeyond.with_units({"signal": unit})))
+            bench.add(Part(adder, SeenBeyond.with_units({"signal": effect.declarations[output].unit})))
             bench.pass_on(target, f"{adder}.incoming")
             bench.feed(given, f"{adder}.beyond")
             given = f"{adder}.outgoing"

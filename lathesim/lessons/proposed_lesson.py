@@ -120,9 +120,7 @@ class ColumnSense:
 
     def may_be(self, unit: str) -> bool:
         """Return whether it can be a channel of a unit: by its own unit, or else by its quantity, where one is known."""
-        if self.unit:
-            return is_count(self.unit) or convertible(self.unit, unit)
-        return self.quantity in ("", "error", _kind(unit))
+        return is_count(self.unit) or convertible(self.unit, unit) if self.unit else self.quantity in ("", "error", _kind(unit))
 
 
 def sense_of(name: str, unit: str, values: FloatArray) -> ColumnSense:

@@ -351,8 +351,7 @@ class ToolPointEntry(FileModel):
 
     @model_validator(mode="after")
     def _has_one_source(self) -> ToolPointEntry:
-        given = sum((bool(self.modes), self.response is not None, self.assembly is not None))
-        if given != 1:
+        if sum((bool(self.modes), self.response is not None, self.assembly is not None)) != 1:
             raise PydanticCustomError("tool_point", "the tool point needs exactly one of 'modes', 'response' and 'assembly'.")
         if self.cutting_stiffness is None and self.milling is None:
             raise PydanticCustomError("tool_point", "the cut has no 'cutting_stiffness'. Write one, as '700 N/mm^2', or 'milling:'.")

@@ -73,8 +73,7 @@ def _groups(jobs: Sequence[Job], workers: int) -> Iterator[Sequence[Job]]:
     """Return the jobs in groups: half of a worker's share of what is left each, rounded up to what runs side by side."""
     first = 0
     while first < len(jobs):
-        share = -(-(len(jobs) - first) // (2 * workers * SIDE_BY_SIDE)) * SIDE_BY_SIDE
-        size = min(share, _LARGEST_GROUP)
+        size = min(-(-(len(jobs) - first) // (2 * workers * SIDE_BY_SIDE)) * SIDE_BY_SIDE, _LARGEST_GROUP)
         yield jobs[first : first + size]
         first += size
 

@@ -45,8 +45,7 @@ def _fault(model: type[BaseModel], source: YamlFile, details: Any) -> LessonErro
     if kind == "missing":
         return LessonError(f"the key '{last}' is missing.", place=source.place(location[:-1]), remedy=f"Write '{last}: ...'.")
     if kind == "string_pattern_mismatch":
-        key = details["loc"][-1:] == ("[key]",)
-        place = source.place(location, key=key)
+        place = source.place(location, key=details["loc"][-1:] == ("[key]",))
         return LessonError(
             f"'{details['input']}' names no part and item.", place=place, remedy="Write it as part.name, for example x_axis.position."
         )

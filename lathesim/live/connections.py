@@ -67,10 +67,6 @@ class Listening(ABC):
     async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a connection until it ends."""
 
-    def _refuse(self, writer: asyncio.StreamWriter) -> None:
-        """Close a connection beyond the bound."""
-        writer.close()
-
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         own = asyncio.current_task()
         assert own is not None
@@ -79,7 +75,7 @@ class Listening(ABC):
             if len(self._tasks) <= self._most:
                 await self._answer(reader, writer)
             else:
-                self._refuse(writer)
+                writer.close()  # a connection beyond the bound
         except (OSError, TimeoutError, asyncio.IncompleteReadError):
             pass
         except asyncio.CancelledError:

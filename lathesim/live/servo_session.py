@@ -326,8 +326,7 @@ class Playing:
                 open_sink, self._open_sink = self._open_sink, None
                 self._sink = open_sink()
             if self._sink is not None:
-                times = (first + np.arange(values.shape[1], dtype=np.float64)) * self._machine.period
-                self._sink.write(times, values)
+                self._sink.write((first + np.arange(values.shape[1], dtype=np.float64)) * self._machine.period, values)
         except LatheSimError as error:
             self._sink = None  # the machine goes on without its record, which is reported once
             self._tell("record", error.message)

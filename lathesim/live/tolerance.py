@@ -56,8 +56,7 @@ def within_tolerance(
             break
         share = np.maximum(_SLOWEST, share * _reduction(edges, before, tolerance))
         floor = np.concatenate([share[:1], share, share[-1:]])
-        near = np.minimum(np.minimum(floor[:-2], floor[1:-1]), floor[2:])
-        slower = _Slower(0.5 * (edges[1:] + edges[:-1]), near)
+        slower = _Slower(0.5 * (edges[1:] + edges[:-1]), np.minimum(np.minimum(floor[:-2], floor[1:-1]), floor[2:]))
         trial = retime(timing.path, limits, jerk=jerk, tool_speed=tool, slower=slower)
         before = _errors(trial, prepared, period)
         if before[1].max() >= _NO_BETTER * after[1].max():

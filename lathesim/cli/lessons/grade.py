@@ -89,9 +89,7 @@ def _right(graded: Grade) -> str:
 
 
 def _shown(goal: GoalResult | None) -> str:
-    if goal is None or goal.value != goal.value:
-        return "-"
-    return f"{goal.value:.5g} {goal.unit}".strip() + ("" if goal.met else " !")
+    return "-" if goal is None or goal.value != goal.value else f"{goal.value:.5g} {goal.unit}".strip() + ("" if goal.met else " !")
 
 
 def _csv(grades: Sequence[Grade]) -> str:

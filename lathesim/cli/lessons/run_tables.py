@@ -53,18 +53,13 @@ def variants_table(outcomes: Sequence[Outcome], wanted: Collection[str] = ()) ->
         row = [outcome.case]
         for name in names:
             published = outcome.published.get(name, "")
-            row.append(_cell(outcome, name, published or _limit(outcome, name)))
+            row.append(_cell(outcome, name, published or next((goal.limit for goal in outcome.goals if goal.metric == name), "")))
             if name in named:
                 row.append(published or "-")
         if judged:
             row.append(f"{sum(goal.met for goal in outcome.goals)} of {len(outcome.goals)}" if outcome.status == "complete" else "-")
         rows.append(tuple(row))
     return "\n".join(text_table(rows))
-
-
-def _limit(outcome: Outcome, name: str) -> str:
-    """Return the limit a goal sets to a metric, whose unit its values take in the table; empty where there is none."""
-    return next((goal.limit for goal in outcome.goals if goal.metric == name), "")
 
 
 def _cell(outcome: Outcome, name: str, published: str) -> str:

@@ -253,8 +253,7 @@ def _deviations(normal: FloatArray, parameters: int) -> FloatArray:
 def _starts(count: int) -> FloatArray:
     """Return where windows begin: at each of the newest blocks, at fewer of the older ones."""
     newest = np.arange(max(0, count - 40), count)
-    older = np.arange(max(0, count - 40) % 5, max(0, count - 40), 5)
-    return np.unique(np.concatenate([[0], older, newest]))
+    return np.unique(np.concatenate([[0], np.arange(max(0, count - 40) % 5, max(0, count - 40), 5), newest]))
 
 
 def _moments(sums: FloatArray, since: FloatArray) -> FloatArray:
@@ -338,8 +337,7 @@ class NoiseTest:
 
     def __init__(self, learnt: FloatArray, others: FloatArray, block_time: float) -> None:
         self._block_time = block_time
-        slow = np.arange(learnt.shape[1]) < learnt.shape[1] // 2
-        self._least = np.where(slow, NOISE.least_left, 1.0)
+        self._least = np.where(np.arange(learnt.shape[1]) < learnt.shape[1] // 2, NOISE.least_left, 1.0)
         scores = np.log(learnt + self._least)
         self._mean = scores.mean(axis=0)
         self._deviation = np.maximum(scores.std(axis=0), NOISE.least_deviation) * (1.0 + 2.0 / np.sqrt(len(learnt)))
@@ -371,8 +369,7 @@ class NoiseTest:
         known = [(when, float(row[channel])) for when, row in self._kept if np.isfinite(row[channel])]
         since = [(when, value) for when, value in known if when > begun + 0.5 * self._block_time]
         scores = np.array([value for _, value in since])
-        sums = np.cumsum(scores[::-1])[::-1]
-        best = int(np.argmax(sums**2 / np.arange(len(scores), 0, -1))) if len(scores) else 0
+        best = int(np.argmax(np.cumsum(scores[::-1])[::-1] ** 2 / np.arange(len(scores), 0, -1))) if len(scores) else 0
         if since and time - begun <= CHANGE.slow:
             begun = since[best][0] - self._block_time
         return channel, begun, float(abs(scores.mean())) if len(scores) else NOISE.shift

@@ -66,8 +66,7 @@ def line_through(time: FloatArray, value: FloatArray) -> TrendLine | None:
     rest = v - place - slope * (t - middle)
     square = float(np.sum(rest * rest))
     correlation = float(np.clip(np.sum(rest[1:] * rest[:-1]) / max(square, 1e-300), 0.0, 0.95))
-    effective = max(3.0, len(t) * (1.0 - correlation) / (1.0 + correlation))
-    variance = square / max(1.0, len(t) - 2) * len(t) / effective
+    variance = square / max(1.0, len(t) - 2) * len(t) / max(3.0, len(t) * (1.0 - correlation) / (1.0 + correlation))
     return TrendLine(middle, float(place), float(slope), variance, float(np.sum((t - middle) ** 2)), len(t))
 
 

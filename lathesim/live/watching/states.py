@@ -227,8 +227,7 @@ class JudgingState:
         )
         test = ChangeTest(usual, watched.block_time, watched.averages, nominal, watched.free)
         if memory.base is None:
-            base = np.mean([_mean_square(row.mean, row.quick, usual.theta) for row in rows], axis=0)
-            memory = replace(memory, base=base)
+            memory = replace(memory, base=np.mean([_mean_square(row.mean, row.quick, usual.theta) for row in rows], axis=0))
         if memory.first is None:
             memory = replace(memory, first=(usual, dict(zip(watched.parameters, memory.theta.tolist(), strict=True))))
             memory = replace(memory, course=course_of(watched, memory))
@@ -322,9 +321,7 @@ def course_of(watched: WatchedChannels, memory: WatchMemory) -> ValueCourse | No
 
 def _expected(notes: tuple[tuple[float, FloatArray], ...], time: float) -> Expected | None:
     """Return the values expected at a time [s] from notes of them; None where there are none."""
-    if not notes:
-        return None
-    return expected_values(np.array([at for at, _ in notes]), np.array([theta for _, theta in notes]), time)
+    return None if not notes else expected_values(np.array([at for at, _ in notes]), np.array([theta for _, theta in notes]), time)
 
 
 def _mean_square(mean: Residual, quick: FloatArray, theta: FloatArray) -> FloatArray:

@@ -45,8 +45,7 @@ class Usual:
     def sums(self, residual: Residual, quick: FloatArray, time: float) -> BlockSums:
         """Return the sums of a block of averaged residuals, what is usual taken off."""
         whole = self._sums(residual, quick, time)
-        count = self.mean.shape[1]
-        mixed = whole.mixed - np.einsum("cqg,cg->cq", whole.normal[:, :, :count], self.mean)
+        mixed = whole.mixed - np.einsum("cqg,cg->cq", whole.normal[:, :, : self.mean.shape[1]], self.mean)
         return BlockSums(time, whole.normal, mixed, whole.left)
 
     def _sums(self, residual: Residual, quick: FloatArray, time: float) -> BlockSums:
@@ -80,8 +79,7 @@ def learn(
         theta = _values_in_time(values, sensitivities, sample_times, 1.0 / noise**2, lesson)
         rest = _without_directions(values - np.einsum("pn,pcn->cn", theta, sensitivities), shown)
         noise = np.maximum(np.sqrt(np.mean(rest**2, axis=1)), least)
-    covariance = rest @ rest.T / rest.shape[1] + np.diag(least**2)
-    whitening = np.linalg.inv(np.linalg.cholesky(covariance))
+    whitening = np.linalg.inv(np.linalg.cholesky(rest @ rest.T / rest.shape[1] + np.diag(least**2)))
     channels, count = len(values), shown.shape[1]
     none = Usual(
         still, scale, whitening, np.zeros((channels, count)), np.ones(channels), np.zeros((channels, count)),

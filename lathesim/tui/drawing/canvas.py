@@ -81,8 +81,7 @@ def axis_ticks(low: float, high: float, most: int) -> tuple[list[float], list[st
     span = high - low
     if not math.isfinite(span) or span <= 0.0 or most < 1:
         return [], []
-    rough = span / most
-    power = math.floor(math.log10(rough))
+    power = math.floor(math.log10(span / most))
     for factor in (*_STEPS, 20.0):
         step = factor * 10.0**power
         first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)

@@ -89,9 +89,7 @@ def said_once(labels: Sequence[tuple[str, str]]) -> tuple[str, list[str]]:
 
 def power_beside(largest: float, own: float, units: set[str]) -> float:
     """Return the power of ten by which a curve in another unit is scaled to the size of the others."""
-    if len(units) < 2 or largest <= 0.0 or own <= 0.0:
-        return 1.0
-    return float(10.0 ** math.floor(math.log10(largest / own)))
+    return 1.0 if len(units) < 2 or largest <= 0.0 or own <= 0.0 else float(10.0 ** math.floor(math.log10(largest / own)))
 
 
 def range_of(values: Sequence[FloatArray]) -> tuple[float, float] | None:

@@ -83,8 +83,7 @@ class CarvedStock:
         if not len(x):
             return
         places = np.clip((z - self.stock.face) / self._cell, -1.0, _CELLS + 1.0)
-        steps = np.maximum(np.ceil(np.abs(np.diff(places))).astype(int), 1)
-        along, height = stepped(steps, places, x)
+        along, height = stepped(np.maximum(np.ceil(np.abs(np.diff(places))).astype(int), 1), places, x)
         cells = np.floor(along).astype(int)
         touched = (cells >= 0) & (cells < _CELLS) & (height < self.stock.stock_radius)
         np.minimum.at(self.radius, cells[touched], np.maximum(height[touched], 0.0))
@@ -96,8 +95,7 @@ class CarvedStock:
         if edge <= 0 or len(x) < 2:
             return
         side = -1 if self.stock.free_end < 0.0 else 1
-        radial = (np.diff(x) < 0.0) & (-np.diff(x) > np.abs(np.diff(z)))
-        for sample in np.flatnonzero(radial) + 1:
+        for sample in np.flatnonzero((np.diff(x) < 0.0) & (-np.diff(x) > np.abs(np.diff(z)))) + 1:
             cell = int(places[sample])
             if 0 <= cell < _CELLS and x[sample] < self.stock.stock_radius:
                 first, last = (cell - edge, cell) if side < 0 else (cell + 1, cell + 1 + edge)
@@ -259,8 +257,7 @@ def draw(scene: LatheScene, motion: ToolMotion | None, until: int, columns: int,
         trace(centre, [0.0, 2.0 * columns], np.full(2, frame.dots(0.0, 0.0)[1]), dash=_CENTRE_DASH)
     material, height = _material(scene, motion, until, frame, columns, rows)
     if motion is not None and until:
-        stride = max(1, until // MOST_POINTS)
-        taken = np.append(np.arange(0, until - 1, stride), until - 1)
+        taken = np.append(np.arange(0, until - 1, max(1, until // MOST_POINTS)), until - 1)
         x, z = motion.x[taken], motion.z[taken]
         if view.gain > 1.0:
             x = motion.x_reference[taken] + view.gain * (x - motion.x_reference[taken])

@@ -337,11 +337,7 @@ def _in_unit_of(text: str, value: float, unit: str) -> str:
             return f"{value / conversion(written, unit):.6g} {written}"
     except LatheSimError:
         pass
-    return _with_unit(f"{value:g}", unit)
-
-
-def _with_unit(number: str, unit: str) -> str:
-    return number if unit == "1" else f"{number} {unit}"
+    return f"{value:g}" if unit == "1" else f"{value:g} {unit}"
 
 
 def _bounds(low: str, high: str) -> str:

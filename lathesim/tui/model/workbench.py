@@ -135,8 +135,7 @@ class Workbench:
         found = load_lesson(lesson) if isinstance(lesson, (str, Path)) else lesson
         if variant is not None:
             variant_changes(found, variant)
-        chosen = variant if variant is not None else next(iter(found.variants), None)
-        self._put(Setup(found, chosen))
+        self._put(Setup(found, variant if variant is not None else next(iter(found.variants), None)))
         self.shown = self.shown if self.live is not None else None
         self.tell(SETUP)
 

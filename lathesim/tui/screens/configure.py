@@ -84,7 +84,7 @@ class ConfigureScreen(WorkbenchScreen):
                 yield Static("", id="about", markup=False)
                 with TabbedContent(id="tabs"):
                     with TabPane("Values", id="values"):
-                        yield ValuesPane(self._checked)
+                        yield ValuesPane(lambda entry, typed: taken_value(self.workbench.prepared(), entry, typed))
                     with TabPane("Wiring", id="wiring"), VerticalScroll():
                         yield WiringView(id="box")
                     with TabPane("Program", id="program"):
@@ -169,9 +169,6 @@ class ConfigureScreen(WorkbenchScreen):
     def entry(self) -> Entry | None:
         """What the cursor of the table stands on."""
         return self.query_one(ValuesPane).entry
-
-    def _checked(self, entry: Entry, typed: str) -> str:
-        return taken_value(self.workbench.prepared(), entry, typed)
 
     @on(ValuesPane.ValueTaken)
     def _take(self, event: ValuesPane.ValueTaken) -> None:

@@ -138,8 +138,7 @@ class DetectiveScreen(WorkbenchScreen):
         if case is not None:
             words = f"{case.recording} against the lesson '{case.lesson.title}'."
         self.query_one("#status", Static).update(f"{words} {self.busy}{self._fault}".strip())
-        searching = self.busy.startswith("Searching")
-        self.query_one("#do-diagnose", Button).label = "Stop (s)" if searching else "Search (s)"
+        self.query_one("#do-diagnose", Button).label = "Stop (s)" if self.busy.startswith("Searching") else "Search (s)"
 
     def _go(self, tab: str) -> None:
         """Show a step; what had the focus in another one loses it, else it would call its own step back."""

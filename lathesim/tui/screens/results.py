@@ -326,8 +326,7 @@ class ResultsScreen(WorkbenchScreen):
         if path is None:
             return
         with self.lathesim.faults_told():
-            run = self.workbench.open_record(path)
-            self._ticked.append(run.path)
+            self._ticked.append(self.workbench.open_record(path).path)
 
     def _ask(self, then: Callable[[str | None], None], question: str, text: str, placeholder: str = "") -> None:
         """Ask for a line of text, and do what follows with it."""

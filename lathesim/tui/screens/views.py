@@ -58,8 +58,7 @@ def tool_point_seen(lesson: Lesson) -> ToolPointSeen:
     """
     response, command, begun, count = _response(lesson)
     found = find_modes(response, count)
-    highest = max(item.frequency.value for item in found.modes)
-    shown = response.frequency <= _SHOWN * highest
+    shown = response.frequency <= _SHOWN * max(item.frequency.value for item in found.modes)
     frequency = response.frequency[shown]
     return ToolPointSeen(
         frequency, response.receptance_values.real[shown], found.model.response(frequency).real, command, f"{begun}\n{_words(found)}"

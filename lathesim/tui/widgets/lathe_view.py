@@ -149,8 +149,7 @@ class LatheView(Widget):
             words = "This machine turns no part." if self._scene.is_empty and y == self.size.height // 2 else ""
             return Strip([Segment(words[:width].center(width), ground)], width)
         layer, material, text = picture.layer[y], picture.material[y], picture.text[y]
-        kind = layer * 2 + material
-        begins = np.flatnonzero(np.append(True, np.diff(kind) != 0))
+        begins = np.flatnonzero(np.append(True, np.diff(layer * 2 + material) != 0))
         ends = np.append(begins[1:], width)
         segments = []
         for begin, end in zip(begins.tolist(), ends.tolist(), strict=True):

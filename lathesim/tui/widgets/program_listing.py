@@ -85,8 +85,7 @@ class ProgramListing(ScrollView, can_focus=True):
             return
         self.lines = list(lines)
         self.line = None
-        widest = max((len(line) for line in self.lines), default=0)
-        self.virtual_size = Size(widest + self._digits + 3, len(self.lines))
+        self.virtual_size = Size(max((len(line) for line in self.lines), default=0) + self._digits + 3, len(self.lines))
         self.scroll_to(0, 0, animate=False)
         self.refresh()
 
