@@ -277,8 +277,7 @@ def _over_given(study: Study, found: Found, given: dict[str, float]) -> Gain:
     experiment = study.estimation
     constant = {name: given[name] for name in experiment.machine.uncertain}
     starts = [item for item in with_start(found.baseline.fitted) if item.name not in experiment.machine.uncertain]
-    as_given = fit(experiment.sensed, starts, constant, rounds=2, iterations=6, slopes="kept")
-    return gain(found.baseline.fitted, as_given, full_band=False)
+    return gain(found.baseline.fitted, fit(experiment.sensed, starts, constant, rounds=2, iterations=6, slopes="kept"), full_band=False)
 
 
 def _baseline(experiment: Experiment, found: Found, values: Estimates) -> dict[str, BaselineValue]:

@@ -226,8 +226,7 @@ def as_given(experiment: Experiment) -> dict[str, float]:
 def as_measured(experiment: Experiment, found: Found) -> Fitted:
     """Return the values as the lesson has them, with the start of the recording fitted."""
     constant = {item.name: item.given for item in found.baseline.fitted.free if item.name in experiment.machine.uncertain}
-    starts = experiment.start_states(experiment.sensed.plan)
-    return fit(experiment.sensed, starts, constant, rounds=2, iterations=6, slopes="kept")
+    return fit(experiment.sensed, experiment.start_states(experiment.sensed.plan), constant, rounds=2, iterations=6, slopes="kept")
 
 
 def slow_log(question: Question) -> bool:

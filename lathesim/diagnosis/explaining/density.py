@@ -60,8 +60,7 @@ def gain(better: Fitted, other: Fitted, *, full_band: bool) -> Gain:
 
 def _independent(noise: NoiseModel, *, full_band: bool) -> float:
     """Return how many independent samples a channel has."""
-    bins = noise.bins(full_band=full_band)
-    return noise.samples * noise.share * bins / len(noise.power)
+    return noise.samples * noise.share * noise.bins(full_band=full_band) / len(noise.power)
 
 
 def _of_channel(ours: FloatArray, theirs: FloatArray, noise: NoiseModel, *, full_band: bool) -> FloatArray:

@@ -336,8 +336,7 @@ def _in_place(study: Study, model: Model, candidate: Candidate, form: Candidate)
         np.array([shared.get(Place.of(name).port, value) for name, value in zip(form.parameters, row, strict=True)])
         for row in (form.neutral, *form.points)
     ]
-    left = neutral(model, candidate)
-    made = tried(study, left, Screened(form, 0.0, tuple(starts[:1])), np.array(starts[1:]))
+    made = tried(study, neutral(model, candidate), Screened(form, 0.0, tuple(starts[:1])), np.array(starts[1:]))
     return replace(settled_trial(study, model, made), before=model)
 
 

@@ -103,8 +103,7 @@ def without(study: Study, model: Model, gone: Candidate) -> Model:
     rest = tuple(one for one in model.candidates if one is not gone)
     free = [one for one in model.free if one.name not in gone.parameters]
     constant = {name: value for name, value in model.fitted.constant.items() if name not in gone.parameters}
-    fitted = fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=_SETTLED)
-    return modelled(study, rest, fitted)
+    return modelled(study, rest, fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=_SETTLED))
 
 
 def neutral(model: Model, gone: Candidate) -> Model:

@@ -272,8 +272,7 @@ class _Moved:
     def side(self) -> FloatArray:
         """The direction in which the part moved last (samples,), 0 before it did."""
         direction = self.direction[:, 0]
-        last = np.maximum.accumulate(np.where(np.abs(direction) >= 1.0, np.arange(len(direction)), 0))
-        return np.trunc(direction[last])
+        return np.trunc(direction[np.maximum.accumulate(np.where(np.abs(direction) >= 1.0, np.arange(len(direction)), 0))])
 
     @property
     def since_reversal(self) -> FloatArray:

@@ -71,8 +71,7 @@ def against_model(experiments: Sequence[Experiment], found: Found, method: Metho
     if two_files and (stranger := fault("another machine", another_machine(found.model, experiment, validation, method=method))):
         return stranger
     judged = ((experiment, found.baseline.fitted), (validation, found.baseline.validation_fit))
-    checks = {**CHECKS_OF_BASELINE, **({} if found.model.candidates else CHECKS_WITHOUT_EFFECTS)}
-    return first_found(checks, judged, method)[:1]
+    return first_found({**CHECKS_OF_BASELINE, **({} if found.model.candidates else CHECKS_WITHOUT_EFFECTS)}, judged, method)[:1]
 
 
 def with_a_wrong_unit(found: Found, values: Mapping[str, float], method: Method, *, implausible: bool) -> tuple[Finding, ...]:

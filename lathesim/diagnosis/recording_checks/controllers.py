@@ -64,8 +64,7 @@ def share_with(experiment: Experiment, name: str, column: FloatArray, row: int, 
 
 def _share(simulator: Simulator, row: int, residual: FloatArray, ends: int = 0) -> float:
     size = float(np.std(np.nan_to_num(simulator.recorded[row])))
-    settled = residual[row][int(SETTLING * simulator.samples) : simulator.samples - ends]
-    return root_mean_square(settled) / size if size > 0.0 else 0.0
+    return root_mean_square(residual[row][int(SETTLING * simulator.samples) : simulator.samples - ends]) / size if size > 0.0 else 0.0
 
 
 def makes_a_command(component: type[Component]) -> bool:

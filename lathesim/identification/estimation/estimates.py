@@ -152,8 +152,7 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     both = (joint_covariance(fits, names, 1.0), joint_covariance(fits, names, inflation))
     alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
     found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
-    products = _products(fits, model.candidates, inflation)
-    return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation, products)
+    return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation, _products(fits, model.candidates, inflation))
 
 
 def _products(fits: Sequence[Fitted], candidates: Sequence[Candidate], inflation: float) -> dict[tuple[str, str], Estimate]:

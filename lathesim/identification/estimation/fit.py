@@ -159,7 +159,7 @@ class Problem:
         grows beyond bounds, ``wide`` or not."""
         if not len(values):
             return np.zeros((0, *residual.shape))
-        steps = np.diag(_step(wide) * self.scale)
+        steps = np.diag((LARGER_PART if wide else STEP) * self.scale)
         ahead, behind = np.minimum(values + steps, self.high), np.maximum(values - steps, self.low)
         found = np.array((yield np.vstack([ahead, behind])))
         # such a run says nothing of a slope: what the other side says is all there is
@@ -177,7 +177,7 @@ class Problem:
         return [place for place in range(len(self.free)) if place not in (self.known or {})]
 
     def _steps(self, values: FloatArray, before: int, *, wide: bool = False) -> FloatArray:
-        steps = _step(wide) * self.scale if self.steps is None else self.steps(values, before)
+        steps = (LARGER_PART if wide else STEP) * self.scale if self.steps is None else self.steps(values, before)
         return np.where(values + steps > self.high, -steps, steps)
 
     def _slopes(self, residual: FloatArray, moved: Sequence[FloatArray], steps: FloatArray) -> FloatArray:
@@ -194,11 +194,6 @@ def _has_grown(runs: FloatArray, residual: FloatArray) -> npt.NDArray[np.bool_]:
     steep as that, ``STEP`` of ``STEP`` of the step would change it by its own size."""
     most = np.max(np.abs(residual), initial=0.0) / STEP**2
     return np.asarray([most > 0.0 and not np.max(np.abs(run), initial=0.0) <= most for run in runs])
-
-
-def _step(wide: bool) -> float:
-    """Return the change by which a slope is taken, as a share of the scale of a value."""
-    return LARGER_PART if wide else STEP
 
 
 Report = Callable[[int, float], None]

@@ -91,8 +91,7 @@ def _at_the_best_turn(
     here = fit(experiment.sensed, free, constant, rounds=0)
     turned = [[replace(item, start=item.start + turn) if item.name in phases else item for item in free] for turn in turns]
     rows = np.array([[*constant.values(), *(item.start for item in one)] for one in turned])
-    residuals = np.array(experiment.sensed.residuals([*constant, *(item.name for item in free)], rows))
-    left = whitened(here.noise, residuals, full_band=True)
+    left = whitened(here.noise, np.array(experiment.sensed.residuals([*constant, *(item.name for item in free)], rows)), full_band=True)
     assert here.sensitivity is not None
     waves = {Place.of(name).part for name in phases}
     others = [place for place, item in enumerate(free) if Place.of(item.name).part not in waves]

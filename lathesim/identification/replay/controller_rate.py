@@ -71,5 +71,4 @@ def _between(rows: FloatArray, decisions: int, *, held: bool) -> FloatArray:
     last = (len(rows) - 1) * decisions + 1
     if held or not np.isfinite(rows).all():
         return np.ascontiguousarray(np.repeat(rows, decisions, axis=0)[:last])
-    found = Akima1DInterpolator(np.arange(len(rows)), rows)(np.arange(last) / decisions)
-    return np.ascontiguousarray(found)
+    return np.ascontiguousarray(Akima1DInterpolator(np.arange(len(rows)), rows)(np.arange(last) / decisions))

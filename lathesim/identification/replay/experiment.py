@@ -269,8 +269,7 @@ class Experiment:
         replayed = cut(driven, recorded)
         followed = follow(replayed, counted)
         motion = [name for name in counted if self._gives(name)] if followed.wires != replayed.wires else []
-        assembly = replace(followed, step=self._step(followed))
-        return plain_replay(assembly, motion, len(self.record), self.machine.compare)
+        return plain_replay(replace(followed, step=self._step(followed)), motion, len(self.record), self.machine.compare)
 
     @cached_property
     def feeds_back(self) -> bool:

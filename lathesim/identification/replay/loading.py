@@ -265,8 +265,7 @@ def driven_by(prepared: Prepared, file: Path, registry: Registry) -> Driven:
         if given.of_command_line:
             starts.pop(name, None)
     assembly = replace(assembly, parts=tuple(_started(part, starts) for part in assembly.parts))
-    length = (len(recorded.record) - 1) * recorded.record.sample_period
-    case = replace(prepared.case, duration=Given(length, str(file), str(file)))
+    case = replace(prepared.case, duration=Given((len(recorded.record) - 1) * recorded.record.sample_period, str(file), str(file)))
     ready = replace(prepared, case=case, machinery=assembly, plan=wire(assembly), recording=str(file))
     return Driven(ready, tuple(str(finding) for finding in recorded.findings))
 
