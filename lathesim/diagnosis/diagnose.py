@@ -10,7 +10,7 @@ import numpy as np
 
 from lathesim.diagnosis.answer import describe, recording_fault
 from lathesim.diagnosis.explaining.chance import due, is_clear
-from lathesim.diagnosis.explaining.plausible import strained
+from lathesim.diagnosis.explaining.plausible import own_residuals, strained
 from lathesim.diagnosis.explaining.resolution import as_good, significant
 from lathesim.diagnosis.explaining.search import explain, explains_the_motion, is_closed_loop
 from lathesim.diagnosis.explaining.study import Study
@@ -239,24 +239,28 @@ def _lacks_much(study: Study, found: Found) -> bool:
 
 
 def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
-    """Return what explains both recordings fitted together, where each of them wants other values of the same model.
+    """Return what explains both recordings fitted together, where each of them wants other values of the same model, or those of the first
+    one lead the simulation of the second one astray: further than the values of the lesson do.
 
     One recording may leave a mixture of values open that two determine. The search goes on from what was found. Nothing is left to judge
     the answer, so that each value is due half the logarithm of the samples.
     """
-    one_alone = prepared.question.validation is None or prepared.before is not None
+    one_alone, own = prepared.question.validation is None or prepared.before is not None, study.validation.own
     off = np.sqrt(np.mean(np.square(found.model.validation_fit.residual), axis=1))
     # by the error of the simulation, which judges both, an effect has to change a reading by more than errors of laws do
     by_laws = study.method.within_laws * study.validation.sensed.seen_spread
     usual = np.maximum(study.method.tie_errors * study.validation.sensed.replayed_floors, by_laws)
-    if one_alone or not found.complete or np.all(off <= usual):
+    as_given, before = _own_powers(study, found.model)
+    resolved = own.seen.shape[1] * (study.method.errors * own.seen_floors) ** 2
+    astray = bool(np.any(before > np.maximum(as_given, resolved)))
+    if one_alone or not found.complete or (np.all(off <= usual) and not astray):
         return prepared, study, found
     explained = bool(found.model.candidates) and explains_the_motion(study, found.model)
     if explained and is_closed_loop(study):
         # a loop holds the motion whatever the values are, so that its simulation says less of them than the forces do
         return prepared, study, found
     both = joined(prepared.experiments)
-    if not _want_other_values(both, found.model, study.method):
+    if not astray and not _want_other_values(both, found.model, study.method):
         return prepared, study, found
     study.progress("each recording wants other values: fitting both together")
     if explained:  # values are left to find: what gained nothing on one recording is no rival on both
@@ -267,8 +271,9 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     begun = modelled(study_of_both, found.model.candidates, _fitted_to_both(both, found.model, _second_start(both, found.model)))
     other = explain(study_of_both, begun)
     # the simulation as a whole has to come nearer: one channel may lose a little of what another one gains
-    before, after = _powers((found.model.fitted, found.model.validation_fit)), _powers((other.model.fitted,))
-    if not other.complete or np.sum(np.log(after)) > np.sum(np.log(before)):
+    before += _own_powers(replace(study, validation=study.estimation), replace(found.model, validation_fit=found.model.fitted))[1]
+    after = _own_powers(study_of_both, other.model)[1]
+    if not other.complete or not np.sum(np.log(after)) <= np.sum(np.log(before)):
         return prepared, study, found
     gained = over(other.model, begun)[0]
     why = "each recording wants other values of what was found on the first one"
@@ -285,6 +290,11 @@ def _want_other_values(both: JoinedExperiment, model: Model, method: Method) -> 
     begun = ({}, *both.started({})[1:])
     alone = _powers(_fitted_alone(*one, shared) for one in zip(both.parts, begun, strict=True))
     return bool(np.any(alone < (1.0 - method.larger_part) * _powers((shared,))))
+
+
+def _own_powers(study: Study, model: Model) -> FloatArray:
+    """Return the sums of squares that the lesson's own simulation leaves, (2, channels): with the values of the lesson, and of a model."""
+    return np.asarray(np.sum(np.square(own_residuals(study, model)), axis=2))
 
 
 def _powers(fits: Iterable[Fitted]) -> FloatArray:

@@ -58,6 +58,37 @@ def test_dry_friction_that_two_steps_determine_together_is_named(held: str, tmp_
     assert any("RMS error of the whole simulation on log.csv and other.csv (" in line for line in answer["summary"])
 
 
+def write_turns(file: Path, torques: tuple[float, float], seed: int) -> None:
+    """Write 1 s of the angle, in steps of 2 mrad, of a motor that turns at one torque [N m] and then at another one."""
+    turned = np.random.default_rng(seed).uniform(0.0, 2e-3)
+    speed, rows = max(0.0, torques[0] - FRICTION) / VISCOUS, []
+    for sample in range(250):
+        pull = torques[sample >= 25]
+        rows.append((sample * PERIOD, pull, 2e-3 * round(turned / 2e-3)))
+        for _ in range(FINE):
+            speed = max(0.0, speed + PERIOD / FINE * (pull - VISCOUS * speed - FRICTION) / INERTIA)
+            turned += PERIOD / FINE * speed
+    np.savetxt(file, rows, delimiter=",", header="t,torque,angle", comments="")
+
+
+def test_values_that_lead_the_simulation_of_the_second_recording_astray_are_fitted_to_both(tmp_path: Path) -> None:
+    """A start from rest looks like more viscous friction and more inertia, with which the second recording is simulated worse than without
+    any fit."""
+    lesson = LESSON.replace("HELD", "true").replace(
+        "spindle.speed: {column: speed, unit: rad/s}", "spindle_encoder.angle: {column: angle, unit: rad}"
+    )
+    lesson = lesson.replace("inertia: 30 %, spindle.viscous: 30 %", "inertia: 200 %, spindle.viscous: 100 %")
+    (tmp_path / "lesson.yaml").write_text(lesson, encoding="utf-8")
+    write_turns(tmp_path / "log.csv", (0.0, 0.03), 1)
+    write_turns(tmp_path / "other.csv", (0.06, 0.03), 2)
+    answer = answer_in(tmp_path, "--effect", "CoulombFriction")
+    (effect,) = answer["effects"]
+    assert effect["parameters"]["level"]["value"] == pytest.approx(FRICTION, rel=0.01)
+    assert answer["baseline"]["spindle.viscous"]["refit_with"] == pytest.approx(VISCOUS, rel=0.01)
+    # it rests before the first step alone
+    assert not any("stands still in" in line for line in answer["left"])
+
+
 def test_no_line_of_a_figure_leads_from_one_recording_to_the_next(tmp_path: Path) -> None:
     """It would be a jump of the machine that nobody recorded."""
     (tmp_path / "lesson.yaml").write_text(LESSON.replace("HELD", "true"), encoding="utf-8")

@@ -98,6 +98,16 @@ class JoinedExperiment(Experiment):
         """The lesson's own simulation, with its own step and its own sensors."""
         return self._joined([part.own for part in self.parts])
 
+    @cached_property
+    def motion(self) -> dict[str, FloatArray]:
+        """Where parts were and how fast in each recording: from one to the next they did not move."""
+        return _in_each([part.motion for part in self.parts])
+
+    @cached_property
+    def unsmoothed(self) -> dict[str, FloatArray]:
+        """The motion of parts from row to row of each recording."""
+        return _in_each([part.unsmoothed for part in self.parts])
+
     def start_states(self, plan: Plan) -> list[Free]:
         """Return where each recording starts: its states as free values, those of all but the first under names of their own."""
         found = []
@@ -131,6 +141,10 @@ class JoinedExperiment(Experiment):
             np.max([part.floors for part in parts], axis=0), first.redundant_sensors, self.weights, first.white, first.every,
             first.differenced, first.led, first.output_error, tuple(parts), self.begun,
         )  # fmt: skip
+
+
+def _in_each(moved: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+    return {name: np.concatenate([one[name] for one in moved]) for name in moved[0]}
 
 
 def _in_recording(state: str, number: int) -> str:
