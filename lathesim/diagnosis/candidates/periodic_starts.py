@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import next_fast_len, rfft, rfftfreq
 
-from lathesim.diagnosis.location import direction_of, missing_signal
+from lathesim.diagnosis.location import FORCES, direction_of, missing_signal
 from lathesim.diagnosis.method import STANDARD, Method
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.records import Candidate, Fitted
@@ -69,7 +69,9 @@ def _waves_of(candidates: Sequence[Candidate]) -> Iterator[_Wave]:
 def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candidate], method: Method = STANDARD) -> dict[str, FloatArray]:
     """Return starting values by candidate part for effects that repeat over a place: strongest wavelengths, three phases."""
     places = _places(experiment)
-    signals = [_standardised(missing_signal(experiment, fitted, row).values) for row in range(len(experiment.machine.compare))]
+    missing = [missing_signal(experiment, fitted, row) for row in range(len(experiment.machine.compare))]
+    signals = [_standardised(one.values) for one in missing]
+    forces = {one.unit: math.sqrt(2.0) * float(np.std(one.values)) for one in missing if one.unit in FORCES}
     # what is missing is known in the band of the motion; a shorter ripple shows in the residual's second differences
     fast = [_standardised(np.diff(row, n=2, prepend=[row[0], row[0]])) for row in fitted.residual]
     spectra: dict[tuple[str, str], list[tuple[FloatArray, FloatArray]]] = {}
@@ -86,7 +88,9 @@ def wave_points(experiment: Experiment, fitted: Fitted, candidates: list[Candida
                 shortest = _shortest(candidates, {name for name, (other, *_) in places.items() if other == host})
                 times = _multiplied_with(experiment, candidate, factor, velocity, method)
                 spectra[key] = [_periodogram(place, kind, times, shortest) for kind in (signals, fast)]
-            points += _points_of(wave, size, _lengths(spectra[key], wave, place))
+            # beside a dry friction a ripple as small as on a small machine moves nothing
+            least = forces.get(experiment.sensed.plan.unit(f"{candidate.part}.{size}"), 0.0)
+            points += _points_of(wave, size, least, _lengths(spectra[key], wave, place))
         if points:
             # whole numbers a turn are tried besides
             found[candidate.part] = np.vstack([points, candidate.points]) if wave.length == _ORDER else np.array(points)
@@ -131,14 +135,15 @@ def _lengths(spectra: Sequence[tuple[FloatArray, FloatArray]], wave: _Wave, plac
     return lengths + [length for length in few if low < length < usual]
 
 
-def _points_of(wave: _Wave, size: str, lengths: Sequence[float]) -> list[FloatArray]:
-    """Return a starting point for each wavelength and phase, of the usual ``size``."""
+def _points_of(wave: _Wave, size: str, least: float, lengths: Sequence[float]) -> list[FloatArray]:
+    """Return a starting point for each wavelength and phase, of the usual ``size`` or the ``least``."""
     names, candidate, points = wave.names, wave.candidate, []
+    usual = max(least, float(np.median(candidate.points[:, names.index(size)])))
     for length in lengths:
         for phase in (third * 2.0 * math.pi / 3.0 for third in (0, 1, -1)):
             point = np.where(np.isin(names, ["phase", "second_phase"]), phase, candidate.neutral)
             point[wave.column] = 2.0 * math.pi / length if wave.length == _ORDER else length
-            point[names.index(size)] = float(np.median(candidate.points[:, names.index(size)]))
+            point[names.index(size)] = min(usual, float(candidate.high[names.index(size)]))
             points.append(point)
     return points
 

@@ -132,9 +132,7 @@ def _plausible(candidate: Candidate, share: float) -> float:
 
 def _start(candidate: Candidate, item: _Response) -> FloatArray:
     _, share, point, _ = item
-    size = float(np.clip(abs(share), 0.02, 20.0))
-    if share < 0.0 and bool((candidate.low < 0.0).any()) and not _phases(candidate):
-        size = -size
+    size = share if bool((candidate.low < 0.0).any()) and not _phases(candidate) else abs(share)
     scaled = np.where(in_proportion(candidate), candidate.neutral + (point - candidate.neutral) * size, point)
     if share < 0.0:
         # a wave of negative size is the same wave half a turn on

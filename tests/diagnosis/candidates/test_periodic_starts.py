@@ -31,6 +31,17 @@ def test_the_period_of_a_hidden_ripple_is_found(period: float) -> None:
     assert np.all(sizes.max(axis=1) > 0.0)
 
 
+def test_a_ripple_is_looked_for_as_large_as_what_is_missing() -> None:
+    """Beside the friction of a heavy axis a ripple of the usual size moves nothing, and its response tells nothing."""
+    hidden = ripple(30.0, 0.016)
+    experiment, fitted = pair(hidden)[0], baselines(hidden)[0]
+    candidate = next(candidate for candidate in experiment.candidates if candidate.name == "TorqueRipple")
+    column = [name.partition(".")[2] for name in candidate.parameters].index("amplitude")
+    sizes = wave_points(experiment, fitted, [candidate])[candidate.part][:, column]
+    assert np.median(candidate.points[:, column]) < 5.0
+    assert sizes.max() == pytest.approx(30.0, rel=0.2)
+
+
 def test_effects_that_do_not_repeat_get_no_points() -> None:
     experiment, fitted = pair(Hidden())[0], baselines(Hidden())[0]
     others = [candidate for candidate in experiment.candidates if candidate.name != "TorqueRipple"]

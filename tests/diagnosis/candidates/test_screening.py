@@ -57,10 +57,12 @@ def test_nothing_promises_much_where_nothing_is_hidden() -> None:
     assert screening[0].gain < 30.0
 
 
-def test_the_start_is_near_the_size_that_is_hidden() -> None:
-    experiment, fitted = pair(OFFSET)[0], baselines(OFFSET)[0]
+@pytest.mark.parametrize("force", [12.0, 2000.0], ids=["small machine", "heavy machine"])
+def test_the_start_is_near_the_size_that_is_hidden(force: float) -> None:
+    hidden = Hidden(law=lambda v, q, t: force)
+    experiment, fitted = pair(hidden)[0], baselines(hidden)[0]
     best = screen(experiment.sensed, fitted, experiment.candidates)[0]
-    assert any(start[0] == pytest.approx(12.0, rel=0.1) for start in best.starts)
+    assert any(start[0] == pytest.approx(force, rel=0.1) for start in best.starts)
 
 
 def test_a_friction_does_not_start_below_zero() -> None:
