@@ -2,7 +2,8 @@
 
 import functools
 import math
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from lathesim.cli.options import open_registry
 from lathesim.diagnosis.explaining.starts import candidate_free
 from lathesim.diagnosis.explaining.trial import modelled
 from lathesim.effects.friction import ViscousWarmUp
+from lathesim.engine.assembly import FloatArray
 from lathesim.identification.estimation import estimates as parameters
 from lathesim.identification.estimation.covariance import covariance_and_misfit, covariance_of
 from lathesim.identification.estimation.estimates import (
@@ -24,12 +26,14 @@ from lathesim.identification.estimation.estimates import (
     interval_includes_neutral,
     joint_covariance,
     replay_bias,
+    start_bias,
 )
 from lathesim.identification.estimation.least_squares import fit
 from lathesim.identification.estimation.transfer import begun_anew, transferred
-from lathesim.identification.records import Fitted, Free, Model
+from lathesim.identification.records import Fitted, Free, Model, with_start
 from lathesim.identification.replay.experiment import Experiment, baseline_free, build_experiments
 from lathesim.identification.replay.loading import load_case
+from lathesim.identification.replay.simulator import Simulator
 from lathesim.lessons.lesson import load_lesson
 from tests.diagnosis.pushed_table import MASS, PERIOD, VISCOUS, Hidden, Law, baseline, baselines, experiments, pair, recording, study
 from tests.diagnosis.small_case import write_lesson
@@ -265,6 +269,29 @@ def test_what_noise_alone_may_have_made_is_not_told(quiet_and_noisy: list[dict[s
 
 def test_a_machine_that_nothing_feeds_back_has_no_bias() -> None:
     assert replay_bias(pair(Hidden())[0], baselines(Hidden())[0], full_band=False) == {}
+
+
+class Valleys(Simulator):
+    """A machine whose mass acts as one that goes up and down with it, as a friction that holds or slides makes a cost do."""
+
+    def residuals(self, names: Sequence[str], values: FloatArray) -> list[FloatArray]:
+        """Return the residuals with a mass between two that are the same distance from the true one."""
+        column, mass = names.index("x_axis.mass"), values[:, names.index("x_axis.mass")]
+        acting = np.array(values)
+        acting[:, column] = MASS + 0.4 * np.sin(5.0 * np.pi * (mass - MASS))
+        return super().residuals(names, acting)
+
+
+def test_a_cost_of_many_valleys_leaves_open_how_far_they_reach() -> None:
+    """Each is steep: its slopes tell a value far more surely than it is known."""
+    experiment = experiments(recording(noise=1e-5))[0]
+    fitted = fit(experiment.sensed, baseline(experiment), rounds=2, coloured=True)
+    assert start_bias(experiment, Model((), fitted, fitted), fitted) == {}
+    rough, sensed = replace(experiment), experiment.sensed
+    vars(rough)["sensed"] = Valleys(**{item.name: getattr(sensed, item.name) for item in fields(sensed)})
+    in_one = fit(rough.sensed, with_start(fitted), rounds=2, coloured=True)
+    assert in_one.error_by_noise("x_axis.mass") < 0.01
+    assert start_bias(rough, Model((), in_one, in_one), in_one)["x_axis.mass"] > 0.2
 
 
 CHANGE, WARMING = -120.0, 2.0

@@ -17,11 +17,12 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.covariance import LARGEST_INFLATION, SIGNIFICANT, covariance_of
-from lathesim.identification.estimation.least_squares import fit
+from lathesim.identification.estimation.least_squares import Manner, fit
 from lathesim.identification.estimation.transfer import begun_anew
 from lathesim.identification.records import FAR_BEYOND, Candidate, Fitted, Model, is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, own_error
 from lathesim.identification.roles import decides
+from lathesim.identification.signal import LARGER_PART, root_mean_square
 from lathesim.record import Record
 
 
@@ -41,6 +42,30 @@ def replay_bias(experiment: Experiment, fitted: Fitted, *, full_band: bool) -> M
         off = abs(second.by_name[name] - fitted.by_name[name])
         found[name] = off if off > SIGNIFICANT * second.error_by_noise(name) else 0.0
     return found
+
+
+def start_bias(experiment: Experiment, model: Model, fitted: Fitted) -> Mapping[str, float]:
+    """Return by name how far off [SI] fits end that begin half a scale above and below, with the sizes of effects and the values of the
+    lesson, where they explain about as much; nothing where noise may have made that. Two draws of one spread are sqrt(2) of it apart.
+
+    A friction that holds or slides makes a cost of many small valleys. Each is steep, and tells nothing of how far apart they are.
+    """
+    moved = {name for one in model.candidates for name in one.parameters if Place.of(name).port in one.effect.neutral}
+    moved |= {item.name for item in fitted.free if item.is_declared}
+    off = []
+    for shift in (LARGER_PART, -LARGER_PART):
+        free = [replace(item, start=item.start + shift * item.scale * (item.name in moved)) for item in with_start(fitted)]
+        full_band = is_full_band(model.candidates)
+        how: Manner = {"rounds": 2, "full_band": full_band, "coloured": True, "slopes": "corrected", "settle": _SETTLED}
+        other = fit(experiment.sensed, free, fitted.constant, **how)
+        ratios = [
+            root_mean_square(one) / max(root_mean_square(own), 1e-300) for one, own in zip(other.residual, fitted.residual, strict=True)
+        ]
+        if np.prod(ratios) < _ERROR_RATIO ** len(ratios):
+            off.append(other.values - fitted.values)
+    apart = np.sqrt(0.5 * np.mean(np.square(off), axis=0)) if off else np.zeros(len(fitted.names))
+    found = dict(zip(fitted.names, apart.tolist(), strict=True))
+    return {name: found[name] for name in moved & found.keys() if found[name] > SIGNIFICANT * fitted.error_by_noise(name)}
 
 
 def _as_recorded(experiment: Experiment, fitted: Fitted) -> Record:
@@ -65,6 +90,10 @@ values 1.96 of them held 93, 1.15 times as much 101): laws, steps and samples ar
 correction: Kuleshov, Fenner, Ermon, Accurate Uncertainties for Deep Learning Using Calibrated Regression, ICML 2018 (recalibration)."""
 _ERROR_RATIO = 1.2
 """Times the error of a simulation within which another one is as good."""
+
+
+_SETTLED = 1.0
+"""Gain of a round [nats] below which a fit from another start has come to rest."""
 
 
 @dataclass(frozen=True)
@@ -148,10 +177,13 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     inflation = _inflation(first, second, names, model.candidates)
     fits = (first, second) if whole is None else (_refitted(model, whole, validation, full_band),)
     recordings = zip((experiment, validation) if whole is None else (whole,), fits, strict=True)
-    biases = [replay_bias(one, fitted, full_band=full_band) if model.candidates else {} for one, fitted in recordings]
+    biases = []
+    for one, fitted in recordings if model.candidates else ():
+        by_replay, by_start = replay_bias(one, fitted, full_band=full_band), start_bias(one, model, fitted)
+        biases.append({name: float(np.hypot(by_replay.get(name, 0.0), by_start.get(name, 0.0))) for name in {**by_replay, **by_start}})
     both = (joint_covariance(fits, names, 1.0), joint_covariance(fits, names, inflation))
     alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
-    found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
+    found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases] or 0.0) for name in names}
     return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation, _products(fits, model.candidates, inflation))
 
 
@@ -195,7 +227,7 @@ def _inflation(first: Fitted, second: Fitted, names: Sequence[str], candidates: 
     return float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, LARGEST_INFLATION))
 
 
-def _estimate(fits: Sequence[Fitted], name: str, alone: float, disagreeing: float, biases: Sequence[float]) -> Estimate:
+def _estimate(fits: Sequence[Fitted], name: str, alone: float, disagreeing: float, biases: Sequence[float] | float) -> Estimate:
     """Return the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model or
     comes of replaying it does not. ``disagreeing`` is the standard error of all by noise and how they disagree, ``alone`` by noise only."""
     values = np.array([fitted.by_name[name] for fitted in fits])
