@@ -14,7 +14,7 @@ from lathesim.diagnosis.explaining.chance import due, least_apart
 from lathesim.diagnosis.explaining.plausible import is_plausible
 from lathesim.diagnosis.explaining.resolution import significant
 from lathesim.diagnosis.explaining.study import Study
-from lathesim.diagnosis.explaining.trial import settled_trial, tried
+from lathesim.diagnosis.explaining.trial import settled_trial, tried, without, worth
 from lathesim.diagnosis.method.method import HOPELESS, NEAR, RIVAL
 from lathesim.diagnosis.records.found import Screened, Tried
 from lathesim.engine.assembly import FloatArray
@@ -46,12 +46,15 @@ class Rounds:
         """Return whether no round was made on top of a model that is fitted as well, with the same values free."""
         return model.fitted.score > self._made.get(_key(model), (-math.inf, []))[0] + due(self.study.method)
 
-    def on(self, model: Model, known: Tried | None = None) -> list[Tried]:
+    def on(self, model: Model, known: Tried | None = None, *, growing: bool = False) -> list[Tried]:
         """Return the most promising candidates, each fitted on top of a model, and those that were nothing there. One that is ``known`` on
-        top of it is not fitted again."""
+        top of it is not fitted again.
+
+        Of a ``growing`` model the most promising alone, where it leads the others to better values: all would gain by these.
+        """
         if self.is_new(model):
             rivals = {one.part for others in self.rivals.values() for one in others}
-            self._made[_key(model)] = model.fitted.score, _round(self.study, model, rivals, known)
+            self._made[_key(model)] = model.fitted.score, _round(self.study, model, rivals, known, growing=growing)
         return self._made[_key(model)][1]
 
 
@@ -59,7 +62,19 @@ def _key(model: Model) -> frozenset[tuple[str, float, float]]:
     return frozenset((one.name, one.low, one.high) for one in model.free)
 
 
-def _round(study: Study, model: Model, rivals: Collection[str], known: Tried | None) -> list[Tried]:
+def led_to(study: Study, model: Model, trial: Tried) -> Model | None:
+    """Return a model with the values that a further effect led to, where the others predict as well with these and without it; none where
+    it is worth something.
+
+    A fit ends in a valley where each further value helps it on: what that gains is no effect.
+    """
+    left = without(study, trial.model, trial.candidate)
+    if left.fitted.score < model.fitted.score or significant(worth(trial.candidate, left, trial.model), study):
+        return None
+    return left
+
+
+def _round(study: Study, model: Model, rivals: Collection[str], known: Tried | None, *, growing: bool) -> list[Tried]:
     experiment = study.estimation
     candidates = [*may_come(model, experiment), *finer(model, experiment)]
     points = starting_points(experiment, model.fitted, candidates, method=study.method)
@@ -70,15 +85,21 @@ def _round(study: Study, model: Model, rivals: Collection[str], known: Tried | N
     wide = screen(experiment.sensed, model.fitted, everywhere) if everywhere else ()
     least = 0.0 if is_off(study, model) else due(study.method)
     items = sorted((*screened, *wide), key=lambda item: -item.gain)
-    trials, good = _fitted_on(study, model, _promising(items, study, rivals, least), items, points, known)
+    batches, first = _promising(items, study, rivals, least), known
+    if growing and model.candidates and batches:
+        first = tried(study, model, batches[0][0], _read_off(points, batches[0][0].candidate))
+        led = led_to(study, model, first) if significant(first, study) and is_plausible(study, first.model) else None
+        if led is not None and led.fitted.score > model.fitted.score + due(study.method):
+            return [first]
+    trials, good = _fitted_on(study, model, batches, items, points, first)
     # what no machine does is no yardstick: a first fit of what is right may be far behind it. Nor is what is judged on other frequencies
     most: dict[bool, float] = {}
     for made in good or trials:
         all_frequencies = is_full_band(made.model.candidates)
         most[all_frequencies] = max(most.get(all_frequencies, 0.0), made.predicted.nats)
 
-    first = max(good or trials, key=lambda made: made.predicted.nats, default=None)
-    trace = first and (first.candidate.family, first.candidate.at)
+    best = max(good or trials, key=lambda made: made.predicted.nats, default=None)
+    trace = best and (best.candidate.family, best.candidate.at)
 
     def fine(made: Tried) -> Tried:
         """Return a trial fitted further where it may be the best: near it, or alike, where a first fit of a delay stops a sample short."""

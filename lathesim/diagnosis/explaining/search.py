@@ -15,7 +15,7 @@ import numpy as np
 from lathesim.diagnosis.explaining.chance import is_clear
 from lathesim.diagnosis.explaining.plausible import IMPLAUSIBLE, deviations, is_plausible, is_usual, own_residuals, released
 from lathesim.diagnosis.explaining.resolution import as_good, best_of, significant, simplest, small_and_unsure
-from lathesim.diagnosis.explaining.rounds import Rounds, is_finer, is_off
+from lathesim.diagnosis.explaining.rounds import Rounds, is_finer, is_off, led_to
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.explaining.trial import modelled, neutral, over, settled_trial, tried, was_there_before, without, worth
 from lathesim.diagnosis.method.method import FIRSTS, MOST_EFFECTS, SEARCH_TIME
@@ -132,7 +132,7 @@ def _grown(study: Study, found: Found, rounds: Rounds, *, pairs: bool = True) ->
     needless = set[str]()
     while len(found.model.candidates) < MOST_EFFECTS and not _is_done(study, found):
         model = found.model
-        trials = rounds.on(model)
+        trials = rounds.on(model, growing=True)
         found = found.having_tried(trials)
         best = chosen(study, [one for one in trials if one.candidate.part not in found.there_before | needless])
         if best is None:
@@ -173,15 +173,10 @@ def _with_added(study: Study, found: Found, best: Tried, trials: Sequence[Tried]
 
 
 def _led_to(study: Study, found: Found, best: Tried) -> Found | None:
-    """Return the search with the values that a further effect led to, where the others predict as well with these and without it; none
-    where it is worth something, or is the first.
-
-    A fit ends in a valley where each further value helps it on: what that gains is no effect.
-    """
-    if not found.model.candidates:
-        return None
-    left = without(study, best.model, best.candidate)
-    if left.fitted.score < found.model.fitted.score or significant(worth(best.candidate, left, best.model), study):
+    """Return the search with the values that a further effect led to, see :func:`led_to`; none where it is worth something, or is the
+    first."""
+    left = led_to(study, found.model, best) if found.model.candidates else None
+    if left is None:
         return None
     study.progress(f"{best.name} is not needed: the others predict as well with the values that it led to")
     fitted, predicted = over(left, found.model)
