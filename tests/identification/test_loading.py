@@ -18,7 +18,7 @@ from lathesim.identification.estimation.estimates import Estimates, estimates
 from lathesim.identification.estimation.multistart import ask_fit
 from lathesim.identification.replay.experiment import build_experiments, own_error, quickly_transformed
 from lathesim.identification.replay.loading import Recorded, at_period, coarser_than_decided, load_case
-from lathesim.identification.replay.measured_motion import start_from
+from lathesim.identification.replay.measured_motion import start_from, velocity_of
 from lathesim.identification.replay.open_loop import sensed_share
 from lathesim.identification.replay.validation_split import dealt_out, halves, halves_miss_a_switch, is_one_stroke, parted, switches
 from lathesim.lessons.lesson import load_lesson, load_machine
@@ -160,25 +160,35 @@ def test_a_winding_senses_the_simulated_motion_and_a_friction_the_recorded_one(t
     assert sensed_share(f"{winding.part}.flow") not in experiment.sensed.plan.parameters
 
 
-PLACE, SPEED = np.linspace(0.02, 0.05, 100), np.linspace(0.01, 0.03, 100)
+PLACE, SPEED, PERIOD = np.linspace(0.02, 0.05, 100), np.linspace(0.01, 0.03, 100), 0.01
 
 
 def test_a_place_and_a_speed_start_as_they_were_recorded() -> None:
-    part, motion = Part("x_axis", ForceAxis), {"x_axis.position": PLACE, "x_axis.velocity": SPEED}
-    assert start_from(part, "travel", motion) == (0.02, pytest.approx(0.01 * np.std(PLACE), rel=1e-6))
-    assert start_from(part, "speed", motion) == (0.01, pytest.approx(0.01 * np.std(SPEED), rel=1e-6))
+    part, steady = Part("x_axis", ForceAxis), np.concatenate([np.full(3, SPEED[0]), SPEED])
+    motion = {"x_axis.position": PLACE, "x_axis.velocity": steady}
+    assert start_from(part, "travel", motion, PERIOD) == (0.02, pytest.approx(0.01 * np.std(PLACE), rel=1e-6))
+    assert start_from(part, "speed", motion, PERIOD) == (0.01, pytest.approx(0.01 * np.std(steady), rel=1e-6))
+
+
+@pytest.mark.parametrize("period", [0.01, 0.001, 0.00025])
+def test_a_speed_that_changes_from_the_first_row_on_is_no_surer_than_the_end_of_a_smoothed_place(period: float) -> None:
+    """A slow log of an actuator began with a step: its start was three times as fast, and a friction made up for it."""
+    pushed = 0.03 - 2.0 * (period * np.arange(100)) ** 2
+    found = start_from(Part("x_axis", ForceAxis), "speed", {"x_axis.velocity": velocity_of(pushed, period)}, period)
+    assert found is not None
+    assert found[1] > abs(found[0]) > 0.0
 
 
 def test_the_speed_of_a_table_tells_that_of_its_motor() -> None:
     """A lathe at rest was begun at 5 rad/s, which made up for a drift of the replay."""
     part = Part("x_axis", AnalyticalAxis, {"gear": 0.5, "lead": 8e-4})
-    found = start_from(part, "motor_speed", {"x_axis.velocity": SPEED})
-    assert found == (pytest.approx(0.01 / 4e-4), pytest.approx(0.01 * np.std(SPEED) / 4e-4, rel=1e-6))
+    found = start_from(part, "motor_speed", {"x_axis.velocity": SPEED}, PERIOD)
+    assert found == (pytest.approx(0.01 / 4e-4), pytest.approx((SPEED[2] - SPEED[0]) / 4e-4, rel=1e-6))
 
 
 def test_what_no_recorded_output_shows_is_not_told() -> None:
-    assert start_from(Part("x_axis", AnalyticalAxis), "motor_speed", {"x_axis.position": PLACE}) is None
-    assert start_from(Part("x_axis", AnalyticalAxis), "travel", {}) is None
+    assert start_from(Part("x_axis", AnalyticalAxis), "motor_speed", {"x_axis.position": PLACE}, PERIOD) is None
+    assert start_from(Part("x_axis", AnalyticalAxis), "travel", {}, PERIOD) is None
 
 
 class SoftTable(Component):
@@ -199,7 +209,7 @@ class SoftTable(Component):
 
 
 def test_an_output_that_mixes_two_states_tells_neither() -> None:
-    assert start_from(Part("table", SoftTable), "motor_speed", {"table.velocity": SPEED}) is None
+    assert start_from(Part("table", SoftTable), "motor_speed", {"table.velocity": SPEED}, PERIOD) is None
 
 
 def test_halves_begin_at_zero_and_share_nothing() -> None:

@@ -13,6 +13,7 @@ Welsch, Regression Diagnostics (1980), section 3.2 (variance decomposition).
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
@@ -244,12 +245,27 @@ def _certainty(best: Fitted, count: int) -> _Certainty:
     far = np.sqrt(np.maximum(spread, 0.0))
     # central differences leave a share of a slope that is the square of their step: what is uncertain by more than that tells is open
     loose = far >= min(LARGER_PART, float(far[far > 0.0].min(initial=np.inf)) / STEP**2)
-    names = [[best.names[place] for place in np.flatnonzero(np.square(axis[:count]) > _PART)] for axis in axes.T[loose]]
+    names = [[best.names[place] for place in places if place < count] for places in _moved_together(axes[:, loose])]
     covariance = (axes[:, ~loose] * spread[~loose]) @ axes[:, ~loose].T * np.outer(size, size)
     pulls = _pulls_of_blocks(best) @ covariance
     wider = np.sqrt(np.maximum(np.sum(pulls**2, axis=0) / np.maximum(np.diag(covariance), 1e-300), 1.0))
     covariance = covariance * np.outer(wider, wider)
     return _Certainty(np.sqrt(np.diag(covariance)), covariance, [some for some in names if some])
+
+
+def _moved_together(loose: FloatArray) -> list[list[int]]:
+    """Return which values each of some directions (values, directions) moves, turned within their space so that single ones and pairs stand
+    by themselves: of two open combinations of the same values, axes show any mixture."""
+    found, every = [], range(len(loose))
+    for places in itertools.chain(itertools.combinations(every, 1), itertools.combinations(every, 2)):
+        if loose.shape[1] < 2:
+            break
+        others = np.delete(loose, places, axis=0)
+        moved, turned = np.linalg.eigh(others.T @ others)
+        if moved[0] < _PART:
+            found.append(list(places))
+            loose = loose @ turned[:, 1:]
+    return found + [np.flatnonzero(np.square(axis) > _PART).tolist() for axis in loose.T]
 
 
 def _pulls_of_blocks(best: Fitted) -> FloatArray:

@@ -321,7 +321,7 @@ class Experiment:
             part = plan.parts[Place.of(name).part]
             if issubclass(part.component, Effect):
                 continue
-            seen_start = start_from(part, Place.of(name).port, motion)
+            seen_start = start_from(part, Place.of(name).port, motion, self.with_candidates.sample_period)
             if seen_start is None:
                 start = plan.values[name]
                 free.append(Free(name, start, max(abs(start), 1e-2)))

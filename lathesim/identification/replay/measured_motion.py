@@ -38,8 +38,7 @@ def smooth(values: FloatArray, period: float) -> FloatArray:
     Both ends are continued, turned about the last value, and each way begins at rest on its first one. This is ``scipy.signal.sosfiltfilt``
     with what it works out anew in each call kept: every run of a search is filtered.
     """
-    rate = 1.0 / period
-    cutoff = min(100.0, 0.2 * rate)
+    rate, cutoff = 1.0 / period, _cutoff(period)
     sections, at_rest = _low_pass(cutoff / (0.5 * rate))
     samples = values.shape[-1]
     beyond = min(samples - 2, int(3 * rate / cutoff))
@@ -49,6 +48,11 @@ def smooth(values: FloatArray, period: float) -> FloatArray:
     for _ in range(2):
         found = sosfilt(sections, found, zi=at_rest * found[..., :1])[0][..., ::-1]
     return np.asarray(found[..., beyond : beyond + samples])
+
+
+def _cutoff(period: float) -> float:
+    """Return the frequency above which a recorded motion is smoothed [Hz]."""
+    return min(100.0, 0.2 / period)
 
 
 @functools.lru_cache(maxsize=16)
@@ -203,25 +207,25 @@ def measured_output(assembly: Assembly, channel: str) -> str:
     return behind_effects(assembly, f"{name}.{ports['measured']}") or channel
 
 
-def start_from(part: Part, state: str, motion: Mapping[str, FloatArray]) -> tuple[float, float] | None:
+def start_from(part: Part, state: str, motion: Mapping[str, FloatArray], period: float) -> tuple[float, float] | None:
     """Return the recorded start of a state, and how sure it is; none where no recorded output of the part (``part.output`` -> values)
     tells.
 
     An output shows a state as it is (``position`` showing ``travel``), or in proportion, output = a + b state: the speed of a table that of
-    its motor.
+    its motor. At its end a smoothed place has no more of its curvature: a speed is no surer than by how much it changes while the
+    smoothing lasts, half a period of its cut-off.
     """
     component = part.component
     unit = component.declarations[state].unit
     shown = [component.ports[role] for role in ("displacement", "flow") if role in component.ports]
-    for output in (name for name in shown if component.declarations[name].unit == unit):
+    settled = round(0.5 / (_cutoff(period) * period))
+    for output in sorted(shown, key=lambda name: component.declarations[name].unit != unit):
         values = motion.get(f"{part.name}.{output}")
-        if values is not None:
-            return float(values[0]), _SPREAD * float(np.std(values)) + 1e-12
-    for output in shown:
-        values, line = motion.get(f"{part.name}.{output}"), line_of(part, output, state)
+        line = (0.0, 1.0) if component.declarations[output].unit == unit else line_of(part, output, state)
         if values is not None and line is not None:
             constant, slope = line
-            return (float(values[0]) - constant) / slope, _SPREAD * float(np.std(values)) / abs(slope) + 1e-12
+            changed = abs(float(values[: settled + 1][-1] - values[0])) if output == component.ports.get("flow") else 0.0
+            return (float(values[0]) - constant) / slope, max(_SPREAD * float(np.std(values)), changed) / abs(slope) + 1e-12
     return None
 
 

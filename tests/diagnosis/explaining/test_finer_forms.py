@@ -33,7 +33,8 @@ def test_a_friction_alike_in_both_directions_is_the_simpler_one() -> None:
 
 def test_a_finer_form_comes_before_a_further_effect_that_predicts_less() -> None:
     found = searched(Hidden(dry=10.0, law=lambda v, q, t: 2.0 + 10.0 * abs(v)), ForceOffset)
-    assert [step.came_in for step in found.history] == [("CoulombFriction at x_axis",), ("AsymmetricFriction at x_axis",)]
+    came_in = [step.came_in for step in found.history if step.came_in]
+    assert came_in == [("CoulombFriction at x_axis",), ("AsymmetricFriction at x_axis",)]
 
 
 def test_a_weight_beside_dry_friction_stays_a_weight() -> None:
