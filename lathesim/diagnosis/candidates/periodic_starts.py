@@ -213,11 +213,11 @@ def _periodogram(place: FloatArray, signals: list[FloatArray], times: FloatArray
     index = np.minimum(((place - place.min()) / span * bins).astype(np.int64), bins - 1)
     padded = next_fast_len(4 * bins, real=True)
     power = np.zeros(padded // 2 + 1)
-    scaled = (place - place.min()) / span - 0.5
+    slow = np.vander(2.0 * (place - place.min()) / span - 1.0, 4)
     for signal in signals:
         values = signal if times is None else signal * times
-        trend = np.polynomial.Polynomial.fit(scaled, values, 3)
-        power += np.abs(rfft(np.bincount(index, weights=values - trend(scaled), minlength=bins), padded)) ** 2
+        left = values - slow @ np.linalg.lstsq(slow, values, rcond=None)[0]
+        power += np.abs(rfft(np.bincount(index, weights=left, minlength=bins), padded)) ** 2
     return np.asarray(rfftfreq(padded, span / bins)), power
 
 
