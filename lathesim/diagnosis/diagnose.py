@@ -24,7 +24,7 @@ from lathesim.diagnosis.recording_checks.mapped_elsewhere import against_the_mac
 from lathesim.diagnosis.records.comparison import Step
 from lathesim.diagnosis.records.diagnosis import Diagnosis
 from lathesim.diagnosis.records.found import Found
-from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, is_worse, stays_off
+from lathesim.diagnosis.reporting.summary import OF_VALUES, headline, is_worse, names_steps_alone, stays_off
 from lathesim.diagnosis.verdict import agrees, doubts, outdone, with_added_signals
 from lathesim.effects.effect import Effect
 from lathesim.engine.assembly import FloatArray
@@ -109,7 +109,7 @@ def _completed(answer: Diagnosis, prepared: PreparedQuestion, found: Found) -> D
     answer = replace(answer, question=question, search=replace(answer.search, untried=_untried(prepared, found)))
     method = prepared.question.method
     answer = replace(answer, sentence=headline(answer, method), complete=found.complete and not prepared.question.ends.is_over)
-    if answer.verdict in OF_VALUES and (off := stays_off(answer, method)):
+    if (answer.verdict in OF_VALUES or names_steps_alone(answer)) and (off := stays_off(answer, method)):
         # a lesson that explains a part of a recording is no adequate one, though nothing predicts the rest
         answer = replace(answer, rest=replace(answer.rest, adequate=False, left=(*answer.rest.left, *off)))
     if answer.names and any(is_worse(answer, name) and item.after > method.alike * item.before for name, item in answer.fit.items()):

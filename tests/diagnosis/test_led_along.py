@@ -139,3 +139,37 @@ def test_a_period_shorter_than_usual_screws_have_is_found_at_constant_speed(tmp_
     assert values["lead"] == pytest.approx(0.25e-3, rel=1e-4)
     assert answer["fit"]["x_axis.position"]["after"] < 1.6e-6
     assert any("x_axis.reference_velocity: not recorded; taken as the derivative of x_axis.reference" in one for one in answer["recording"])
+
+
+JUMPS = """
+lesson: A screw that is told to jump
+machine: led_axis
+uncertain: {x_axis.mass: 5 %}
+recordings:
+  time: {column: t, unit: s}
+  drive: {x_axis.reference: {column: asked, unit: mm}}
+  compare: {x_encoder.position: {column: reached, unit: mm}}
+"""
+
+
+def write_jumps(file: Path, seed: int) -> None:
+    """Write a log of 4 s of a screw that is told to be at one of two places, and swings into each with 90 mm/s at most."""
+    rng, reached, speed, rows = np.random.default_rng(seed), 0.0, 0.0, []
+    asked = np.repeat(np.tile([5.0, -5.0], 4), 50)
+    for now, target in enumerate(asked):
+        rows.append((0.01 * now, target, round((reached + 0.002 * rng.standard_normal()) / 0.02) * 0.02))
+        speed += 0.3 * (float(np.clip(9.0 * (target - reached), -90.0, 90.0)) - speed)
+        reached += 0.01 * speed
+    np.savetxt(file, rows, delimiter=",", header="t,asked,reached", comments="", fmt="%.6g")
+
+
+def test_a_step_of_a_reading_is_no_explanation_of_a_motion_that_does_not_follow(tmp_path: Path) -> None:
+    """The count of an encoder was the answer to an actuator that overshot; two places of a reference have no trend along the way."""
+    (tmp_path / "lesson.yaml").write_text(JUMPS, encoding="utf-8")
+    for name, seed in (("log.csv", 1), ("other.csv", 2)):
+        write_jumps(tmp_path / name, seed)
+    answer = answer_in(tmp_path, "--effect", "PeriodicPitchError", "--effect", "Quantisation")
+    assert [effect["effect"] for effect in answer["effects"]] == ["Quantisation"]
+    assert answer["sentence"].startswith("The lesson explains a part of the recording. The error of x_encoder.position remains ")
+    assert answer["sentence"].endswith(" Beside it, the simulation left out Quantisation at x_encoder.")
+    assert not answer["adequate"]

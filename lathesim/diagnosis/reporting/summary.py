@@ -42,6 +42,9 @@ def summary_lines(diagnosis: Diagnosis, method: Method = STANDARD) -> list[str]:
 
 def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
     """Return what is missing, and beside it what stays unexplained."""
+    if names_steps_alone(diagnosis) and still_off(diagnosis, method):
+        beside = f"Beside it, the simulation left out {_rivalled(diagnosis.effects)}."
+        return " ".join([*diagnosis.question.turned, _in_part(diagnosis, method), *_left_over(diagnosis), beside])
     if diagnosis.names:
         return " ".join([*diagnosis.question.turned, _named(diagnosis), *_left_over(diagnosis), *stays_off(diagnosis, method)])
     if diagnosis.verdict == "recording_fault" or diagnosis.sentence != VERDICTS[diagnosis.verdict]:
@@ -51,6 +54,11 @@ def headline(diagnosis: Diagnosis, method: Method = STANDARD) -> str:
         return " ".join([f"Physics is missing{place} that no known effect explains.", *_left_over(diagnosis), *_untested(diagnosis)])
     told = _in_part(diagnosis, method) if still_off(diagnosis, method) else _nothing_missing(diagnosis, method)
     return " ".join([told, *_untested(diagnosis)])
+
+
+def names_steps_alone(diagnosis: Diagnosis) -> bool:
+    """Return whether nothing is named but steps in which something is read: they explain no error that is larger."""
+    return diagnosis.names and all(effect.is_step for effect in diagnosis.effects)
 
 
 def _untested(diagnosis: Diagnosis) -> list[str]:
@@ -146,7 +154,7 @@ def _in_part(diagnosis: Diagnosis, method: Method) -> str:
         explains = f"{explains} {_far_off(diagnosis)}" if diagnosis.rest.far_off else explains
     since = [f"Nothing is new since {diagnosis.question.before}."] if diagnosis.question.before else []
     # an effect that predicts it and is too small to be named stands in the line on how sure the answer is
-    known = untested(diagnosis) or any(one.is_clear for one in _rivals(diagnosis))
+    known = diagnosis.rest.unnamed or untested(diagnosis) or any(one.is_clear for one in _rivals(diagnosis))
     nothing = [] if known else ["No known effect and no recorded signal predicts it."]
     return " ".join([*since, explains, *stays_off(diagnosis, method), *nothing])
 
