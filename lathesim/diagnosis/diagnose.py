@@ -131,6 +131,7 @@ def _with_signs(prepared: PreparedQuestion, study: Study, found: Found) -> tuple
     """Return what explains the recordings best, be it with a channel of the other sign.
 
     A channel that moves against the machine is turned round, and the search is made again: both explanations predict the same recordings.
+    Where that predicts better and is not beyond chance, it is said.
     """
     if prepared.added or not found.complete:
         return prepared, study, found
@@ -141,7 +142,12 @@ def _with_signs(prepared: PreparedQuestion, study: Study, found: Found) -> tuple
         study_of_turned = _study(turned, study.progress)
         other = explain(study_of_turned)
         fitted, predicted = over(other.model, found.model)
-        if other.complete and fitted.nats > due(study.method) and is_clear(predicted, study.method):
+        if not other.complete or min(fitted.nats, predicted.nats) < due(study.method):
+            continue
+        if not is_clear(predicted, study.method):
+            said = f"{channel} may have the other sign: turned round it is predicted better, but not beyond chance. Check it."
+            prepared = replace(prepared, findings=(*prepared.findings, said))
+        else:
             why = f"{channel} with the other sign predicts better by {predicted.nats:.0f} nats"
             step = Step("other sign", (), (), fitted.nats, predicted.nats, why)
             prepared, study = turned, study_of_turned

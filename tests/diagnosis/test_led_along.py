@@ -104,6 +104,29 @@ def test_weight_and_friction_are_named_on_top_of_the_sign(tmp_path: Path) -> Non
     assert any(derived in one for one in answer["recording"])
 
 
+@pytest.mark.parametrize(
+    ("noise", "said"),
+    [
+        (0.6, "x_axis.current is recorded with the other sign. Write scale: -1 for its column."),
+        (
+            1.5,
+            "x_axis.current may have the other sign: turned round it is predicted better, but not beyond chance. Check it.",
+        ),
+    ],
+    ids=["sure", "unsure"],
+)
+def test_a_sign_that_is_likely_and_not_sure_is_said_too(tmp_path: Path, noise: float, said: str) -> None:
+    """A current that ran against its actuator was fitted by values of nothing, and the answer was silent on its sign."""
+    (tmp_path / "lesson.yaml").write_text(SLIDE.replace("x_axis.viscous: 30 %", "x_axis.viscous: 1000 %"), encoding="utf-8")
+    time = 0.02 * np.arange(160)
+    speed = 0.3 * np.sin(2.0 * np.pi * time / 1.6)
+    for name, seed in (("log.csv", 1), ("other.csv", 2)):
+        current = -4.0 * speed + noise * np.random.default_rng(seed).standard_normal(len(time))
+        rows = np.column_stack([time, 0.02 * np.cumsum(speed), speed, current])
+        np.savetxt(tmp_path / name, rows, delimiter=",", header="t,place,speed,current", comments="")
+    assert said in answer_in(tmp_path, "--effect", "DriveGainError")["recording"]
+
+
 STEPPER = """
 lesson: A stepper that turns a fine screw, against a resolver
 machine: led_axis
