@@ -246,19 +246,17 @@ def _lacks_much(study: Study, found: Found) -> bool:
 
 def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> tuple[PreparedQuestion, Study, Found]:
     """Return what explains both recordings fitted together, where each of them wants other values of the same model, or those of the first
-    one lead the simulation of the second one astray: further than the values of the lesson do.
+    one lead the simulation of the second one astray: further than the lesson alone does, as it is given or fitted.
 
     One recording may leave a mixture of values open that two determine. The search goes on from what was found. Nothing is left to judge
     the answer, so that each value is due half the logarithm of the samples.
     """
-    one_alone, own = prepared.question.validation is None or prepared.before is not None, study.validation.own
+    one_alone = prepared.question.validation is None or prepared.before is not None
     off = np.sqrt(np.mean(np.square(found.model.validation_fit.residual), axis=1))
     # by the error of the simulation, which judges both, an effect has to change a reading by more than errors of laws do
     by_laws = study.method.within_laws * study.validation.sensed.seen_spread
     usual = np.maximum(study.method.tie_errors * study.validation.sensed.replayed_floors, by_laws)
-    as_given, before = _own_powers(study, found.model)
-    resolved = own.seen.shape[1] * (study.method.errors * own.seen_floors) ** 2
-    astray = bool(np.any(before > np.maximum(as_given, resolved)))
+    astray = _is_led_astray(study, found)
     if one_alone or not found.complete or (np.all(off <= usual) and not astray):
         return prepared, study, found
     explained = bool(found.model.candidates) and explains_the_motion(study, found.model)
@@ -276,10 +274,7 @@ def _fitted_together(prepared: PreparedQuestion, study: Study, found: Found) -> 
     study_of_both = _study(together, study.progress)
     begun = modelled(study_of_both, found.model.candidates, _fitted_to_both(both, found.model, _second_start(both, found.model)))
     other = explain(study_of_both, begun)
-    # the simulation as a whole has to come nearer: one channel may lose a little of what another one gains
-    before += _own_powers(replace(study, validation=study.estimation), replace(found.model, validation_fit=found.model.fitted))[1]
-    after = _own_powers(study_of_both, other.model)[1]
-    if not other.complete or not np.sum(np.log(after)) <= np.sum(np.log(before)):
+    if not other.complete or _is_further_off(study, found.model, study_of_both, other.model):
         return prepared, study, found
     gained = over(other.model, begun)[0]
     why = "each recording wants other values of what was found on the first one"
@@ -296,6 +291,24 @@ def _want_other_values(both: JoinedExperiment, model: Model, method: Method) -> 
     begun = ({}, *both.started({})[1:])
     alone = _powers(_fitted_alone(*one, shared) for one in zip(both.parts, begun, strict=True))
     return bool(np.any(alone < (1.0 - method.larger_part) * _powers((shared,))))
+
+
+def _is_led_astray(study: Study, found: Found) -> bool:
+    """Return whether the lesson's own simulation is further off with what was found than the lesson alone, as it is given or fitted."""
+    (as_given, with_it), own = _own_powers(study, found.model), study.validation.own
+    resolved = own.seen.shape[1] * (study.method.errors * own.seen_floors) ** 2
+    alone = np.minimum(as_given, _own_powers(study, found.baseline)[1])
+    return bool(np.any(with_it > np.maximum(alone, resolved)))
+
+
+def _is_further_off(study: Study, model: Model, study_of_both: Study, other: Model) -> bool:
+    """Return whether both recordings as a whole are further off with another model, in the lesson's own simulation, or in the replay that
+    confirmed effects: one channel may lose a little of what another one gains."""
+    first = replace(study, validation=study.estimation), replace(model, validation_fit=model.fitted)
+    ways = [(_own_powers(study, model)[1] + _own_powers(*first)[1], _own_powers(study_of_both, other)[1])]
+    if model.candidates:
+        ways.append((_powers((model.fitted, model.validation_fit)), _powers((other.fitted,))))
+    return not all(np.sum(np.log(after)) <= np.sum(np.log(before)) for before, after in ways)
 
 
 def _own_powers(study: Study, model: Model) -> FloatArray:

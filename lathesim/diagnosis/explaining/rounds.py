@@ -54,7 +54,10 @@ class Rounds:
         """
         if self.is_new(model):
             rivals = {one.part for others in self.rivals.values() for one in others}
-            self._made[_key(model)] = model.fitted.score, _round(self.study, model, rivals, known, growing=growing)
+            self._made[_key(model)] = (
+                model.fitted.score,
+                _round(self.study, model, rivals, known, growing=growing and bool(model.candidates)),
+            )
         return self._made[_key(model)][1]
 
 
@@ -74,6 +77,12 @@ def led_to(study: Study, model: Model, trial: Tried) -> Model | None:
     return left
 
 
+def _leads_on(study: Study, model: Model, trial: Tried) -> bool:
+    """Return whether all that a trial gains are clearly better values of the model before it."""
+    led = led_to(study, model, trial) if significant(trial, study) and is_plausible(study, trial.model) else None
+    return led is not None and led.fitted.score > model.fitted.score + due(study.method)
+
+
 def _round(study: Study, model: Model, rivals: Collection[str], known: Tried | None, *, growing: bool) -> list[Tried]:
     experiment = study.estimation
     candidates = [*may_come(model, experiment), *finer(model, experiment)]
@@ -86,10 +95,9 @@ def _round(study: Study, model: Model, rivals: Collection[str], known: Tried | N
     least = 0.0 if is_off(study, model) else due(study.method)
     items = sorted((*screened, *wide), key=lambda item: -item.gain)
     batches, first = _promising(items, study, rivals, least), known
-    if growing and model.candidates and batches:
+    if growing and batches:
         first = tried(study, model, batches[0][0], _read_off(points, batches[0][0].candidate))
-        led = led_to(study, model, first) if significant(first, study) and is_plausible(study, first.model) else None
-        if led is not None and led.fitted.score > model.fitted.score + due(study.method):
+        if _leads_on(study, model, first):
             return [first]
     trials, good = _fitted_on(study, model, batches, items, points, first)
     # what no machine does is no yardstick: a first fit of what is right may be far behind it. Nor is what is judged on other frequencies

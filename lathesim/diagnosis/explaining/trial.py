@@ -13,15 +13,13 @@ from lathesim.diagnosis.explaining.starts import starts
 from lathesim.diagnosis.explaining.study import Study
 from lathesim.diagnosis.records.found import Gain, Screened, Tried
 from lathesim.engine.assembly import FloatArray
-from lathesim.identification.estimation.least_squares import ROUGH, Begun, Manner, fit, fit_each
+from lathesim.identification.estimation.least_squares import ROUGH, SETTLED, Begun, Manner, fit, fit_each
 from lathesim.identification.estimation.transfer import transferred
 from lathesim.identification.records import Candidate, Fitted, Free, Model, is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, baseline_free
 
 FIRST_STEPS = 6
 """Steps of a first fit."""
-_SETTLED = 1.0
-"""Gain below which a further round of a fit is not made [nats]."""
 
 
 def modelled(study: Study, candidates: tuple[Candidate, ...], fitted: Fitted) -> Model:
@@ -63,7 +61,7 @@ def tried(study: Study, before: Model, item: Screened, points: FloatArray | None
 def settled_trial(study: Study, before: Model, trial: Tried) -> Tried:
     """Return a trial fitted on from where it stands, all slopes taken afresh, until nothing moves any more."""
     candidates, rough = trial.model.candidates, trial.model.fitted
-    how: Manner = {"rounds": 2, "full_band": is_full_band(candidates), "tolerance": 1e-5, "settle": _SETTLED}
+    how: Manner = {"rounds": 2, "full_band": is_full_band(candidates), "tolerance": 1e-5, "settle": SETTLED}
     fitted = fit(study.estimation.sensed, with_start(rough), rough.constant, **how)
     return worth(trial.candidate, before, modelled(study, candidates, fitted))
 
@@ -103,7 +101,7 @@ def without(study: Study, model: Model, gone: Candidate) -> Model:
     rest = tuple(one for one in model.candidates if one is not gone)
     free = [one for one in model.free if one.name not in gone.parameters]
     constant = {name: value for name, value in model.fitted.constant.items() if name not in gone.parameters}
-    return modelled(study, rest, fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=_SETTLED))
+    return modelled(study, rest, fit(study.estimation.sensed, free, constant, rounds=2, full_band=is_full_band(rest), settle=SETTLED))
 
 
 def neutral(model: Model, gone: Candidate) -> Model:

@@ -17,7 +17,7 @@ import numpy as np
 
 from lathesim.engine.assembly import FloatArray, Place
 from lathesim.identification.estimation.covariance import LARGEST_INFLATION, SIGNIFICANT, covariance_of
-from lathesim.identification.estimation.least_squares import Manner, fit
+from lathesim.identification.estimation.least_squares import SETTLED, Manner, fit
 from lathesim.identification.estimation.transfer import begun_anew
 from lathesim.identification.records import FAR_BEYOND, Candidate, Fitted, Model, is_full_band, with_start
 from lathesim.identification.replay.experiment import Experiment, own_error
@@ -56,7 +56,7 @@ def start_bias(experiment: Experiment, model: Model, fitted: Fitted) -> Mapping[
     for shift in (LARGER_PART, -LARGER_PART):
         free = [replace(item, start=item.start + shift * item.scale * (item.name in moved)) for item in with_start(fitted)]
         full_band = is_full_band(model.candidates)
-        how: Manner = {"rounds": 2, "full_band": full_band, "coloured": True, "slopes": "corrected", "settle": _SETTLED}
+        how: Manner = {"rounds": 2, "full_band": full_band, "coloured": True, "slopes": "corrected", "settle": SETTLED}
         other = fit(experiment.sensed, free, fitted.constant, **how)
         ratios = [
             root_mean_square(one) / max(root_mean_square(own), 1e-300) for one, own in zip(other.residual, fitted.residual, strict=True)
@@ -90,10 +90,6 @@ values 1.96 of them held 93, 1.15 times as much 101): laws, steps and samples ar
 correction: Kuleshov, Fenner, Ermon, Accurate Uncertainties for Deep Learning Using Calibrated Regression, ICML 2018 (recalibration)."""
 _ERROR_RATIO = 1.2
 """Times the error of a simulation within which another one is as good."""
-
-
-_SETTLED = 1.0
-"""Gain of a round [nats] below which a fit from another start has come to rest."""
 
 
 @dataclass(frozen=True)

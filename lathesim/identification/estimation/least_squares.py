@@ -22,6 +22,8 @@ from lathesim.identification.replay.simulator import Simulator
 
 ROUGH = 1e-4
 """A descent that decides between models ends when a step gains less than this share of the cost; what is reported is fitted more finely."""
+SETTLED = 1.0
+"""Gain below which a further round of a fit is not made [nats]."""
 
 Slopes = Literal["corrected", "kept", "anew", "central"]
 
