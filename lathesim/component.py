@@ -347,11 +347,10 @@ def _check_definition(cls: type[Component]) -> None:
             if argument in BUILT_IN_ARGUMENTS:
                 continue
             if argument not in names:
-                hint = nearest(argument, [*names, *BUILT_IN_ARGUMENTS])
                 raise ComponentError(
                     f"{law} takes '{argument}', which is not declared.",
                     place=place,
-                    remedy=hint or f"Declare '{argument}', or take it out.",
+                    remedy=nearest(argument, [*names, *BUILT_IN_ARGUMENTS]) or f"Declare '{argument}', or take it out.",
                 )
             if isinstance(names[argument], Noise) and law != "update":
                 raise ComponentError(f"{law} takes the noise '{argument}'.", place=place, remedy="Noise is sampled: take it in update.")

@@ -175,10 +175,9 @@ def _run(component: type[Component], laws: dict[str, Any], case: _Case) -> Compo
         except StopIteration:
             break
         except Exception as error:
-            line = _line_in(error, laws)
             return ComponentError(
                 f"{component.__name__} raises {type(error).__name__} ({error}) with {case.label}.",
-                place=line or _place(laws[law]),
+                place=_line_in(error, laws) or _place(laws[law]),
                 remedy="A law answers to every value its parameters may take; guard the division, root or logarithm.",
             )
         fault = _wrong_answer(component, law, answer, given, case.label)

@@ -75,8 +75,7 @@ class SeveralFaultsError(ProgramError):
     @property
     def message(self) -> str:
         """All sentences, a line each."""
-        rest = [f"and {self.more} more"] if self.more else []
-        return "\n".join([*(error.message for error in self.errors), *rest])
+        return "\n".join([*(error.message for error in self.errors), *([f"and {self.more} more"] if self.more else [])])
 
 
 class LessonError(LatheSimError):

@@ -256,8 +256,7 @@ class Registry:
             try:
                 items = _listed(implementation.function())
             except Exception as error:
-                place = _line_of(implementation.function, implementation.plugin_name)
-                self.problems.append(f"{place}: {hook} fails: {_told(error)}")
+                self.problems.append(f"{_line_of(implementation.function, implementation.plugin_name)}: {hook} fails: {_told(error)}")
                 self._lost_names(implementation.function)
                 continue
             for item in items:

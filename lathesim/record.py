@@ -230,8 +230,7 @@ def frame(columns: Mapping[str, Any], units: Mapping[str, str], time: FloatArray
 
 
 def _missing(package: str) -> RecordError:
-    remedy = "Install it with: python -m pip install 'lathesim[tables]'"
-    return RecordError(f"the package '{package}' is not installed.", remedy=remedy)
+    return RecordError(f"the package '{package}' is not installed.", remedy="Install it with: python -m pip install 'lathesim[tables]'")
 
 
 def load(path: str | Path) -> Record:

@@ -139,8 +139,7 @@ class RecordWriter:
             self.discard()
             refused = refusal(self.path, error)
             if self._growing and self.samples:
-                remedy = f"The first {self.samples} samples are kept."
-                raise WriteError(refused.fact, place=refused.place, remedy=remedy) from error
+                raise WriteError(refused.fact, place=refused.place, remedy=f"The first {self.samples} samples are kept.") from error
             raise refused from error
 
     def _close_file(self) -> None:

@@ -117,8 +117,7 @@ def diagnose(
     deadline = Deadline() if at_most is None else Deadline.after(quantity(at_most, "s"))
     loaded, registry = _loaded(lesson), _registry()
     candidates: Any = [registry.effect(name) for name in effects] if effects else list(registry.effects.values())
-    files = [Path(file) for file in (recording, validate, before) if file is not None]
-    case = load_case(loaded, files, registry, variant=variant)
+    case = load_case(loaded, [Path(file) for file in (recording, validate, before) if file is not None], registry, variant=variant)
     question = ask(loaded.title, case.machine, case.recordings, candidates, changed=before is not None)
     return answered(replace(question, ends=deadline), progress)
 
@@ -193,8 +192,7 @@ class Machine(SteppedMachine):
         record: Sequence[str] | None = None,
     ) -> None:
         prepared = prepare(_loaded(lesson), _registry(), variant, set)
-        named = axes if isinstance(axes, Mapping) else {}
-        super().__init__(prepared, axes_of(prepared, list(axes), named), seed=seed, record=record)
+        super().__init__(prepared, axes_of(prepared, list(axes), axes if isinstance(axes, Mapping) else {}), seed=seed, record=record)
 
 
 def _loaded(lesson: LessonName) -> Lesson:

@@ -47,8 +47,7 @@ class Circle:
     def on_grid(self) -> FloatArray:
         """The radial deviation at even angles from 0 to a turn [m]."""
         order = np.argsort(np.mod(self.angle, _TURN))
-        even = np.arange(_GRID) * _TURN / _GRID
-        return np.interp(even, np.mod(self.angle, _TURN)[order], self.radial[order], period=_TURN)
+        return np.interp(np.arange(_GRID) * _TURN / _GRID, np.mod(self.angle, _TURN)[order], self.radial[order], period=_TURN)
 
 
 def circles(record: Record) -> list[Circle]:

@@ -44,8 +44,7 @@ def sweep_figure(axes: Sequence[SweepAxis], metrics: Sequence[tuple[str, str, Fl
         raise RecordError(f"a sweep over {len(axes)} parameters cannot be drawn.", remedy="Vary one or two.")
     wide = len(axes) == 2
     figure = new_figure(7.2, 0.8 + (4.2 if wide else 2.8) * len(metrics))
-    panels = figure.subplots(len(metrics), 1, squeeze=False)[:, 0]
-    for panel, (name, unit, values) in zip(panels, metrics, strict=True):
+    for panel, (name, unit, values) in zip(figure.subplots(len(metrics), 1, squeeze=False)[:, 0], metrics, strict=True):
         factor, shown = common_unit([values], unit)
         quantity = label(name.replace("_", " "), shown)
         if wide:

@@ -141,8 +141,7 @@ def waves_on_part(record: Record, until: int | None = None, turns: int = _SHOWN)
     places = (np.arange(_TURN_CELLS) + 0.5) * _TURN / _TURN_CELLS
     # each cell was last passed less than a turn ago
     latest = turned[-1] - np.mod(turned[-1] - places, _TURN)
-    rows = [np.interp(latest - back * _TURN, turned, height) for back in reversed(range(count))]
-    return Waves(places, np.stack(rows))
+    return Waves(places, np.stack([np.interp(latest - back * _TURN, turned, height) for back in reversed(range(count))]))
 
 
 def wave_roughness(record: Record) -> float:
@@ -156,8 +155,7 @@ def waves_figure(record: Record, title: str = "") -> Any:
     figure = new_figure(8.0, 3.0)
     panel = figure.subplots()
     factor, unit = common_unit([waves.height], "m")
-    colours = [QUIET, MEASURED, SIMULATED][-len(waves.height) :]
-    for back, (row, colour) in enumerate(zip(waves.height, colours, strict=True)):
+    for back, (row, colour) in enumerate(zip(waves.height, [QUIET, MEASURED, SIMULATED][-len(waves.height) :], strict=True)):
         turns = len(waves.height) - 1 - back
         name = "last turn" if turns == 0 else "the turn before" if turns == 1 else f"{turns} turns before"
         panel.plot(np.degrees(waves.angle), row / factor, color=colour, linewidth=1.2, label=name)

@@ -117,8 +117,7 @@ def grade_class(folder: Path, registry: Registry, handed_in: Path | None = None,
 
 
 def _keep(place: ClassFolder, graded: StudentGrade) -> None:
-    text = json.dumps({"schema": SCHEMA, "grade": plain(graded)}, indent=2) + "\n"
-    write_text(place.kept(graded.student, "_grade.json"), text)
+    write_text(place.kept(graded.student, "_grade.json"), json.dumps({"schema": SCHEMA, "grade": plain(graded)}, indent=2) + "\n")
 
 
 def _graded_there(

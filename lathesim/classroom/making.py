@@ -255,8 +255,7 @@ def _own_lesson(desk: _Desk, values: Mapping[str, str]) -> tuple[Lesson, list[st
     further: dict[str, Any] = {"questions": questions} if questions else {}
     if "tool_point" in desk.lesson.source.data:
         further["tool_point"] = _repeated(desk.lesson.source.data["tool_point"], given, values)
-    text = changed_lesson(desk.lesson, [], values, desk.lesson.path.parent, further=further)
-    return lesson_from_text(text, desk.lesson.path), answers
+    return lesson_from_text(changed_lesson(desk.lesson, [], values, desk.lesson.path.parent, further=further), desk.lesson.path), answers
 
 
 def _repeated(entry: Any, given: Mapping[str, _Spread], values: Mapping[str, str]) -> Any:

@@ -31,8 +31,7 @@ def write_notebook(path: Path, lesson: Lesson) -> None:
 
 def notebook_text(cells: Iterable[tuple[str, str]]) -> str:
     """Return a notebook of cells, each with its kind (``code`` or ``markdown``) and its text, as JSON."""
-    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
-    metadata = {"kernelspec": kernel, "language_info": {"name": "python"}}
+    metadata = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}, "language_info": {"name": "python"}}
     made = [_cell(number, kind, text) for number, (kind, text) in enumerate(cells)]
     return json.dumps({"cells": made, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}, indent=1) + "\n"
 

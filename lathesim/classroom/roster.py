@@ -112,8 +112,7 @@ def _rows(file: Path) -> list[list[str]]:
         if file.stat().st_size > LARGEST:
             raise RecordingError("the list is too long for a class.", place=str(file), remedy="Name the CSV file of the students.")
         text = file.read_text(encoding="utf-8-sig")
-        mark = max(",;\t", key=text.partition("\n")[0].count)
-        rows = list(csv.reader(io.StringIO(text), delimiter=mark, strict=True)) or [[]]
+        rows = list(csv.reader(io.StringIO(text), delimiter=max(",;\t", key=text.partition("\n")[0].count), strict=True)) or [[]]
     except OSError as error:
         raise RecordingError(f"the list cannot be read: {error.strerror}.", place=str(file)) from None
     except UnicodeDecodeError:

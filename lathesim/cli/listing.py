@@ -54,8 +54,7 @@ def effects(name: str | None, plugin_folders: tuple[Path, ...]) -> None:
     if name is not None:
         click.echo(effect_page(cast("type[Effect]", registry.effect(name)), registry.origins[name]))
         return
-    ordered = sorted(registry.effects.items(), key=lambda item: (getattr(item[1], "catalogue", 0) or 1000, item[0]))
-    for key, component in ordered:
+    for key, component in sorted(registry.effects.items(), key=lambda item: (getattr(item[1], "catalogue", 0) or 1000, item[0])):
         number = getattr(component, "catalogue", 0)
         click.echo(f"{number or '-':>3} {key:<34} {getattr(component, 'family', ''):<20} {first_sentence(component)}")
 

@@ -56,8 +56,7 @@ def circular_test(prepared: Prepared, *, contributions: bool = True, tell: Tell 
     for part in prepared.machinery.parts if contributions else ():
         if issubclass(part.component, Effect) and not issubclass(part.component, Remedy):
             tell(f"without {part.component.__name__}")
-            neutral = {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}
-            own, other = _numbers(_ways(prepared, plan, neutral))
+            own, other = _numbers(_ways(prepared, plan, {f"{part.name}.{name}": value for name, value in part.component.neutral.items()}))
             found.append(Contribution(part.component.__name__, part.name, own, other))
     radial = [circle.radial for _, circle in ways]
     largest, smallest = max(float(item.max()) for item in radial), min(float(item.min()) for item in radial)

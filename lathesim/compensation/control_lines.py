@@ -97,8 +97,7 @@ class Control:
         texts: dict[str, dict[str, list[str]]] = {}
         for axis in axes:
             play = 0.0
-            own = [line for line in lines if line.at == axis.controller]
-            for line in sorted(own, key=lambda item: "width" not in item.values):
+            for line in sorted([line for line in lines if line.at == axis.controller], key=lambda item: "width" not in item.values):
                 setting = self.setting(registry.remedies[line.remedy], registry)  # type: ignore[arg-type]
                 assert setting is not None
                 held = setting.write(line, axis, play)

@@ -134,8 +134,7 @@ def _inverse(response: ComplexArray) -> ComplexArray:
 
 
 def _contraction(low_pass: FloatArray, response: ComplexArray, inverse: ComplexArray) -> float:
-    left = np.eye(response.shape[1]) - GAIN * response @ inverse
-    return float(np.max(low_pass * np.linalg.norm(left, ord=2, axis=(1, 2))))
+    return float(np.max(low_pass * np.linalg.norm(np.eye(response.shape[1]) - GAIN * response @ inverse, ord=2, axis=(1, 2))))
 
 
 def path_frame(references: FloatArray) -> FloatArray:

@@ -132,8 +132,7 @@ class Course:
         levels = [level_of(self.machinery, loop.converter) for loop in self.loops]
         rounding = [part for part in self.machinery.parts if issubclass(part.component, ConverterResolution)]
         levels += [part.parameters.get("resolution", 0.0) for part in rounding]
-        counts = [resolution_of(self.machinery, loop.sensor) for loop in self.loops]
-        return max(levels, default=0.0), max(counts, default=0.0)
+        return max(levels, default=0.0), max([resolution_of(self.machinery, loop.sensor) for loop in self.loops], default=0.0)
 
     def _rows(self, what: str) -> list[int]:
         channels = self.batch.plan.channels
@@ -151,8 +150,7 @@ def course_of(prepared: Prepared, what: str) -> Course:
     place = str(prepared.case.lesson.path)
     loops = one_or_more(prepared.machinery, place)
     machinery = replace(prepared.machinery, record=None)
-    first = run(wire(machinery), duration=prepared.duration, seed=prepared.case.seed, hints=Hints(prepared.expected_time))
-    samples = len(first)
+    samples = len(run(wire(machinery), duration=prepared.duration, seed=prepared.case.seed, hints=Hints(prepared.expected_time)))
     if samples < _FEWEST:
         raise LessonError(f"the lap has {samples} samples, too few to learn from.", place=place)
     tables = []

@@ -229,8 +229,7 @@ def next_lap(
     write_text(file, program_text(asked + following, course.period, course.axes_of_path(), None))
     values = _set_by_hand(prepared)
     further = {"program": str(file.resolve()), "dialect": "linuxcnc"}
-    text = changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, further=further)
-    write_text(folder / LESSON, text)
+    write_text(folder / LESSON, changed_lesson(lesson, [], values, folder, variant=prepared.case.variant, further=further))
     return (file, folder / LESSON), _outlook(course, chosen, before, errors)
 
 

@@ -87,8 +87,7 @@ def remedy(
     bench = diagnosed.bench()
     diagnosed = dataclasses.replace(diagnosed, samples=bench.batch.samples)
     tell("sizing the remedies")
-    forces = any(getattr(registry.effect(item.effect), "site", "") in _FORCES for item in found.effects)
-    axes = axes_of(diagnosed, bench, with_force=forces)
+    axes = axes_of(diagnosed, bench, with_force=any(getattr(registry.effect(item.effect), "site", "") in _FORCES for item in found.effects))
     _not_twice(diagnosed, bench, found, axes)
     lines, not_mended = _chosen(diagnosed, bench, found, axes, tell, control)
     lines, late = _kept(diagnosed, lines, found, tell) if lines else ([], [])
@@ -369,8 +368,7 @@ def tuned(bench: Bench, lines: Sequence[InsertedRemedy], free: Mapping[str, tupl
     left = functools.partial(_left_with, bench, names, sound, np.sqrt(_cost(bench, names, [values], sound)[0]))
     fitted = [Free(name, value, step, *ends) for name, value, step, *ends in zip(names, values, steps, low, high, strict=True)]
     problem = Problem(left, fitted, steps=lambda values, before: steps)
-    found = fit(Descent(problem, tolerance=_WORTH, least=0.0), values, _ROUNDS).values
-    return dict(zip(names, map(float, found), strict=True))
+    return dict(zip(names, map(float, fit(Descent(problem, tolerance=_WORTH, least=0.0), values, _ROUNDS).values), strict=True))
 
 
 def _left_with(bench: Bench, names: Sequence[str], sound: FloatArray, unit: float, rows: FloatArray) -> list[FloatArray]:

@@ -77,8 +77,7 @@ def least_squares(question: TrainingQuestion, start: FloatArray, rounds: int, te
             way.append(cost)
         tell(turn, cost)
 
-    how = Descent(question.problem, AsScored(question.score), tolerance=_SAME, least=0.0, bent=True)
-    found = fit(how, start, rounds, report)
+    found = fit(Descent(question.problem, AsScored(question.score), tolerance=_SAME, least=0.0, bent=True), start, rounds, report)
     return Trained(found.values, found.cost, len(way))
 
 

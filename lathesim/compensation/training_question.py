@@ -223,8 +223,7 @@ def question_of(lesson: Lesson, registry: Registry, variants: Sequence[str], sco
     samples = round(first.duration / first.machinery.sample_period) + 1
     places = tuple(_channel(first, port, lesson) for port, _ in score.channels)
     batch = Batch(first.plan, samples, seed=first.case.seed)
-    steps = _fewest_steps(first)
-    return TrainingQuestion(table, shape, score, batch, names, tuple(variants) or (lesson.name,), rows, places, steps)
+    return TrainingQuestion(table, shape, score, batch, names, tuple(variants) or (lesson.name,), rows, places, _fewest_steps(first))
 
 
 def _table_of(prepared: Prepared, lesson: Lesson) -> str:

@@ -224,8 +224,7 @@ def kept_promises(lesson: Lesson, recording: Path, registry: Registry, promise: 
         if loop.table not in record:
             continue
         off = record[loop.table] - np.interp(record.time, sound.time, sound[loop.table])
-        results = {"rms_deviation": float(np.sqrt(np.mean(off * off))), "largest_deviation": float(np.max(np.abs(off)))}
-        for kind, result in results.items():
+        for kind, result in {"rms_deviation": float(np.sqrt(np.mean(off * off))), "largest_deviation": float(np.max(np.abs(off)))}.items():
             item = promise["promise"].get(f"{RECORDED}{kind} of {loop.table}")
             if isinstance(item, dict) and item.get("low") is not None and item.get("high") is not None:
                 found.append(Kept(f"{kind} of {loop.table}", str(item["unit"]), item["before"], item["low"], item["high"], result))
@@ -331,5 +330,4 @@ def _spindle(prepared: Prepared, walker: str) -> FloatArray | None:
     plan = wire(replace(prepared.machinery, record=None))
     if name not in plan.channels:
         return None
-    record = run(plan, duration=prepared.duration, seed=prepared.case.seed, hints=Hints(prepared.expected_time))
-    return np.asarray(record[name])
+    return np.asarray(run(plan, duration=prepared.duration, seed=prepared.case.seed, hints=Hints(prepared.expected_time))[name])

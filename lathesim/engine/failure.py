@@ -115,8 +115,7 @@ def may_run_on(plan: Plan) -> bool:
 @functools.lru_cache(maxsize=256)
 def _has_while(path: str) -> bool:
     try:
-        text = Path(path).read_text(encoding="utf-8")
-        return any(isinstance(node, ast.While) for node in ast.walk(ast.parse(text)))
+        return any(isinstance(node, ast.While) for node in ast.walk(ast.parse(Path(path).read_text(encoding="utf-8"))))
     except (OSError, SyntaxError, UnicodeDecodeError):
         return True
 

@@ -218,8 +218,7 @@ class Writer:
 
     def _law(self, targets: list[str], part: Part, law: str, staged: bool, time: str) -> list[str]:
         function = part.component.laws[law]
-        names = part.component.arguments[law]
-        values = {name: self._variable(part, name, law, staged, time) for name in names}
+        values = {name: self._variable(part, name, law, staged, time) for name in part.component.arguments[law]}
         if staged and not self.checked:
             unread = set(targets) - self.read
             lines = self.laws.lines_in_place(function, list(values.values()), targets, f"{part.name}__{law}__")

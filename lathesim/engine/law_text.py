@@ -61,8 +61,7 @@ def in_place(law: ast.FunctionDef, arguments: Sequence[ast.expr], targets: Seque
         else:
             names[argument.arg] = prefix + argument.arg
             begin += _assigned([prefix + argument.arg], value)
-    body = [Renamed(names).visit(copy.deepcopy(statement)) for statement in law.body]
-    return [*begin, *_to_the_end(body, targets)]
+    return [*begin, *_to_the_end([Renamed(names).visit(copy.deepcopy(statement)) for statement in law.body], targets)]
 
 
 def read_names(*trees: ast.AST) -> list[str]:
@@ -222,8 +221,7 @@ def _written(function: Callable[..., Any]) -> LawText:
         argument.annotation = None
     tree = _Mark(free).visit(_without_docstring(tree))
     tree.name = _MARK.format("")
-    marked = ast.unparse(ast.fix_missing_locations(tree))
-    return LawText(marked, tuple(free.items()))
+    return LawText(ast.unparse(ast.fix_missing_locations(tree)), tuple(free.items()))
 
 
 def _function_tree(function: Callable[..., Any]) -> ast.FunctionDef:
@@ -258,8 +256,7 @@ def _local_names(tree: ast.FunctionDef) -> set[str]:
     annotations = [node.annotation for node in ast.walk(tree) if isinstance(node, (ast.arg, ast.AnnAssign)) and node.annotation]
     annotations += [tree.returns] if tree.returns else []
     names |= {node.id for item in annotations for node in ast.walk(item) if isinstance(node, ast.Name)}
-    decorators = {node.id for item in tree.decorator_list for node in ast.walk(item) if isinstance(node, ast.Name)}
-    return names | decorators
+    return names | {node.id for item in tree.decorator_list for node in ast.walk(item) if isinstance(node, ast.Name)}
 
 
 class _Mark(ast.NodeTransformer):

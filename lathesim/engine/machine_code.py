@@ -50,8 +50,7 @@ class CompiledMachine:
         done = ctypes.c_int64(0)
         fault = ctypes.c_void_p(None)
         parameters, states, discrete, memories, tables, noise, record = given
-        directories = [_directory(some) for some in (memories, tables, noise)]
-        arrays = [parameters, states, discrete, *directories, record]
+        arrays = [parameters, states, discrete, *[_directory(some) for some in (memories, tables, noise)], record]
         for array in arrays:
             if not array.flags.c_contiguous or array.dtype.itemsize != _BYTES:
                 raise TypeError("an array for the machine code is not contiguous, or not of 64-bit numbers")

@@ -137,8 +137,7 @@ def design_experiment(
     pairs, by_channel, traces = _told_by(scene, program, worth, floors)
     told = tuple((item.candidate.title, item.seconds, value.chance) for item, value in tried)
     search = Search(scene.runs, clock.perf_counter() - began, stopped, told)
-    others = tuple(ranked[1:]) if not stopped else ()
-    return Designed(lesson, scene, program, worth, search, floors, pairs, by_channel, traces, others)
+    return Designed(lesson, scene, program, worth, search, floors, pairs, by_channel, traces, tuple(ranked[1:]) if not stopped else ())
 
 
 def _finals(

@@ -113,8 +113,7 @@ def chance_to_decide(apart: FloatArray, explained: FloatArray, values: int, leas
     """Return the chance that a run decides where rivals are ``apart`` (T) and the true one explains as much as ``explained`` (T)."""
     from scipy.special import ndtr
 
-    gain = np.maximum(gained(apart, values), 1e-12)
-    return np.asarray(ndtr(np.log(gain / needed(explained, values, least)) / _SPREAD))
+    return np.asarray(ndtr(np.log(np.maximum(gained(apart, values), 1e-12) / needed(explained, values, least)) / _SPREAD))
 
 
 def least_gains(rivals: Sequence[Rival]) -> FloatArray:

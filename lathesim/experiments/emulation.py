@@ -174,8 +174,7 @@ class _Fitting:
         return self._replica(read, names)
 
     def _replica(self, read: Sequence[Waypoints], names: Sequence[str]) -> Replica:
-        settings = [Setting(item.prepared.machinery, item.channels, item.time) for item in read]
-        return Replica(settings, names, self.stop, self.cluster)
+        return Replica([Setting(item.prepared.machinery, item.channels, item.time) for item in read], names, self.stop, self.cluster)
 
     def best(self, changes: Sequence[Change], say: Say, start: FloatArray | None = None, rounds: int = 2) -> _Found:
         """Return the best point of a structure, with the search that was asked for."""

@@ -168,14 +168,13 @@ def write_program_and_lesson(found: Designed, folder: Path) -> Path:
 
 def as_json(found: Designed, foretold: Sequence[Foretold]) -> dict[str, Any]:
     """Return the prediction for programs, everything in SI."""
-    chance = _chance(found, foretold)
     return {
         "schema": SCHEMA,
         "lesson": found.lesson.name,
         "program": "program.nc",
         "seconds": found.program.seconds,
         "decidable": found.decidable,
-        "chance_to_decide": chance,
+        "chance_to_decide": _chance(found, foretold),
         "rivals": [
             {
                 "rival": rival.name,
@@ -264,8 +263,7 @@ def write_experiment(found: Designed, foretold: Sequence[Foretold], folder: Path
 
     places = {"prediction": folder / "prediction.json", "picture": folder / "experiment.png"}
     write_text(places["prediction"], written_json(as_json(found, foretold)))
-    units = [found.scene.plan.unit(name) for name in found.scene.channels]
-    channels = list(zip(found.scene.channels, units, found.floors, strict=True))
+    channels = list(zip(found.scene.channels, [found.scene.plan.unit(name) for name in found.scene.channels], found.floors, strict=True))
     names = [rival.name for rival in found.scene.rivals]
     chosen = (found.program.seconds, found.worth.chance)
     figure = experiment_figure(found.lesson.title, names, channels, found.traces, found.program.seconds, found.search.tried, chosen)

@@ -304,8 +304,7 @@ def _cuts(room: Room, turning: Turning, budget: float, random: np.random.Generat
             z = round(z + float(way), 7)
             moves.append(DesignedMove({"Z": z}, per_turn=round(cut.feed, 8), turn=cut.speed))
             seconds += float(way) / cut.rate
-        back = {"X": turning.radius + _ASIDE}
-        moves += [DesignedMove(back, room.feed), DesignedMove({"Z": turning.face - _BEFORE}, room.feed)]
+        moves += [DesignedMove({"X": turning.radius + _ASIDE}, room.feed), DesignedMove({"Z": turning.face - _BEFORE}, room.feed)]
         seconds += (turning.radius + _ASIDE - radius + z - turning.face + _BEFORE) / room.feed
     return CandidateProgram(title, tuple(moves), seconds)
 

@@ -86,8 +86,7 @@ def _is_of_the_loop(plan: Plan, name: str) -> bool:
     """Return whether a parameter belongs to a controller or an axis, and is a size rather than a switch or a limit."""
     part, item = Place.of(name)
     component = plan.parts[part].component
-    declared = component.declarations[item]
-    return component.group in _MOVING_GROUPS and isinstance(declared, Parameter) and plan.values[name] != 0.0
+    return component.group in _MOVING_GROUPS and isinstance(component.declarations[item], Parameter) and plan.values[name] != 0.0
 
 
 def _free(lesson: Lesson, plan: Plan, name: str, factor: float) -> FreeValue:
@@ -188,8 +187,7 @@ def telling(names: Sequence[str], slopes: FloatArray, moved: Callable[[FloatArra
     ``slopes`` (readings, names) are derivatives by the logarithms of the values, in noise levels. ``moved`` takes directions (members,
     names) on that scale, and returns by how many noise levels the readings move at most (members,).
     """
-    square = np.linalg.qr(slopes, mode="r") if len(slopes) > len(names) else slopes
-    _, singular, rows = np.linalg.svd(square, full_matrices=True)
+    _, singular, rows = np.linalg.svd(np.linalg.qr(slopes, mode="r") if len(slopes) > len(names) else slopes, full_matrices=True)
     singular = np.concatenate([singular, np.zeros(max(0, len(names) - len(singular)))])[: len(names)]
     hidden = _still(names, singular, rows, moved)
     variance = np.square(rows.T / np.maximum(singular, 1e-9)).sum(axis=1)

@@ -65,8 +65,7 @@ def gained(before: FloatArray, after: FloatArray) -> float:
     Source: A. Vehtari, A. Gelman, J. Gabry, Statistics and Computing 27 (2017), section 5, with squares for log densities.
     """
     fell = np.square(before) - np.square(after)
-    whole = len(fell) // _RELATED * _RELATED
-    sums = fell[:whole].reshape(-1, _RELATED).sum(axis=1)
+    sums = fell[: len(fell) // _RELATED * _RELATED].reshape(-1, _RELATED).sum(axis=1)
     error = float(sums.std(ddof=1)) * np.sqrt(len(sums)) if len(sums) > 1 else np.inf
     return float(sums.sum()) / max(error, 1e-300)
 

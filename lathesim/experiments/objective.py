@@ -160,8 +160,7 @@ class Objective:
         found = []
         for item, deviation in zip(self.recorded, self.deviations(point), strict=True):
             rows = [place for place, name in enumerate(item.channels) if same_dimension(item.prepared.plan.unit(name), "m")]
-            late = item.time >= settled
-            found.append(float(np.sqrt(np.square(deviation[0][rows][:, late]).mean(axis=1).sum())))
+            found.append(float(np.sqrt(np.square(deviation[0][rows][:, item.time >= settled]).mean(axis=1).sum())))
         return found
 
 
@@ -197,8 +196,7 @@ def genetic(objective: Objective, low: FloatArray, high: FloatArray, effort: Eff
     for generation in range(1, effort.generations):
         order = np.argsort(costs, kind="stable")
         points, costs = points[order], costs[order]
-        weights = 1.0 / np.sqrt(np.arange(1.0, size + 1.0))
-        parents = _stochastic_uniform(weights, 2 * crossed + size - elite - crossed, random)
+        parents = _stochastic_uniform(1.0 / np.sqrt(np.arange(1.0, size + 1.0)), 2 * crossed + size - elite - crossed, random)
         first, second = points[parents[:crossed]], points[parents[crossed : 2 * crossed]]
         children = first + random.random(first.shape) * (second - first)
         mothers = points[parents[2 * crossed :]]

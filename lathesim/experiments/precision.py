@@ -116,8 +116,7 @@ def ready(file: Path, lesson: Lesson, room: Room) -> Ready:
     seconds = sum(
         float(row[DWELL]) if row[KIND] == DWELL_PAUSE else room.time(float(row[LENGTH]), float(row[FEED]) or room.feed) for row in table
     )
-    feeds = table[table[:, KIND] != DWELL_PAUSE, FEED]
-    return Ready(table, seconds + _AFTER, float(feeds.max(initial=0.0)) or room.feed)
+    return Ready(table, seconds + _AFTER, float(table[table[:, KIND] != DWELL_PAUSE, FEED].max(initial=0.0)) or room.feed)
 
 
 def discounted(slopes: FloatArray, spread: FloatArray, error: float) -> FloatArray:

@@ -123,12 +123,11 @@ def room_of(prepared: Prepared) -> Room:
             fact = f"the {letter} axis has no travel: the machine gives no limits and the lesson's program does not move it."
             raise LatheSimError(fact, place=str(lesson.path), remedy="Write 'travel:' in the machine template.")
         axes.append(FreeAxis(letter, given[_AXES[letter][1]], low, high if high - low > SAME_NUMBER else low + _USUAL_STROKE))
-    largest = limits.feed if math.isfinite(limits.feed) else feed
     return Room(
         interpolator,
         tuple(axis for axis in axes if axis.letter in letters),
         next((axis for axis in axes if axis.letter not in letters), None),
-        largest,
+        limits.feed if math.isfinite(limits.feed) else feed,
         _acceleration(interpolator),
         lesson.settings.dialect,
         not prepared.machinery.finish,

@@ -162,8 +162,7 @@ class Scene:
         self.plan = wire(machine)
         self.batch = Batch(self.plan, math.ceil(longest / self.period) + 1, noisy=False)
         self.uncertain = tuple(name for name in uncertain if name in self.plan.parameters)
-        parameters = [name for rival in rivals if rival.term is not None for name in rival.term.parameters]
-        self.names = (*self.uncertain, *parameters)
+        self.names = (*self.uncertain, *[name for rival in rivals if rival.term is not None for name in rival.term.parameters])
         self.given = given_values(self.plan, self.names)
         for rival in rivals:
             if rival.term is not None:

@@ -129,8 +129,7 @@ def joined(answers: Sequence[Diagnosis]) -> Diagnosis:
     resolution = max(STANDARD.per_parameter, STANDARD.material * abs(joint))
     first = [answer.effects[0] for answer in answers]
     tied_names = {name if " at " in name else f"{name} at {effect.at}" for effect in first for name in effect.tied_with}
-    rivals = {*named, *tied_names} - {best}
-    behind = {name: ahead(best, name) for name in sorted(rivals)}
+    behind = {name: ahead(best, name) for name in sorted({*named, *tied_names} - {best})}
     probability = 1.0 / (1.0 + sum(math.exp(-max(0.0, by) / (0.5 * resolution)) for by in behind.values()))
     tied = tuple(name for name, by in behind.items() if by < resolution)
     effect = replace(named[best].effects[0], probability=probability, tied_with=tied)

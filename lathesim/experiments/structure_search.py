@@ -159,8 +159,7 @@ def changed(lesson: Lesson, changes: Sequence[Change]) -> Lesson:
         if made:
             further[key] = {**(lesson.source.data.get(key) or {}), **made}
     held = {name: f"{value:.9g} s" for change in changes for name, value in change.held.items()}
-    text = changed_lesson(lesson, insert, held, lesson.path.parent, replace=replace, further=further)
-    return lesson_from_text(text, Path(lesson.path))
+    return lesson_from_text(changed_lesson(lesson, insert, held, lesson.path.parent, replace=replace, further=further), Path(lesson.path))
 
 
 _MOST_CHANGES = 8

@@ -205,8 +205,7 @@ def _header(exported: Exported, digest: str, states: list[int], arrays: list[tup
 
 def _library(folder: Path, header: str, code: bytes) -> Path:
     """Return the library, linked in a folder."""
-    wished = [os.environ.get("CC", ""), "cc", "gcc", "clang"]
-    compiler = next((found for name in wished if name and (found := shutil.which(name))), None)
+    compiler = next((found for name in [os.environ.get("CC", ""), "cc", "gcc", "clang"] if name and (found := shutil.which(name))), None)
     if compiler is None:
         raise LatheSimError("an FMU is linked by a C compiler, and there is none.", remedy="Install gcc or clang, or name one in CC.")
     (folder / "machine.h").write_text(header, encoding="utf-8")
@@ -230,8 +229,7 @@ def _description(exported: Exported, token: str, model: str) -> bytes:
     Xml.SubElement(root, "CoSimulation", {"modelIdentifier": model, **steps})
     places = {outside: plan.parameters[inside] + 1 for outside, inside in {**exported.inputs, **exported.parameters}.items()}
     places |= {channel: place + max(1, len(plan.parameters)) + 1 for place, channel in enumerate(plan.channels)}
-    units = {plan.unit(name) for name in places} - {"1", ""}
-    _add_units(Xml.SubElement(root, "UnitDefinitions"), sorted(units | {"s"}))
+    _add_units(Xml.SubElement(root, "UnitDefinitions"), sorted(({plan.unit(name) for name in places} - {"1", ""}) | {"s"}))
     Xml.SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(exported.duration or 1.0), stepSize=period)
     variables = Xml.SubElement(root, "ModelVariables")
     Xml.SubElement(variables, "Float64", name="time", valueReference="0", causality="independent", variability="continuous", unit="s")

@@ -291,8 +291,7 @@ def _port(description: Any, item: Any, wished: str, taken: set[str]) -> _Port:
     while name in taken or name in BUILT_IN_ARGUMENTS or name in LAW_NAMES or name == _RUN or name.startswith("output_"):
         name = f"fmu_{name}"
     taken.add(name)
-    declared = item.unit or (item.declaredType.unit if item.declaredType is not None else None)
-    unit, factor, offset, remark = _si(description, declared)
+    unit, factor, offset, remark = _si(description, item.unit or (item.declaredType.unit if item.declaredType is not None else None))
     low, high = (factor * float(value) + offset if value is not None else None for value in (item.min, item.max))
     access = item.type if item.type != "Enumeration" else "Integer" if description.fmiVersion.startswith("2.") else "Int64"
     start = _number(item.start) * factor + offset

@@ -125,8 +125,7 @@ def find_lesson(path_or_name: str | Path) -> Path:
     given = Path(path_or_name)
     if given.is_file():
         return given
-    own = sorted(Path("lesson_configs").glob("*.y*ml"))
-    known = {path.stem: path for path in (*shipped_files("lesson_configs", "*.yaml"), *own)}
+    known = {path.stem: path for path in (*shipped_files("lesson_configs", "*.yaml"), *sorted(Path("lesson_configs").glob("*.y*ml")))}
     name = given.stem if given.suffix in (".yaml", ".yml") else given.name
     if str(given.parent) in (".", "lesson_configs"):
         numbered = [stem for stem in known if name.isdigit() and stem.startswith(f"{name}_")]

@@ -26,8 +26,7 @@ def placed_at(place: str) -> Iterator[None]:
     try:
         yield
     except LatheSimError as error:
-        fact = f"{error.place}: {error.fact}" if error.place else error.fact
-        raise LessonError(fact, place=place, remedy=error.remedy) from None
+        raise LessonError(f"{error.place}: {error.fact}" if error.place else error.fact, place=place, remedy=error.remedy) from None
 
 
 def si_value(given: Given, unit: str) -> float:

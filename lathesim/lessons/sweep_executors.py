@@ -80,8 +80,7 @@ def _groups(jobs: Sequence[Job], workers: int) -> Iterator[Sequence[Job]]:
 
 def run_on_cluster(cluster: Cluster, members: Members, jobs: Sequence[Job]) -> Iterator[Member]:
     """Return the runs as they end, made by the workers of a cluster."""
-    tasks = [jobs[first : first + _A_TASK] for first in range(0, len(jobs), _A_TASK)]
-    for _, found in cluster.results(_made, members, tasks):
+    for _, found in cluster.results(_made, members, [jobs[first : first + _A_TASK] for first in range(0, len(jobs), _A_TASK)]):
         yield from found
 
 

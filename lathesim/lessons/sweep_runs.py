@@ -112,8 +112,7 @@ class Members:
                 ended(measured)
 
         if good:
-            batch = Batch(plan, samples, self.prepared.case.seed, threads=1)
-            batch.run(self.names, np.array([values for _, values in good]), take)
+            Batch(plan, samples, self.prepared.case.seed, threads=1).run(self.names, np.array([values for _, values in good]), take)
         return longer
 
     def _overrides(self, job: Job) -> dict[str, float]:

@@ -143,8 +143,7 @@ def _spread(ends: Sequence[float], count: int, logarithmic: bool, place: str) ->
 def _declared(name: str, prepared: Prepared, place: str) -> Declaration:
     """Return the declaration of a parameter or state; refused is what the machine does not have and what a wire feeds."""
     plan = prepared.plan
-    parts = {part.name: part.component for part in plan.parts.values()}
-    declared = declared_item(name, parts, (Parameter, State), "parameter", place)
+    declared = declared_item(name, {part.name: part.component for part in plan.parts.values()}, (Parameter, State), "parameter", place)
     source = plan.feeds.get(name, ("", name))[1]
     if source != name:
         raise LessonError(f"{name} is fed by {source}, so varying it changes nothing.", place=place, remedy=f"Vary {source}.")

@@ -19,8 +19,7 @@ def validated(model: type[Model], source: YamlFile) -> Model:
     try:
         return model.model_validate(source.data)
     except ValidationError as error:
-        first = min(error.errors(include_url=False), key=lambda details: _order(source, details))
-        raise _fault(model, source, first) from None
+        raise _fault(model, source, min(error.errors(include_url=False), key=lambda details: _order(source, details))) from None
 
 
 def _order(source: YamlFile, details: Any) -> tuple[bool, int, int]:

@@ -232,8 +232,7 @@ class FeedbackSource:
                     order, fresh = FeedbackOrder(expected=self._begins.popleft()), True
                 for run in order.take(numbers):
                     if runs and not fresh and runs[-1][0].first + len(runs[-1][0].values) == run.first:
-                        joined = np.concatenate([runs[-1][0].values, run.values])
-                        runs[-1] = (Numbers(runs[-1][0].first, joined), runs[-1][1])
+                        runs[-1] = (Numbers(runs[-1][0].first, np.concatenate([runs[-1][0].values, run.values])), runs[-1][1])
                     else:
                         runs.append((run, fresh))
                     fresh = False

@@ -171,8 +171,7 @@ def _tree(device: ElementTree.Element, items: Sequence[DataItem]) -> dict[tuple[
         parent = components
         if kind in ("Linear", "Rotary"):
             if axes is None:
-                holder = ElementTree.SubElement(components, "Axes", {"id": "axes", "name": "axes"})
-                axes = ElementTree.SubElement(holder, "Components")
+                axes = ElementTree.SubElement(ElementTree.SubElement(components, "Axes", {"id": "axes", "name": "axes"}), "Components")
             parent = axes
         component = ElementTree.SubElement(parent, kind, {"id": f"c_{name}", "name": name})
         found[(kind, name)] = ElementTree.SubElement(component, "DataItems")
@@ -227,8 +226,7 @@ def _observation(place: ElementTree.Element, entry: Observation) -> None:
         attributes["type"] = item.kind
         ElementTree.SubElement(place, entry.level, attributes)
         return
-    name = "".join(word.capitalize() for word in item.kind.split("_"))
-    ElementTree.SubElement(place, name, attributes).text = entry.value
+    ElementTree.SubElement(place, "".join(word.capitalize() for word in item.kind.split("_")), attributes).text = entry.value
 
 
 def error(agent: Agent, code: str, sentence: str) -> bytes:

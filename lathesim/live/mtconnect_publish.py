@@ -306,8 +306,7 @@ async def publish_mtconnect(
     listening = [await server.serve(host, port)]
     if adapter_port is not None:
         listening.append(await adapter.serve(host, adapter_port))
-    taken = listening[0].sockets[0].getsockname()[1]
-    ready(f"http://{host}:{taken}/")
+    ready(f"http://{host}:{listening[0].sockets[0].getsockname()[1]}/")
     for item, value, level in ((items[-3], "ACTIVE", ""), (items[-2], "AVAILABLE", ""), (items[-1], "", "Normal")):
         buffer.observe(item, origin, value, level)
     count = 0

@@ -117,8 +117,7 @@ class MTConnectSource:
         if header.instance != instance:
             await self._probe()
             return header, "the agent started anew", True
-        lost = max(0, header.first - cursor)
-        return header, f"{lost} observations were lost: the cursor fell out of the agent's buffer", False
+        return header, f"{max(0, header.first - cursor)} observations were lost: the cursor fell out of the agent's buffer", False
 
     def _take(self, root: ElementTree.Element, rows: RowAssembly) -> int:
         count = 0

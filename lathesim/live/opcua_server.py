@@ -109,8 +109,7 @@ async def _types(server: Any, ua: Any, index: int) -> dict[str, Any]:
     found: dict[str, Any] = {"": server.nodes.base_object_type}
     for name, (number, base) in TYPES.items():
         found[name] = await found[base].add_object_type(ua.NodeId(number, index), ua.QualifiedName(name, index))
-    variable = server.get_node(ua.NodeId(ua.ObjectIds.BaseDataVariableType))
-    found["position"] = await variable.add_variable_type(
+    found["position"] = await server.get_node(ua.NodeId(ua.ObjectIds.BaseDataVariableType)).add_variable_type(
         ua.NodeId(POSITION_TYPE, index), ua.QualifiedName("CncPositionVariableType", index), ua.NodeId(ua.ObjectIds.BaseDataType)
     )
     return found

@@ -201,8 +201,7 @@ class FileSource:
                 self.starts[file.name] = float(time[0]) + offset
             values = np.array([column * item.scale * si_factor(unit)[0] + item.offset for column, item, unit in columns])
             self._end = float(time[-1]) + offset
-            notes = (f"{file.name} begins",) if fresh and len(self._files) > 1 else ()
-            yield SampleBlock(time + offset, values, notes, fresh)
+            yield SampleBlock(time + offset, values, (f"{file.name} begins",) if fresh and len(self._files) > 1 else (), fresh)
 
     def _raw(self, file: Path) -> Iterator[tuple[FloatArray, list[tuple[FloatArray, SignalMapping, str]]]]:
         if is_record(file):
@@ -243,8 +242,7 @@ def lesson_signals(prepared: Prepared) -> tuple[Signal, ...]:
     """Return what a recording of the lesson may hold: the inputs it drives, the outputs it compares, and the channels it records."""
     recordings = prepared.case.lesson.settings.recordings
     driven = list(recordings.drive) if recordings is not None else []
-    compared = list(recordings.compare) if recordings is not None else []
-    names = dict.fromkeys([*driven, *compared, *prepared.plan.channels])
+    names = dict.fromkeys([*driven, *(list(recordings.compare) if recordings is not None else []), *prepared.plan.channels])
     declared = {f"{part.name}.{name}": item for part in prepared.machinery.parts for name, item in part.component.declarations.items()}
     return tuple(Signal(name, declared[name].unit) for name in names if name in declared)
 

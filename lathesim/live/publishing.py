@@ -162,6 +162,5 @@ async def publish_all(
     if places.mtconnect is not None:
         from lathesim.live.mtconnect_publish import publish_mtconnect
 
-        publisher = Publisher(lap, faults, laps)
-        jobs.append(publish_mtconnect(publisher, names, places.host, places.mtconnect, stop, ready, places.shdr))
+        jobs.append(publish_mtconnect(Publisher(lap, faults, laps), names, places.host, places.mtconnect, stop, ready, places.shdr))
     return list(await asyncio.gather(*jobs))

@@ -64,8 +64,7 @@ class SetPointBuffer:
     def put(self, set_points: FloatArray) -> int:
         """Take set-points (count, axes) as far as there is room; return how many were taken."""
         count = min(len(set_points), self.room)
-        rows = (self.arrived + np.arange(count)) % len(self._ring)
-        self._ring[rows] = set_points[:count]
+        self._ring[(self.arrived + np.arange(count)) % len(self._ring)] = set_points[:count]
         self.arrived += count
         return count
 

@@ -85,10 +85,9 @@ def write_site(folder: Path, pages: Sequence[Chapter]) -> None:
     make_folder(folder)
     shutil.copytree(Path(__file__).parent / "pictures", folder / "pictures", dirs_exist_ok=True)
     titles = {page.topic: page.title for page in pages}
-    made = {"Made from the program": tuple(topic for topic in titles if topic not in TOPICS)}
     links = "".join(
         f"<li><b>{group}</b></li>" + "".join(f'<li><a href="{topic}.html">{html.escape(titles[topic])}</a></li>' for topic in topics)
-        for group, topics in {**GROUPS, **made}.items()
+        for group, topics in {**GROUPS, "Made from the program": tuple(topic for topic in titles if topic not in TOPICS)}.items()
     )
     bodies = {page.topic: _body(page.text, {other.topic for other in pages}) for page in pages}
     sections = [

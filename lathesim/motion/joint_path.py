@@ -96,8 +96,7 @@ def _columns(header: list[str], place: str) -> tuple[tuple[str, ...], tuple[str,
     if len(set(names)) != len(names):
         raise MotionError("two columns have the same name.", place=place, remedy="Name each axis once.")
     factors = [si_factor(match[2]) for match in found if match]
-    units = tuple(_si_name(dimension, place) for _, dimension in factors)
-    return names, units, np.array([factor for factor, _ in factors])
+    return names, tuple(_si_name(dimension, place) for _, dimension in factors), np.array([factor for factor, _ in factors])
 
 
 def _si_name(dimension: str, place: str) -> str:

@@ -145,8 +145,7 @@ def inverse(chain: Chain, poses: Poses, start: Sequence[float] | None = None) ->
                 best, least = trial, distance
         joints[at] = before = best
     if held.any():
-        angles = {name: joints[:, column] for column, name in enumerate(chain.axes) if rotary[column]}
-        joints = _with_linear(chain, poses.points, angles)
+        joints = _with_linear(chain, poses.points, {name: joints[:, column] for column, name in enumerate(chain.axes) if rotary[column]})
     return Inverse(joints, found[0].singular, found[0].note)
 
 
@@ -203,8 +202,7 @@ def _with_linear(chain: Chain, points: FloatArray, angles: dict[str, FloatArray]
     for place, name in enumerate(chain.linear):
         if not name:
             _check(np.abs(rest[:, place]), chain, f"position along {'xyz'[place]}")
-    columns = [rest[:, chain.linear.index(name)] if name in chain.linear else angles[name] for name in chain.axes]
-    return np.column_stack(columns)
+    return np.column_stack([rest[:, chain.linear.index(name)] if name in chain.linear else angles[name] for name in chain.axes])
 
 
 def _check(missed: FloatArray, chain: Chain, what: str) -> None:

@@ -73,9 +73,8 @@ def _tighter(nodes: Grid, law: TimeLaw, b: FloatArray, also: FloatArray, time: F
     first = np.maximum(np.searchsorted(nodes.s, from_place, side="left") - 1, 0)
     last = np.minimum(np.searchsorted(nodes.s, to_place, side="right"), len(nodes.s) - 1)
     share = np.ones(len(nodes.s))
-    order = np.argsort(ratio[over])
     # the largest are written last and stay; stretches that a larger one covers as a whole cost nothing more
-    for at in order[-4000:]:
+    for at in np.argsort(ratio[over])[-4000:]:
         share[first[at] : last[at] + 1] = ratio[over[at]] ** -2.0
     tighter: FloatArray = np.where(share < 1.0, np.minimum(also, b * share), also)
     return tighter
@@ -135,7 +134,6 @@ def elastic_rate(timing: Timing, limits: AxisLimits, kept_free: float, period: f
     steps = np.diff(timing.law.time)
     if not len(steps):
         return 1.0
-    time = np.concatenate([timing.law.time[:-1] + share * steps for share in _BETWEEN])
-    speed = np.abs(timing.at(time)[1]).max(axis=0)
+    speed = np.abs(timing.at(np.concatenate([timing.law.time[:-1] + share * steps for share in _BETWEEN]))[1]).max(axis=0)
     rates = kept_free * np.asarray(limits.acceleration) * period / np.maximum(speed, 1e-300)
     return float(min(1.0, rates.min()))

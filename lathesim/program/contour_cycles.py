@@ -204,8 +204,7 @@ def _contour_ends(block: Sorted, dialect: Dialect, code: str) -> tuple[int, int]
         fact = f"{code} needs P and Q, the first and the last block of its contour{readings_elsewhere(block, dialect)}."
         raise Fault(fact, f"Write it as {code} P10 Q20.")
     if block.number and block.number == str(round(p.value)):
-        remedy = "P names the first block of the contour, behind the cycle."
-        raise Fault(f"{p.text} of {code} names the block it stands in.", remedy)
+        raise Fault(f"{p.text} of {code} names the block it stands in.", "P names the first block of the contour, behind the cycle.")
     places = sorted(flow.numbered(p.value), key=lambda place: (place < flow.position, place))
     first = next((place for place in places if place != flow.position), None)
     if first is None:
@@ -317,8 +316,7 @@ def _check_over(block: Sorted, modal: Modal, start: Point, contour: list[Move], 
 def _left_or_right(start: Point, contour: list[Move]) -> int:
     """Return the side of a contour, looking along it, on which a tool at ``start`` [m] waits: the sign of the enclosed area decides."""
     points = [start, *contour_points(contour), start]
-    area = sum(here[1] * there[0] - there[1] * here[0] for here, there in itertools.pairwise(points))
-    return LEFT if area > 0.0 else RIGHT
+    return LEFT if sum(here[1] * there[0] - there[1] * here[0] for here, there in itertools.pairwise(points)) > 0.0 else RIGHT
 
 
 # ---- checks --------------------------------------------------------------------------------------------------------------------------

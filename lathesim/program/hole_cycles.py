@@ -131,8 +131,7 @@ def _tapping(block: Sorted, modal: Modal, dialect: Dialect, place: Point, plane:
     check_feed(block, modal, dialect)
     lead = (feed.value or 0.0) if feed.per_revolution else (feed.value or 0.0) * 2.0 * math.pi / spindle.speed
     threads = [CycleStep("thread", (x, bottom), lead=lead), CycleStep("thread", (x, plane), lead=lead, spin=-1.0)]
-    steps = [*rapids((x, modal.z), (x, plane)), *threads, *rapids((x, back))]
-    made = carry_out(block, modal, steps, code, compensated=False)
+    made = carry_out(block, modal, [*rapids((x, modal.z), (x, plane)), *threads, *rapids((x, back))], code, compensated=False)
     if not starts:
         return made
     spindle.direction = 0
@@ -165,8 +164,7 @@ def _canned(block: Sorted, modal: Modal, dialect: Dialect, meaning: Meaning) -> 
     code = modal.modes.motion_code
     if modal.modes.plane is not Meaning.PLANE_XY:
         plane, own = dialect.code_for(Meaning.PLANE_XY), dialect.code_for(Meaning.PLANE_XZ)
-        fact = f"{code} drills along Z only in {plane}; in {own} it drills along Y."
-        raise Fault(fact, f"Write {plane} before it and {own} after it.")
+        raise Fault(f"{code} drills along Z only in {plane}; in {own} it drills along Y.", f"Write {plane} before it and {own} after it.")
     if modal.turret.nose is not None:
         raise Fault(f"{code} does not go with nose compensation.", "Write G40 before it.")
     if not repeated:

@@ -279,8 +279,7 @@ def coolant(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
         word = block.codes[Meaning.CYCLE_RETURN]
         modal.hole.returns_to_plane = word.code == "G99"
         if dialect.cycles.drills_in_xy and not drills(block.flow.blocks, dialect):
-            others = other_readings(word.code, dialect)
-            block.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing, as no cycle drills; {others}.")
+            block.warn(f"{word.text} ({Meaning.CYCLE_RETURN}) changes nothing, as no cycle drills; {other_readings(word.code, dialect)}.")
     if block.has(Meaning.PATH_BLENDED) or block.has(Meaning.LOOK_AHEAD):
         block.takes("PQE")
     for word in block.builders:
@@ -369,8 +368,7 @@ def unused(block: Sorted, modal: Modal, dialect: Dialect) -> Made:
             carried = dialect.letters[letter]
             other = next((other for other in DIALECTS.values() if other.letters.get(letter, carried) != carried), None)
             elsewhere = f"; in the dialect '{other.name}' it is {other.letters[letter]}" if other is not None else ""
-            fact = f"{word.text} has no code in its block that uses it ({carried}){elsewhere}."
-            raise Fault(fact, "Take it out, or add the code.")
+            raise Fault(f"{word.text} has no code in its block that uses it ({carried}){elsewhere}.", "Take it out, or add the code.")
     return ()
 
 

@@ -63,8 +63,7 @@ def go(
     if nose is not None and kind == "thread":
         block.warn("Nose compensation does not act on threads; the tool point follows them.")
         nose = None
-    cycle_line = block.line if mode.cycle else 0
-    mode = mode._replace(spindle=modal.spindle.now, tool=modal.turret.use, cycle_line=cycle_line, nose=nose)
+    mode = mode._replace(spindle=modal.spindle.now, tool=modal.turret.use, cycle_line=block.line if mode.cycle else 0, nose=nose)
     start = (modal.x, modal.z)
     modal.x, modal.z = end
     return PlannedMove(kind, block.line, start, end, feed, arc, mode)
@@ -361,8 +360,7 @@ def end_at_angle(start: Point, end: Point, degrees: float, *, x_given: bool) -> 
 def broken(before: Move, after: Move, corner: Corner) -> list[Move]:
     """Return the two moves with their corner broken: the first, the chamfer or rounding, the second."""
     if before.arc is not None or after.kind != "feed" or after.arc is not None:
-        fact = f"{corner.text} needs a straight feed before and behind it."
-        raise Fault(fact, "Write arcs with G2 and G3.")
+        raise Fault(f"{corner.text} needs a straight feed before and behind it.", "Write arcs with G2 and G3.")
     length = (before.length, after.length)
     if min(length) < SAME_POINT:
         raise Fault(f"{corner.text} stands beside a move without a length.", "Take one of the two out.")

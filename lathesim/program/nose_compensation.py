@@ -156,8 +156,7 @@ def _pieces(moves: Sequence[Move], nose: Nose) -> Iterator[tuple[_Side, bool]]:
         if before is not None and abs(turn) < _TANGENT:
             after.start = before.end
         elif before is not None and turn * nose.side < 0.0:
-            swing = _swing(before, after, move.start, nose, abs(turn))
-            yield _Side(swing, before.end, after.start, move.start, nose.radius), True
+            yield _Side(_swing(before, after, move.start, nose, abs(turn)), before.end, after.start, move.start, nose.radius), True
         yield after, before is not None and (abs(turn) < _TANGENT or turn * nose.side < 0.0)
         before = after
 

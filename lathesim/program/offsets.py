@@ -254,8 +254,7 @@ def _set_work_offset(block: Sorted, modal: Modal, dialect: Dialect, code: str, n
     number = number or origin.number
     work = origin.offsets.get(origin.number, (0.0, 0.0))
     here = (modal.here[0] + work[0], modal.here[1] + work[1])
-    before = origin.offsets.get(number, (0.0, 0.0))
-    origin.offsets[number] = _given(block, modal, dialect, before, here if from_here else None)
+    origin.offsets[number] = _given(block, modal, dialect, origin.offsets.get(number, (0.0, 0.0)), here if from_here else None)
 
 
 def _set_tool(block: Sorted, modal: Modal, dialect: Dialect, code: str, number: int) -> None:

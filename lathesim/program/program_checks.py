@@ -178,8 +178,7 @@ def _points(move: Move, cell: float) -> tuple[Cells, Cells]:
 
 def _take_along(surface: Cells, middles: Cells, move: Move, bar: Bar) -> None:
     """Lower what stands between the tool and the free end, as far as the edge reaches."""
-    side = 1.0 if bar.free_end > 0.0 else -1.0
-    away = side * (middles - move.end_z)
+    away = (1.0 if bar.free_end > 0.0 else -1.0) * (middles - move.end_z)
     beside, ends = (away > 0.0) & (away < _EDGE), float(away.max())
     if ends <= _EDGE:
         surface[beside] = np.minimum(surface[beside], abs(move.end_x))

@@ -134,8 +134,7 @@ def _check_drive_line(words: dict[str, Word], code: str) -> None:
     p, i, j, k = (words[letter].value for letter in "PIJK")
     ends, taper = (words[letter].value if letter in words else 0.0 for letter in "LE")
     if ends not in _TAPERS or taper < 0.0 or (ends and not taper):
-        remedy = "L1 tapers the entry over the length E, L2 the exit, L3 both."
-        raise Fault(f"{code} needs L from 0 to 3, and with it E above 0.", remedy)
+        raise Fault(f"{code} needs L from 0 to 3, and with it E above 0.", "L1 tapers the entry over the length E, L2 the exit, L3 both.")
     if p <= 0.0 or j <= 0.0 or k <= j:
         raise Fault(f"{code} needs P and J above 0 and K above J.", "Correct P, J and K.")
     if "R" in words and words["R"].value < 1.0:

@@ -198,8 +198,7 @@ def sort_block(block: Block, flow: Flow) -> Sorted:
         found = known[key] = _codes(key, blocks, dialect)
     for letter, axis in dialect.roles.incremental.items():
         if letter in words and axis in words:
-            fact = f"{words[axis].text} and {words[letter].text} both move {axis}."
-            raise Fault(fact, "Keep the absolute or the incremental one.")
+            raise Fault(f"{words[axis].text} and {words[letter].text} both move {axis}.", "Keep the absolute or the incremental one.")
     return Sorted(block.line, found.codes, words, block.comments, found.builders, found.groups, block.number.lstrip("0"), flow)
 
 

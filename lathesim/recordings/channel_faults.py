@@ -357,8 +357,7 @@ def motion_shift(first: FloatArray, second: FloatArray, same_kind: bool = True) 
     if peak in (0, len(height) - 1):
         return None
     bend = height[peak - 1] - 2.0 * height[peak] + height[peak + 1]
-    finer = 0.5 * (height[peak - 1] - height[peak + 1]) / bend if bend < 0.0 else 0.0
-    return float(lags[peak] + finer)
+    return float(lags[peak] + (0.5 * (height[peak - 1] - height[peak + 1]) / bend if bend < 0.0 else 0.0))
 
 
 def _half_period(values: FloatArray) -> int:
@@ -411,8 +410,7 @@ def _correlation(one: FloatArray, other: FloatArray) -> tuple[npt.NDArray[np.int
     overlap = fftconvolve(other, middle[::-1], mode="valid")
     energy = np.cumsum(np.concatenate([[0.0], np.square(other)]))
     beneath = energy[len(middle) :] - energy[: len(energy) - len(middle)]
-    height = overlap / np.sqrt(beneath * float(np.square(middle).sum()) + 1e-300)
-    return np.arange(-longest, longest + 1), height
+    return np.arange(-longest, longest + 1), overlap / np.sqrt(beneath * float(np.square(middle).sum()) + 1e-300)
 
 
 def _skew(pair: Pair, pieces: int = 6) -> float | None:

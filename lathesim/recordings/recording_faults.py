@@ -129,8 +129,7 @@ def _around(channel: RecordedChannel, jumps: npt.NDArray[np.int64]) -> tuple[Flo
     """Return how far a place moves on over some samples before and after jumps (their positions), which are that far from the ends."""
     before = channel.values[jumps] - channel.values[np.maximum(jumps - _AROUND, 0)]
     last = len(channel.values) - 1
-    after = channel.values[np.minimum(jumps + 1 + _AROUND, last)] - channel.values[np.minimum(jumps + 1, last)]
-    return before, after
+    return before, channel.values[np.minimum(jumps + 1 + _AROUND, last)] - channel.values[np.minimum(jumps + 1, last)]
 
 
 def _is_even(before: FloatArray, after: FloatArray) -> npt.NDArray[np.bool_]:
@@ -277,8 +276,7 @@ def _rows_of_one_reading(channel: RecordedChannel) -> int:
     in_turn = len(changes) - 0.5 * np.count_nonzero(np.diff(changes) == 1)
     if len(changes) < _FEWEST or in_turn <= _IN_TURN * len(changes) or _sizes(channel.steps) < _SIZES:
         return 1
-    turns = range(_SLOWEST, 1, -1)
-    return next((rows for rows in turns if np.bincount(changes % rows).max() > _IN_TURN * len(changes)), 1)
+    return next((rows for rows in range(_SLOWEST, 1, -1) if np.bincount(changes % rows).max() > _IN_TURN * len(changes)), 1)
 
 
 def _sizes(steps: FloatArray) -> int:

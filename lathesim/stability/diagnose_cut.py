@@ -347,8 +347,7 @@ def _told(cut: RecordedCut, judged: Judged, found: Vibration) -> tuple[float, fl
     """Return from which time on [s] chatter could be told, and how large it was then over its largest; nan for what is no chatter."""
     if judged.kind not in _CHATTER or judged.line is None:
         return math.nan, math.nan
-    mean = abs(float(np.mean(cut.values))) if found.modulation > 0.0 else 0.0
-    sign = first_sign(found.values, cut.rate, found.turning, mean)
+    sign = first_sign(found.values, cut.rate, found.turning, abs(float(np.mean(cut.values))) if found.modulation > 0.0 else 0.0)
     return (sign.time, sign.share) if sign is not None else (len(cut.values) / cut.rate, 1.0)
 
 

@@ -66,8 +66,7 @@ def judge(found: Vibration, modes: tuple[float, ...] = (), quiet: Vibration | No
     if len(last) * found.turning / found.rate < ORDERS.fewest_turns:
         return judged
     # its own mean says nothing of contact: that of the whole does
-    late = replace(vibration(last, found.rate, found.turning), modulation=found.modulation)
-    at_last = _judge_whole(late, modes, quiet)
+    at_last = _judge_whole(replace(vibration(last, found.rate, found.turning), modulation=found.modulation), modes, quiet)
     return at_last if at_last.kind in ("hopf", "flip") else judged
 
 
@@ -194,8 +193,7 @@ def _are_a_flip(orders: list[VibrationLine], halves: list[VibrationLine], repeat
 
 def _rung_at_first(found: Vibration) -> float:
     """Return the frequency [Hz] of a ringing at the beginning of the record that has died out soon, 0 where there is none."""
-    low = 1.6 * found.turning / (0.5 * found.rate)
-    high = sosfiltfilt(butter(4, min(low, 0.9), "highpass", output="sos"), found.values)
+    high = sosfiltfilt(butter(4, min(1.6 * found.turning / (0.5 * found.rate), 0.9), "highpass", output="sos"), found.values)
     strongest = float(np.fft.rfftfreq(len(high), 1.0 / found.rate)[1 + int(np.argmax(np.abs(np.fft.rfft(high))[1:]))])
     block = max(8, int(min(0.25 / found.turning, _BLOCK / strongest) * found.rate))
     count = len(high) // block

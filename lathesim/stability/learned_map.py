@@ -268,8 +268,7 @@ def _held(quantiles: FloatArray, speeds: FloatArray, cuts: Sequence[TriedCut]) -
 
 def _parameters(belief: Belief) -> tuple[LearnedValue, ...]:
     quantiles = np.exp(_quantiles(belief.particles, belief.weights))
-    names = (("frequency", "Hz"), ("damping", "1"), ("stiffness_over_cutting_stiffness", "m"))
     return tuple(
         LearnedValue(name, float(quantiles[1, at]), float(quantiles[0, at]), float(quantiles[2, at]), unit)
-        for at, (name, unit) in enumerate(names)
+        for at, (name, unit) in enumerate((("frequency", "Hz"), ("damping", "1"), ("stiffness_over_cutting_stiffness", "m")))
     )

@@ -352,8 +352,7 @@ def first_guess(cut: Cut, tool: ToolPoint) -> float:
         smallest = smallest_limit(tool, cut.stiffness).width
         if math.isfinite(smallest):
             return 0.5 * smallest
-        stiff = sum(abs(factor) / mode.stiffness for mode, factor in zip(tool.modes, tool.factors, strict=True))
-        return 0.05 / (cut.stiffness * stiff)
+        return 0.05 / (cut.stiffness * sum(abs(factor) / mode.stiffness for mode, factor in zip(tool.modes, tool.factors, strict=True)))
     mode = tool.modes[0]
     force = math.hypot(cut.milling.tangential, cut.milling.normal)
     return 0.5 * 2.0 * mode.stiffness * max(mode.damping, 1e-4) * (1.0 + mode.damping) / (force * cut.milling.teeth)
@@ -371,8 +370,7 @@ def _by_collocation(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:
     if not math.isfinite(width):
         return LobePoint(WidthLimit(speed, width), "")
     frequency = chatter_frequency(make(width), multiplier)
-    delay = make(width).period
-    return LobePoint(WidthLimit(speed, width, frequency, int(frequency * delay + 1e-9)), kind_of(multiplier))
+    return LobePoint(WidthLimit(speed, width, frequency, int(frequency * make(width).period + 1e-9)), kind_of(multiplier))
 
 
 def _by_time(cut: Cut, tool: ToolPoint, speed: float) -> LobePoint:

@@ -93,8 +93,7 @@ def _response_noise(scatter: FloatArray, strength: FloatArray, response: Frequen
     if np.count_nonzero(quiet) < SHORT.quiet_lines:
         return running_mean(np.maximum(scatter - by_force, 0.05 * scatter))
     places = np.flatnonzero(quiet)
-    smooth = running_mean(np.maximum(scatter[places] - by_force[places], 0.0))
-    return np.asarray(np.interp(np.arange(len(scatter)), places, smooth))
+    return np.asarray(np.interp(np.arange(len(scatter)), places, running_mean(np.maximum(scatter[places] - by_force[places], 0.0))))
 
 
 def _force_directions(response: FrequencyResponse, mean: Complex, deviation: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
@@ -132,8 +131,7 @@ def loose_weights(weights: NoiseWeights, values: Complex) -> NoiseWeights:
 def running_mean(values: FloatArray, around: int = _AROUND) -> FloatArray:
     """Return the mean over the lines around each."""
     around = min(around, len(values))
-    total = np.convolve(values, np.ones(around), "same")
-    return np.asarray(total / np.convolve(np.ones(len(values)), np.ones(around), "same"))
+    return np.asarray(np.convolve(values, np.ones(around), "same") / np.convolve(np.ones(len(values)), np.ones(around), "same"))
 
 
 def running_median(values: FloatArray) -> FloatArray:
@@ -290,8 +288,7 @@ def _solved(model: ModalModel, s: Complex, values: Complex, weights: NoiseWeight
     count = len(model.omega)
     gram = weights.gram(np.concatenate([model.rows(s), values[None, :]]))
     amounts = _solve(gram[:-1, :-1], gram[:-1, -1])
-    misfit = float(gram[-1, -1] - amounts @ gram[:-1, -1])
-    return replace(model, residue=amounts[:count], rest=amounts[count:], misfit=misfit)
+    return replace(model, residue=amounts[:count], rest=amounts[count:], misfit=float(gram[-1, -1] - amounts @ gram[:-1, -1]))
 
 
 def _solve(matrix: FloatArray, right: FloatArray) -> FloatArray:

@@ -144,8 +144,7 @@ def _worth_of_two(belief: Belief, inside: CutRange, proposals: Sequence[Proposal
 
     worth = []
     for proposal in proposals:
-        column = int(np.argmin(np.abs(inside.speeds - proposal.speed)))
-        stable = stable_chance(limits[:, column] - math.log(proposal.width))
+        stable = stable_chance(limits[:, int(np.argmin(np.abs(inside.speeds - proposal.speed)))] - math.log(proposal.width))
         chance, reached = float(stable.mean()), proposal.speed * proposal.width
         if_stable = max(0.0, reached - best) + after(stable, max(best, reached))
         worth.append(chance * if_stable + (1.0 - chance) * (after(1.0 - stable, best) - price))

@@ -259,8 +259,7 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = O
     if not turning > 0.0:
         raise RecordingError(f"the speed is {60.0 * turning:g} rpm.", remedy="Give the speed of the spindle with --speed.")
     if len(values) * turning / rate < fewest:
-        fact = f"the recording holds {len(values) * turning / rate:.1f} turns."
-        raise RecordingError(fact, remedy=f"Record at least {fewest:.0f}.")
+        raise RecordingError(f"the recording holds {len(values) * turning / rate:.1f} turns.", remedy=f"Record at least {fewest:.0f}.")
     if rate < LINES.samples * turning:
         raise RecordingError(f"{rate:g} samples a second are too few at {turning:g} revolutions a second.", remedy="Sample faster.")
     clean = _without_trend(np.asarray(values, dtype=np.float64), rate, turning)
@@ -291,8 +290,7 @@ def vibration(values: FloatArray, rate: float, turning: float, fewest: float = O
     swing = float(clean.std())
     # a signal without a mean, as of an accelerometer, tells nothing of contact
     modulation = swing / mean if mean > LINES.mean_counts * swing else 0.0
-    departure = departure_from_gaussian(without_orders(clean, rate, turning))
-    return Vibration(clean, rate, turning, lines, resolution, modulation, departure)
+    return Vibration(clean, rate, turning, lines, resolution, modulation, departure_from_gaussian(without_orders(clean, rate, turning)))
 
 
 def _bands(
@@ -340,8 +338,7 @@ def within_band(found: Vibration, low: float, high: float) -> Vibration:
     middle = float((frequency[inside] * over).sum() / over.sum())
     half = int(np.searchsorted(np.cumsum(np.sort(over)[::-1]), 0.5 * over.sum())) + 1
     width = max(0.0, float(half - 3))
-    line = _line(found.values, found.rate, found.turning, resolution, middle, float(over.sum()) / total, width)
-    return replace(found, lines=(line,))
+    return replace(found, lines=(_line(found.values, found.rate, found.turning, resolution, middle, float(over.sum()) / total, width),))
 
 
 def _without_trend(values: FloatArray, rate: float, turning: float) -> FloatArray:
@@ -397,8 +394,7 @@ def _centre(frequency: FloatArray, power: FloatArray, place: int) -> float:
 def _line(
     values: FloatArray, rate: float, turning: float, resolution: float, frequency: float, share: float, width: float
 ) -> VibrationLine:
-    envelope = envelope_of(values, rate, frequency, max(0.45 * turning, 3.0 * resolution))
-    growth, late = _growth(envelope, rate, frequency, turning)
+    growth, late = _growth(envelope_of(values, rate, frequency, max(0.45 * turning, 3.0 * resolution)), rate, frequency, turning)
     return VibrationLine(frequency, frequency / turning, share, width, growth, late, resolution)
 
 

@@ -226,8 +226,7 @@ def _judged(record: TapRecord, number: int) -> Hit:
     noise = _noise(force)
     if not peak > NOISE_LEVELS * noise or peak <= 0.0:
         return Hit(number + 1, peak, "no pulse stands out of the noise")
-    at_top = int(np.count_nonzero(force >= peak * (1.0 - ROUNDING)))
-    if peak >= record.force_range * (1.0 - ROUNDING) or at_top >= _FLAT_TOP:
+    if peak >= record.force_range * (1.0 - ROUNDING) or int(np.count_nonzero(force >= peak * (1.0 - ROUNDING))) >= _FLAT_TOP:
         return Hit(number + 1, peak, f"the force is overloaded at {peak:.0f} N")
     answer = record.response[number]
     highest = np.abs(answer).max()

@@ -64,8 +64,7 @@ class WorkbenchProvider(Provider):
         for entry in self._app.entries:
             for binding in self._app.keys_of(entry):
                 if binding.description:
-                    key = binding.key_display or binding.key
-                    about = f"{binding.tooltip or binding.description} ({entry.title}, key {key})"
+                    about = f"{binding.tooltip or binding.description} ({entry.title}, key {binding.key_display or binding.key})"
                     yield binding.description, about, partial(self._app.do_on, entry.name, binding.action)
 
     def _entries(self) -> Iterator[Entry]:
@@ -146,8 +145,7 @@ class LathesimApp(RepaintingApp[None]):
 
     def keys_of(self, entry: ScreenEntry) -> list[Binding]:
         """Return the keys of a screen, and behind them those of the views that open over it."""
-        own = [item for item in getattr(entry.load(), "BINDINGS", ()) if isinstance(item, Binding)]
-        return [*own, *self._view_keys(entry)]
+        return [*[item for item in getattr(entry.load(), "BINDINGS", ()) if isinstance(item, Binding)], *self._view_keys(entry)]
 
     def _view_keys(self, entry: ScreenEntry) -> list[Binding]:
         views = [view for view in self._views.values() if view.over == entry.name]

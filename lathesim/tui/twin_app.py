@@ -266,8 +266,7 @@ class TwinApp(RepaintingApp[str]):
         along, name = _shown_unit(max(float(abs(line[0]).max()) for line in named))
         up, unit = _shown_unit(max(float(abs(line[1]).max()) for line in named))
         lines = [PlotLine(place / along, values / up, title) for place, values, title in named]
-        label = f"{'radius' if axes > 1 else 'error'} / {unit}"
-        self.query_one("#surface", TimePlot).show_lines(lines, f"place / {name}", label)
+        self.query_one("#surface", TimePlot).show_lines(lines, f"place / {name}", f"{'radius' if axes > 1 else 'error'} / {unit}")
 
     def _say(self) -> None:
         line = self._line

@@ -121,8 +121,7 @@ def fit(chosen: ChosenLesson, recording: Path, wish: FitOptions, as_json: bool) 
     question = ask_fit(loaded, recording, chosen.registry, names, chosen.variant, chosen.overrides, closed=wish.closed)
     found = fit_parameters(question, starts=wish.starts, seed=wish.seed, tell=None if as_json else _progress)
     findings = [str(finding) for finding in question.findings]
-    data = as_json_of(loaded.name, str(recording), found, findings)
-    write(CommandResult("lathesim-fit/1", data, fit_lines(found, findings)), as_json)
+    write(CommandResult("lathesim-fit/1", as_json_of(loaded.name, str(recording), found, findings), fit_lines(found, findings)), as_json)
     if wish.out is not None:
         _write(loaded, found, wish.out)
         if not as_json:

@@ -160,8 +160,7 @@ def _write(diagnosis: Diagnosis, case: LoadedCase, folder: Path, report: ReportO
     from lathesim.diagnosis.reporting.explanations import explanation_lines
     from lathesim.diagnosis.reporting.terminal_text import answer_lines
 
-    place = None if report.no_report else str(report_place(folder))
-    answer_in_json = json.dumps({**answer_json(diagnosis), "report": place}, indent=2)
+    answer_in_json = json.dumps({**answer_json(diagnosis), "report": None if report.no_report else str(report_place(folder))}, indent=2)
     answer_text = [*answer_lines(diagnosis), *(explanation_lines(diagnosis) if report.explained else []), ""]
     click.echo(answer_in_json if report.is_quiet else "\n".join(answer_text))
     files = [] if report.no_report else write_answer(diagnosis, case.lesson, folder)

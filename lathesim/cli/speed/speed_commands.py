@@ -154,8 +154,7 @@ def warm(lessons: tuple[str, ...], plugin_folders: tuple[Path, ...]) -> int:
             continue
         compiled += 1
         click.echo(f" took {time.perf_counter() - start:.1f} s.")
-    ready = len(seen) - compiled
-    click.echo(f"{compiled} compiled in {time.perf_counter() - begun:.1f} s, {ready} before; kept in {cache_folder()}.")
+    click.echo(f"{compiled} compiled in {time.perf_counter() - begun:.1f} s, {len(seen) - compiled} before; kept in {cache_folder()}.")
     return 1 if faults else 0
 
 

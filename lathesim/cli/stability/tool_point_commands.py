@@ -133,9 +133,8 @@ def _modes_figure(name: str, found: FoundModes, response: FrequencyResponse) -> 
 
 
 def _modes_data(found: FoundModes, response: FrequencyResponse) -> dict[str, Any]:
-    modes = [{"frequency_hz": mode.frequency, "damping": mode.damping, "stiffness_n_per_m": mode.stiffness} for mode in found.modes]
     return {
-        "modes": modes,
+        "modes": [{"frequency_hz": mode.frequency, "damping": mode.damping, "stiffness_n_per_m": mode.stiffness} for mode in found.modes],
         "outside_band_hz": [mode.frequency.value for mode in found.outside],
         "decided_on": found.decided_on,
         "held_out_misfit": [{"modes": count, "misfit": misfit} for count, misfit in found.held_out],
@@ -279,7 +278,6 @@ def _inverse(artefact: ToolAssembly, measured: Path) -> CommandResult:
 def _overhangs(loaded: ToolAssembly, lengths: list[float]) -> CommandResult:
     from lathesim.stability.assembly_file import overhangs
 
-    found = overhangs(loaded, lengths)
     rows = [
         {
             "overhang_m": item.length,
@@ -288,7 +286,7 @@ def _overhangs(loaded: ToolAssembly, lengths: list[float]) -> CommandResult:
             "lowest_real_m_per_n": item.lowest_real,
             "lowest_real_hz": item.lowest_frequency,
         }
-        for item in found
+        for item in overhangs(loaded, lengths)
     ]
 
     def lines() -> Iterator[str]:

@@ -146,8 +146,7 @@ def bend(time: FloatArray, value: FloatArray) -> float:
     """Return since when [s] a value goes on a slope, having been level before: least squares over the place of the bend."""
     best, at = np.inf, float(time[0])
     for begin in time[:-2]:
-        rise = np.column_stack([np.ones_like(time), np.maximum(0.0, time - begin)])
-        _, rest, *_ = np.linalg.lstsq(rise, value, rcond=None)
+        _, rest, *_ = np.linalg.lstsq(np.column_stack([np.ones_like(time), np.maximum(0.0, time - begin)]), value, rcond=None)
         square = float(rest[0]) if len(rest) else np.inf
         if square < best:
             best, at = square, float(begin)
@@ -269,8 +268,7 @@ class GrowthCourse:
         if line is None or abs(line.at(time) - line.at(max(bent, times[0]))) < FOLLOWING.worth * self.scale:
             return None
         self.told = True
-        first = max(bent, float(times[0]))
-        return Growth(line.at(first), line.at(time), bent if self.named is None else self.named, line.slope)
+        return Growth(line.at(max(bent, float(times[0]))), line.at(time), bent if self.named is None else self.named, line.slope)
 
     def _confirmed(self, begun: float, time: float, value: float, deviation: float) -> Growth | None:
         """Return the step at ``begun`` [s] that the segment around ``time`` [s] confirms, and begin anew there; None where it does not."""

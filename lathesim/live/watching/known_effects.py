@@ -184,6 +184,5 @@ def with_named(prepared: Prepared, answer: Mapping[str, Any], known: KnownEffect
     """
     standing = {(str(entry.effect), str(entry.at)) for entry in prepared.case.lesson.settings.insert}
     new = [dict(entry) for entry in answer.get("insert", []) if (str(entry["effect"]), str(entry["at"])) not in standing]
-    text = changed_lesson(prepared.case.lesson, new, {}, place.parent, variant=prepared.case.variant, sizes=known.texts())
-    write_text(place, text)
+    write_text(place, changed_lesson(prepared.case.lesson, new, {}, place.parent, variant=prepared.case.variant, sizes=known.texts()))
     return prepare(load_lesson(str(place)), registry)

@@ -290,5 +290,4 @@ def directions(residual: Residual, still: FloatArray, scale: FloatArray) -> Floa
     for row, slowest, largest in zip(speed, still, scale[:count], strict=True):
         shared += [(row < -slowest).astype(np.float64), (row > slowest).astype(np.float64), row / largest]
     own = residual.simulated / scale[count:, None]
-    common = np.broadcast_to(np.array(shared), (len(own), len(shared), own.shape[1]))
-    return np.concatenate([common, own[:, None, :]], axis=1)
+    return np.concatenate([np.broadcast_to(np.array(shared), (len(own), len(shared), own.shape[1])), own[:, None, :]], axis=1)

@@ -241,8 +241,7 @@ class WatchSession:
         further = values[:, at[1] : at[2]]
         validation = Window(pending.begin, period, self._begun.signals, further) if further.shape[1] >= _LEAST else None
         windows = Windows(Window(pending.begin, period, self._begun.signals, whole), validation, self._sound)
-        expected = self._watch.expected(pending.begin + 0.5 * self._settings.window)
-        before = known_before(self._prepared, self._known.texts(), expected)
+        before = known_before(self._prepared, self._known.texts(), self._watch.expected(pending.begin + 0.5 * self._settings.window))
         task = asyncio.ensure_future(self._verdict(pending, before, windows))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)

@@ -31,8 +31,7 @@ _FEWEST = 3
 def braille_codes(dots: Dots) -> Codes:
     """Return for each character (rows, columns) the sum of its dots' weights, from dots of shape (4 rows, 2 columns); 0 has no dot."""
     rows, columns = dots.shape[0] // 4, dots.shape[1] // 2
-    cells = dots.reshape(rows, 4, columns, 2).transpose(0, 2, 1, 3)
-    codes: Codes = (cells * _WEIGHTS).sum(axis=(2, 3), dtype=np.uint8)
+    codes: Codes = (dots.reshape(rows, 4, columns, 2).transpose(0, 2, 1, 3) * _WEIGHTS).sum(axis=(2, 3), dtype=np.uint8)
     return codes
 
 
@@ -136,8 +135,7 @@ class LathePicture:
 
     def as_text(self) -> str:
         """Return the picture without colour: material is shown as ``█`` where no other character stands."""
-        shown = np.where(self.material & (self.text == " "), "█", self.text)
-        return "\n".join("".join(row).rstrip() for row in shown)
+        return "\n".join("".join(row).rstrip() for row in np.where(self.material & (self.text == " "), "█", self.text))
 
 
 def write(text: Cells, layer: Cells, row: int, column: int, words: str) -> None:

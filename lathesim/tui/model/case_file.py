@@ -216,8 +216,7 @@ def diagnose(case: CaseFile, setup: Setup | None, registry: Registry, tell: Call
             raise KeyboardInterrupt
 
     lesson = lesson_of(case, setup)
-    recordings = [case.recording, *([case.validation] if case.validation is not None else [])]
-    loaded = load_case(lesson, recordings, registry)
+    loaded = load_case(lesson, [case.recording, *([case.validation] if case.validation is not None else [])], registry)
     question = ask(lesson.title, loaded.machine, loaded.recordings, list(registry.effects.values()))  # type: ignore[arg-type]
     case.diagnosis = answer(question, told)
     return case.diagnosis

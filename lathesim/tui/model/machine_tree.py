@@ -131,8 +131,7 @@ class Setup:
 
 def _with(given: Mapping[str, str], name: str, text: str | None) -> dict[str, str]:
     """Return a mapping with another text of a name, or without it where that is None."""
-    found = {**given, name: text}
-    return {key: value for key, value in found.items() if value is not None}
+    return {key: value for key, value in {**given, name: text}.items() if value is not None}
 
 
 def _shortened(path: Path) -> str:
@@ -241,8 +240,7 @@ def _in_shown_unit(entry: Entry, typed: str) -> str:
     with placed_at(entry.name):
         shown = split_quantity(entry.text)[1] or entry.unit
         if "," in typed:
-            fact = f"the comma of '{typed}' may be a decimal or a thousands separator."
-            raise UnitError(fact, remedy="Write a decimal point.")
+            raise UnitError(f"the comma of '{typed}' may be a decimal or a thousands separator.", remedy="Write a decimal point.")
         number, unit = split_quantity(typed)
         if unit or shown == "1" or not math.isfinite(number):
             return typed

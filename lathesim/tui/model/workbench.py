@@ -257,5 +257,4 @@ def fault_words(error: Exception) -> str:
 
 def short_name(path: Path, among: list[Path]) -> str:
     """Return the number of a run, with its folder where another of the same number is shown too."""
-    same = [other for other in among if other.stem == path.stem]
-    return path.stem if len(same) < 2 else f"{path.parent.name}/{path.stem}"
+    return path.stem if len([other for other in among if other.stem == path.stem]) < 2 else f"{path.parent.name}/{path.stem}"

@@ -254,8 +254,7 @@ class BenchScreen(WorkbenchScreen):
             self.query_one(ProgramListing).mark(None)
             return
         sample = max(0, min(self._sample, len(record)) - 1)
-        is_live = record.status == "running"
-        end = self._expected_end() if is_live else float(record.time[-1])
+        end = self._expected_end() if record.status == "running" else float(record.time[-1])
         cursor = None if sample >= len(record) - 1 else float(record.time[sample])
         curves = [Curve(record, name) for name in self._channels]
         plot.show(curves, span=(0.0, max(end, 1e-3)), cursor=cursor, fit_to_feed=True, about=self._about)

@@ -113,8 +113,7 @@ class PartChoice(Dialog[tuple[str, str] | None]):
 
 def effect_choice(case: Prepared, registry: Registry, part: str) -> PartChoice:
     """Return the choice of an effect with its page, and of its place: at a part, or at the first that has the ports it sits on."""
-    propose = partial(proposed_place, case, chosen=part)
-    return PartChoice("Effect", registry.effects, registry.origins, place=part, propose=propose)
+    return PartChoice("Effect", registry.effects, registry.origins, place=part, propose=partial(proposed_place, case, chosen=part))
 
 
 class FileChoice(Dialog[Path | None]):

@@ -234,8 +234,7 @@ class ConfigureScreen(WorkbenchScreen):
         from lathesim.tui.screens.choices import effect_choice
 
         with self.lathesim.faults_told():
-            choice = effect_choice(self.workbench.prepared(), self.workbench.registry, self._choice.part)
-            self.app.push_screen(choice, self._take_effect)
+            self.app.push_screen(effect_choice(self.workbench.prepared(), self.workbench.registry, self._choice.part), self._take_effect)
 
     def _take_effect(self, chosen: tuple[str, str] | None) -> None:
         if chosen is None or self._setup is None:

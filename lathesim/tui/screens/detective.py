@@ -181,8 +181,7 @@ class DetectiveScreen(WorkbenchScreen):
 
         prepared = self.workbench.prepared()
         columns = guessed_columns(case.recording, prepared, self.workbench.registry)
-        targets = [*prepared.plan.channels, *prepared.plan.feeds]
-        self.app.push_screen(MappingForm(case.recording, columns, targets), self._take_mapping)
+        self.app.push_screen(MappingForm(case.recording, columns, [*prepared.plan.channels, *prepared.plan.feeds]), self._take_mapping)
 
     def _take_mapping(self, columns: list[ColumnMeaning] | None) -> None:
         case, setup = self.case, self.workbench.setup
@@ -267,8 +266,7 @@ class DetectiveScreen(WorkbenchScreen):
         self._stop.clear()
         self.query_one(DiagnosisPane).begin(case.guess.words)
         self._go(DIAGNOSIS)
-        tell = self._tell_from_thread
-        work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, tell, self._stop)
+        work = partial(case_file.diagnose, case, self.workbench.setup, self.workbench.registry, self._tell_from_thread, self._stop)
         self.in_thread("Searching ...", work, self._show_diagnosed, writes=False)
 
     def stop_search(self) -> None:

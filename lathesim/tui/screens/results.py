@@ -178,8 +178,7 @@ class ResultsScreen(WorkbenchScreen):
 
     def _fill_channels(self, runs: list[tuple[str, Record]]) -> None:
         known = {name: record.channel(name) for _, record in reversed(runs) for name in record}
-        first = sorted(known, key=lambda name: name not in self._channels)
-        rows = [(name, known[name].unit, known[name].description) for name in first]
+        rows = [(name, known[name].unit, known[name].description) for name in sorted(known, key=lambda name: name not in self._channels)]
         self.query_one("#channels", TickList).fill_channels(rows, self.query_one("#wanted", Input).value, self._channels)
 
     def _draw(self, runs: list[tuple[str, Record]]) -> None:

@@ -293,14 +293,13 @@ class CommandForm(Dialog[None]):
             return
         log.clear()
         log.write("Working ...")
-        surroundings = {**os.environ, "NO_COLOR": "1", "COLUMNS": str(max(40, log.size.width - 2)), "PYTHONUTF8": "1"}
         self._process = subprocess.Popen(
             [sys.executable, "-m", "lathesim", *words],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             encoding="utf-8",
-            env=surroundings,
+            env={**os.environ, "NO_COLOR": "1", "COLUMNS": str(max(40, log.size.width - 2)), "PYTHONUTF8": "1"},
         )
         threading.Thread(target=self._read, args=(self._process,), daemon=True).start()
 

@@ -59,8 +59,7 @@ class KeyRow(Footer):
 
     def _keys(self) -> tuple[object, ...]:
         palette = self.app.COMMAND_PALETTE_BINDING
-        keys = self.screen.active_bindings.items()
-        return tuple((key, *active[1:]) for key, active in keys if active.binding.show or key == palette)
+        return tuple((key, *active[1:]) for key, active in self.screen.active_bindings.items() if active.binding.show or key == palette)
 
 
 class CommandLine(Static):

@@ -218,8 +218,7 @@ def _standard_readings(record: Record, sample: int, *, as_diameter: bool) -> lis
 
 def blank_readings(*, as_diameter: bool = False) -> list[ReadOutLine]:
     """Return the read-outs before anything ran."""
-    nothing = Record(np.zeros(0), {}, {})
-    return [ReadOutLine(line.title, NONE) for line in _standard_readings(nothing, 0, as_diameter=as_diameter)]
+    return [ReadOutLine(line.title, NONE) for line in _standard_readings(Record(np.zeros(0), {}, {}), 0, as_diameter=as_diameter)]
 
 
 def program_line(record: Record, sample: int) -> int | None:

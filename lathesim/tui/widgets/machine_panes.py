@@ -54,8 +54,7 @@ def _outputs(case: Prepared, part: str) -> list[tuple[str, str]]:
     found = []
     for item, declaration in case.plan.parts[part].component.declarations.items():
         if isinstance(declaration, Output):
-            targets = [wire.target for wire in case.machinery.wires if wire.source == f"{part}.{item}"]
-            first, *others = targets or ["not wired"]
+            first, *others = [wire.target for wire in case.machinery.wires if wire.source == f"{part}.{item}"] or ["not wired"]
             found.append((f"{item} [{declaration.unit}]", first))
             found += [("", other) for other in others]
     return found

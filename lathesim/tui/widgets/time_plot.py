@@ -42,8 +42,7 @@ class _StyledCanvas(Canvas):
         strip = super().render_line(y)
         if all(segment.style is not None for segment in strip):
             return strip
-        styled = [Segment(segment.text, segment.style or Style.null(), segment.control) for segment in strip]
-        return Strip(styled, strip.cell_length)
+        return Strip([Segment(segment.text, segment.style or Style.null(), segment.control) for segment in strip], strip.cell_length)
 
 
 class _Ticks(NumericAxisFormatter):
