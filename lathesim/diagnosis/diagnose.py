@@ -294,11 +294,13 @@ def _want_other_values(both: JoinedExperiment, model: Model, method: Method) -> 
 
 
 def _is_led_astray(study: Study, found: Found) -> bool:
-    """Return whether the lesson's own simulation is further off with what was found than the lesson alone, as it is given or fitted."""
+    """Return whether the lesson's own simulation is further off with what was found than the lesson alone, as it is given or fitted; with
+    effects, which recordings have confirmed, clearly further."""
     (as_given, with_it), own = _own_powers(study, found.model), study.validation.own
     resolved = own.seen.shape[1] * (study.method.errors * own.seen_floors) ** 2
     alone = np.minimum(as_given, _own_powers(study, found.baseline)[1])
-    return bool(np.any(with_it > np.maximum(alone, resolved)))
+    clearly = study.method.alike**2 if found.model.candidates else 1.0
+    return bool(np.any(with_it > clearly * np.maximum(alone, resolved)))
 
 
 def _is_further_off(study: Study, model: Model, study_of_both: Study, other: Model) -> bool:
