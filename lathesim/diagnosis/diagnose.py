@@ -297,7 +297,8 @@ def _is_led_astray(study: Study, found: Found) -> bool:
     """Return whether the lesson's own simulation is further off with what was found than the lesson alone, as it is given or fitted; with
     effects, which recordings have confirmed, clearly further."""
     (as_given, with_it), own = _own_powers(study, found.model), study.validation.own
-    resolved = own.seen.shape[1] * (study.method.errors * own.seen_floors) ** 2
+    size = np.maximum(study.method.errors * own.seen_floors, study.method.within_laws * own.seen_spread)
+    resolved = own.seen.shape[1] * size**2
     alone = np.minimum(as_given, _own_powers(study, found.baseline)[1])
     clearly = study.method.alike**2 if found.model.candidates else 1.0
     return bool(np.any(with_it > clearly * np.maximum(alone, resolved)))
