@@ -164,8 +164,11 @@ def _fitted_on(
 
     trials: list[Tried] = []
     good: list[Tried] = []
+    begun: list[Screened] = []
     while batches:
-        trials += together(fitted, batches.pop(0))
+        batch = [item for item in with_simpler_forms(batches.pop(0), items) if not any(item is one for one in begun)]
+        begun += batch
+        trials += together(fitted, batch)
         before, good = good, [made for made in trials if significant(made, study) and is_plausible(study, made.model)]
         if before:
             break
@@ -198,6 +201,15 @@ def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> 
         return like or one.part in rivals or any(one.at == other.candidate.at and abs(item.gain - other.gain) < apart for other in plain)
 
     return near + [item for item in worth if not any(item is one for one in near) and belongs(item)]
+
+
+def with_simpler_forms(batch: Sequence[Screened], ranked: Sequence[Screened]) -> list[Screened]:
+    """Return some candidates with the simpler forms of each: a finer form waits for these, and is not to come in as they were not tried."""
+    simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in batch))
+    return [
+        *batch,
+        *(one for one in ranked if (one.candidate.name, one.candidate.at) in simpler and not any(one is item for item in batch)),
+    ]
 
 
 def simpler_forms(candidate: Candidate) -> set[tuple[str, str]]:
