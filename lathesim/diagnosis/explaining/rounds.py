@@ -185,7 +185,7 @@ def _overlooked(good: Sequence[Tried], items: Sequence[Screened], batches: Seque
 
 
 def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> list[Screened]:
-    """Return the best candidates, with the simpler forms of each and the twins of these, what leaves a like trace, and ``rivals``."""
+    """Return the best candidates, with the twins of the simpler forms of each, what leaves a like trace, and ``rivals``."""
     rival = RIVAL * worth[0].gain
     near = [item for item in worth if item.gain > rival][:_AT_ONCE]
     simpler = set[tuple[str, str]]().union(*(simpler_forms(item.candidate) for item in near))
@@ -197,8 +197,8 @@ def _first(worth: Sequence[Screened], study: Study, rivals: Collection[str]) -> 
 
     def belongs(item: Screened) -> bool:
         one = item.candidate
-        like = (one.name, one.at) in simpler or (one.family, one.at) in alike
-        return like or one.part in rivals or any(one.at == other.candidate.at and abs(item.gain - other.gain) < apart for other in plain)
+        like = (one.family, one.at) in alike or one.part in rivals
+        return like or any(one.at == other.candidate.at and abs(item.gain - other.gain) < apart for other in plain)
 
     return near + [item for item in worth if not any(item is one for one in near) and belongs(item)]
 

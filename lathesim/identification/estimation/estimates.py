@@ -68,6 +68,12 @@ def start_bias(experiment: Experiment, model: Model, fitted: Fitted) -> Mapping[
     return {name: found[name] for name in moved & found.keys() if found[name] > SIGNIFICANT * fitted.error_by_noise(name)}
 
 
+def _bias(experiment: Experiment, model: Model, fitted: Fitted) -> Mapping[str, float]:
+    """Return by name how far off values are [SI] by a replay and by where a fit began, which have nothing to do with each other."""
+    by_replay, by_start = replay_bias(experiment, fitted, full_band=is_full_band(model.candidates)), start_bias(experiment, model, fitted)
+    return {name: float(np.hypot(by_replay.get(name, 0.0), by_start.get(name, 0.0))) for name in {**by_replay, **by_start}}
+
+
 def _as_recorded(experiment: Experiment, fitted: Fitted) -> Record:
     """Return what the machine with the fitted values would have recorded, with noise of the size of the floors.
 
@@ -173,13 +179,10 @@ def _estimates(model: Model, experiment: Experiment, validation: Experiment, who
     inflation = _inflation(first, second, names, model.candidates)
     fits = (first, second) if whole is None else (_refitted(model, whole, validation, full_band),)
     recordings = zip((experiment, validation) if whole is None else (whole,), fits, strict=True)
-    biases = []
-    for one, fitted in recordings if model.candidates else ():
-        by_replay, by_start = replay_bias(one, fitted, full_band=full_band), start_bias(one, model, fitted)
-        biases.append({name: float(np.hypot(by_replay.get(name, 0.0), by_start.get(name, 0.0))) for name in {**by_replay, **by_start}})
+    biases = [_bias(one, model, fitted) if model.candidates else {} for one, fitted in recordings]
     both = (joint_covariance(fits, names, 1.0), joint_covariance(fits, names, inflation))
     alone, disagreeing = (dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True)) for covariance in both)
-    found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases] or 0.0) for name in names}
+    found = {name: _estimate(fits, name, alone[name], disagreeing[name], [bias.get(name, 0.0) for bias in biases]) for name in names}
     return Estimates({**found, **_sizes_of_one_recording(model, fits[0])}, inflation, _products(fits, model.candidates, inflation))
 
 
@@ -223,7 +226,7 @@ def _inflation(first: Fitted, second: Fitted, names: Sequence[str], candidates: 
     return float(np.clip(np.sqrt(np.mean(pull)) if pull else 1.0, 1.0, LARGEST_INFLATION))
 
 
-def _estimate(fits: Sequence[Fitted], name: str, alone: float, disagreeing: float, biases: Sequence[float] | float) -> Estimate:
+def _estimate(fits: Sequence[Fitted], name: str, alone: float, disagreeing: float, biases: Sequence[float]) -> Estimate:
     """Return the weighted mean of fits to separate recordings: noise differs between them, what is wrong with the form of the model or
     comes of replaying it does not. ``disagreeing`` is the standard error of all by noise and how they disagree, ``alone`` by noise only."""
     values = np.array([fitted.by_name[name] for fitted in fits])

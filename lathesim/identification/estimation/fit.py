@@ -5,8 +5,8 @@
 ``residual`` takes many rows of values at once. The start and all changed values of a Jacobian are one call, and so are steps of several
 dampings: what computes runs side by side computes them in one pass. So are the rows of several descents, see :func:`side_by_side`. A
 Jacobian is kept as long as steps gain as much as it predicts: most machines are nearly linear in most of their values, and a step costs one
-run then. On request it is corrected by what a step changed that gained half of that. Where no step gets better along
-slopes of small changes, as in a cost of many small valleys, larger ones are made. Within bounds the step is the best one that keeps them.
+run then. On request it is corrected by what a step changed that gained half of that. Where no step gets better along slopes of small
+changes, as in a cost of many small valleys, larger ones are made. Within bounds the step is the best one that keeps them.
 Source: Ljung, System Identification, 2nd ed., section 10.2 (damped Gauss-Newton); Nocedal, Wright, Numerical Optimization, 2nd ed.,
 section 10.3 (Levenberg-Marquardt); Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19
 (1965), eq. (4.5) (corrected slopes); Kelley, Implicit Filtering, 2011, chapter 3 (slopes of larger changes). Left out: second derivatives

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from lathesim.diagnosis.candidates.eligibility import finer
+from lathesim.diagnosis.explaining.rounds import with_simpler_forms
 from lathesim.diagnosis.explaining.search import explain
 from lathesim.diagnosis.explaining.trial import modelled
-from lathesim.diagnosis.records.found import Found
+from lathesim.diagnosis.records.found import Found, Screened
 from lathesim.effects.effect import Effect
 from lathesim.effects.friction import AsymmetricFriction, CoulombFriction, PreslidingFriction
 from lathesim.effects.offset_and_gain import ForceOffset
@@ -33,12 +34,22 @@ def test_a_friction_alike_in_both_directions_is_the_simpler_one() -> None:
 
 def test_a_finer_form_comes_before_a_further_effect_that_predicts_less() -> None:
     found = searched(Hidden(dry=10.0, law=lambda v, q, t: 2.0 + 10.0 * abs(v)), ForceOffset)
-    came_in = [step.came_in for step in found.history if step.came_in]
-    assert came_in == [("CoulombFriction at x_axis",), ("AsymmetricFriction at x_axis",)]
+    assert [step.came_in for step in found.history] == [("CoulombFriction at x_axis",), ("AsymmetricFriction at x_axis",), ()]
+    assert [step.move for step in found.history] == ["add", "refine", "refit"]
 
 
 def test_a_weight_beside_dry_friction_stays_a_weight() -> None:
     assert named(searched(Hidden(dry=10.0, law=lambda v, q, t: 2.0), ForceOffset)) == ["CoulombFriction", "ForceOffset"]
+
+
+def test_the_simpler_forms_are_fitted_with_a_finer_one_in_any_batch_of_a_round() -> None:
+    """A robot axis had its dry friction named as a finer one whose size may be zero, as the plain one came in no batch."""
+    candidates = experiments(recording(), effects=(CoulombFriction, AsymmetricFriction, ForceOffset))[0].candidates
+    screened = {one.name: Screened(one, 1.0, ()) for one in candidates}
+    ranked = offset, asymmetric, coulomb = [screened[name] for name in ("ForceOffset", "AsymmetricFriction", "CoulombFriction")]
+    assert with_simpler_forms([asymmetric], ranked) == [asymmetric, coulomb]
+    assert with_simpler_forms([asymmetric, coulomb], ranked) == [asymmetric, coulomb]
+    assert with_simpler_forms([offset], ranked) == [offset]
 
 
 def test_two_finer_forms_of_one_friction_do_not_stand_side_by_side() -> None:
