@@ -19,6 +19,7 @@ from lathesim.tui.screens.help import KeysView
 from lathesim.tui.widgets.controls import Slider
 from lathesim.tui.widgets.lathe_view import LatheView
 from lathesim.tui.widgets.program_listing import ProgramListing
+from lathesim.tui.widgets.time_plot import TimePlot
 from tests.tui.driving import content, opened, press, run_to_end, until
 from tests.tui.screen_words import words_of
 
@@ -144,6 +145,18 @@ async def test_a_first_start_shows_five_keys_help_those_of_the_screen_in_front_a
         assert app.workbench.command() == "lathesim run 01_contour_error --variant II"
         await press(pilot, "ctrl+z")
         assert app.workbench.command() == "lathesim run 01_contour_error --variant I"
+
+
+async def test_keys_of_a_plot_do_nothing_before_it_is_drawn() -> None:
+    """A first start shows five keys in the place of the plot, which has the focus: an arrow ended the app."""
+    async with opened(size=(80, 24)) as (app, pilot):
+        plot = app.screen.query_one("#plot", TimePlot)
+        plot.focus()
+        before = plot.span
+        await press(pilot, "down", "up", "left", "right", "plus", "minus", "ctrl+left", "ctrl+up")
+        assert plot.span == before
+        await press(pilot, "m")
+        assert "error x10" in str(app.screen.query_one(LatheView).border_subtitle)
 
 
 @pytest.mark.parametrize("size", [(80, 24), pytest.param((200, 60), marks=pytest.mark.slow)])

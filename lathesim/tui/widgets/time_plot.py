@@ -116,6 +116,10 @@ class TimePlot(PlotWidget, inherit_bindings=False):
                 yield _StyledCanvas(1, 1, id=name)
         yield Legend(id="legend")
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Return whether a key may act: in a plot that was not drawn yet there is nothing to move, and no room to measure it by."""
+        return bool(self._scale_rectangle) and super().check_action(action, parameters)
+
     @property
     def named(self) -> list[tuple[str, str, str]]:
         """The curves as they are drawn: mark, name, colour."""
